@@ -1,0 +1,76 @@
+"""What can go wrong, as a tree.
+
+AsBuiltError                  everything this package raises on purpose; the command line prints it and exits 1
+├── ProjectError              the project file: unknown keys, wrong types, paths that leave the project
+├── PhotoError                a photo can't be used: missing, truncated, no picture, wrong size, another camera
+├── CalibrationError          boards or control points don't give a rig
+├── RigError                  a rig file or a rig that can't be right
+├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
+├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
+├── ResultError               a result file is damaged or doesn't belong to this design
+├── OutputError               outputs can't be written: place, rights, disk full
+└── MissingExtraError         an optional part isn't installed; the message holds the pip line
+
+A station that can't be used is no exception: it is a `Rejection`, and the other stations count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class AsBuiltError(Exception):
+    """Base of everything this package raises on purpose; its text is a message to the user."""
+
+
+class ProjectError(AsBuiltError):
+    """The project file is wrong; the message lists every bad key and value."""
+
+
+class PhotoError(AsBuiltError):
+    """A photo can't be used."""
+
+
+class CalibrationError(AsBuiltError):
+    """Boards or control points don't give a rig."""
+
+
+class RigError(AsBuiltError):
+    """A rig file, or a rig, can't be right."""
+
+
+class SurveyError(AsBuiltError):
+    """The surveyed markers can't be right."""
+
+
+class DesignError(AsBuiltError):
+    """The IFC file can't be used as a design."""
+
+
+class ResultError(AsBuiltError):
+    """A result file is damaged, or doesn't belong to this design."""
+
+
+class OutputError(AsBuiltError):
+    """Outputs can't be written."""
+
+
+class MissingExtraError(AsBuiltError):
+    """An optional part isn't installed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rejection:
+    """Says what was left out and why: the value against its limit, and what to do about it."""
+
+    what: str  # "station A3", "station A3, marker 17", "face A3/2"
+    reason: str
+    value: str = ""  # with its unit, "" where there is none
+    limit: str = ""
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """Read as one line: `station A3: reason (value, limit limit): remedy`."""
+        numbers = ", ".join(t for t in (self.value, f"limit {self.limit}" if self.limit else "") if t)
+        text = f"{self.what}: {self.reason}" + (f" ({numbers})" if numbers else "")
+        return f"{text}; {self.remedy}" if self.remedy else text

@@ -1,0 +1,1 @@
+"""Pure geometry: no pictures, no files, no design."""

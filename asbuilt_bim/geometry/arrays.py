@@ -1,0 +1,27 @@
+"""The array types that cross the package, and how an array is made read-only."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int32]
+ByteImage = NDArray[np.uint8]  # (H, W, 3) BGR or (H, W)
+
+
+def frozen(values: ArrayLike) -> FloatArray:
+    """Copy `values` to a read-only float64 array."""
+    array: FloatArray = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def freeze(array: NDArray[Any]) -> NDArray[Any]:
+    """Make `array` itself read-only and return it."""
+    array.setflags(write=False)
+    return array

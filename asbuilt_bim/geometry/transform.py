@@ -1,0 +1,65 @@
+"""Rigid transforms as 4x4 matrices, named `b_from_a`."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+
+from asbuilt_bim.geometry.arrays import FloatArray
+
+
+def rigid(rotation: ArrayLike, translation_m: ArrayLike) -> FloatArray:
+    """Build `b_from_a` (4, 4) from a rotation (3, 3) or rotation vector (3,) and a translation (3,) in metres."""
+    turn = np.asarray(rotation, dtype=np.float64)
+    if turn.shape != (3, 3):
+        turn = rotation_from_vector(turn)
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn
+    matrix[:3, 3] = np.asarray(translation_m, dtype=np.float64).reshape(3)
+    return matrix
+
+
+def inverse(b_from_a: FloatArray) -> FloatArray:
+    """Return `a_from_b` of a rigid transform."""
+    turn = b_from_a[:3, :3].T
+    return rigid(turn, -turn @ b_from_a[:3, 3])
+
+
+def apply(b_from_a: FloatArray, points_a: ArrayLike) -> FloatArray:
+    """Carry points (..., 3) from frame a to frame b."""
+    points = np.asarray(points_a, dtype=np.float64)
+    moved: FloatArray = points @ b_from_a[:3, :3].T + b_from_a[:3, 3]
+    return moved
+
+
+def rotate(b_from_a: FloatArray, directions_a: ArrayLike) -> FloatArray:
+    """Turn directions (..., 3) from frame a to frame b; accepts (3, 3) or (4, 4)."""
+    turned: FloatArray = np.asarray(directions_a, dtype=np.float64) @ b_from_a[:3, :3].T
+    return turned
+
+
+def rotation_from_vector(vector_rad: ArrayLike) -> FloatArray:
+    """Return the rotation matrix (3, 3) of a rotation vector (3,) in radians (Rodrigues)."""
+    matrix, _ = cv2.Rodrigues(np.asarray(vector_rad, dtype=np.float64).reshape(3, 1))
+    return np.asarray(matrix, dtype=np.float64)
+
+
+def vector_from_rotation(rotation: FloatArray) -> FloatArray:
+    """Return the rotation vector (3,) in radians of a rotation matrix (3, 3)."""
+    vector, _ = cv2.Rodrigues(np.ascontiguousarray(rotation, dtype=np.float64))
+    return np.asarray(vector, dtype=np.float64).reshape(3)
+
+
+def skew(vector: ArrayLike) -> FloatArray:
+    """Return the matrix (3, 3) with `skew(a) @ b == cross(a, b)`."""
+    x, y, z = np.asarray(vector, dtype=np.float64).reshape(3)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def unit(vector: ArrayLike) -> FloatArray:
+    """Scale vectors (..., 3) to length 1; a zero vector stays zero."""
+    array = np.asarray(vector, dtype=np.float64)
+    length = np.linalg.norm(array, axis=-1, keepdims=True)
+    scaled: FloatArray = array / np.where(length > 0.0, length, 1.0)
+    return scaled

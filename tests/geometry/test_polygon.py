@@ -1,0 +1,60 @@
+"""Green's theorem and set operations against closed forms."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from asbuilt_bim.geometry import polygon
+
+
+@given(
+    radius=st.floats(0.05, 5.0), x=st.floats(-1e3, 1e3), y=st.floats(-1e3, 1e3), count=st.integers(3, 200)
+)
+def test_greens_theorem_gives_the_area_of_a_regular_polygon_anywhere(
+    radius: float, x: float, y: float, count: int
+) -> None:
+    angle = np.arange(count) * 2 * np.pi / count
+    ring = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], axis=1)
+    exact = 0.5 * count * radius**2 * np.sin(2 * np.pi / count)
+    assert polygon.ring_area(ring) == pytest.approx(exact, rel=1e-9)
+    assert polygon.ring_area(ring[::-1]) == pytest.approx(-exact, rel=1e-9)
+
+
+def test_the_papers_wall_has_its_printed_area() -> None:
+    front = [[0, 0], [0.8, 0], [0.8, 1.3], [1.0, 1.3], [1.0, 3.0], [0, 3.0]]
+    assert polygon.ring_area(front) == pytest.approx(0.8 * 1.3 + 1.0 * 1.7)
+
+
+def test_an_opening_is_not_concrete() -> None:
+    wall = polygon.difference(polygon.box(0, 0, 4, 3), polygon.box(1, 0.9, 2, 2.1))
+    assert polygon.area(wall) == pytest.approx(12.0 - 1.2)
+    assert not polygon.contains(wall, [1.5, 1.5])
+    assert polygon.contains(wall, [0.5, 1.5])
+
+
+def test_overlapping_outlines_are_united_and_never_summed() -> None:
+    both = polygon.union([polygon.box(0, 0, 2, 1), polygon.box(1, 0, 3, 1)])
+    assert polygon.area(both) == pytest.approx(3.0)
+
+
+def test_touching_outlines_have_no_common_area() -> None:
+    assert polygon.intersection(polygon.box(0, 0, 1, 1), polygon.box(1, 0, 2, 1)) == polygon.EMPTY
+
+
+def test_segments_in_any_order_enclose_a_region_with_its_hole() -> None:
+    def edges(points: list[list[float]]) -> list[list[list[float]]]:
+        return [[points[i], points[(i + 1) % len(points)]] for i in range(len(points))]
+
+    outer = edges([[0, 0], [2, 0], [2, 1], [0, 1]])
+    hole = edges([[0.5, 0.2], [0.8, 0.2], [0.8, 0.6], [0.5, 0.6]])
+    mixed = np.array(outer + hole)[[3, 6, 0, 7, 2, 5, 1, 4]]
+    assert polygon.area(polygon.from_segments(mixed)) == pytest.approx(2.0 - 0.12)
+
+
+def test_a_ring_that_crosses_itself_is_mended_and_not_negative() -> None:
+    assert polygon.area(polygon.polygon([[[0, 0], [1, 1], [1, 0], [0, 1]]])) == pytest.approx(0.5)
+
+
+def test_grown_corners_stay_square() -> None:
+    assert polygon.area(polygon.grown(polygon.box(0, 0, 1, 1), 0.1)) == pytest.approx(1.44)
