@@ -1,0 +1,167 @@
+"""Is a calibration to be trusted? A small reprojection error proves little: these are the figures that say more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.adjust import (
+    RIG_ROWS,
+    Adjustment,
+    BoardView,
+    adjust,
+    camera_of,
+    right_from_left_of,
+    rms_px,
+)
+from asbuilt_bim.errors import CalibrationError
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import apply, rigid
+
+BASELINE_M = (0.02, 3.0)
+"""No site rig is narrower or wider; outside, the board's square was given in another unit."""
+_GRID = (8, 6)
+_FOLDS = 3
+_LOW_COVERAGE = 0.6
+_LARGE_HOLD_OUT = 1.5  # times the rms of the fit itself
+_LARGE_LENGTH_ERROR = 0.005  # of a length: 1 % of area
+_LARGE_SCALE_SIGMA = 0.005
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checks:
+    """What is known of a calibration beyond its own misfit.
+
+    Coverage: share of an 8 x 6 grid of the frame where corners were seen. Hold-out: corners of views that a third of
+    the pairs at a time were kept from (the rig from the others, the board's pose from the LEFT photo, the misfit in
+    the right one). Length: median relative error of the boards' diagonals, triangulated in those same views.
+    """
+
+    coverage_left: float
+    coverage_right: float
+    hold_out_rms_px: float
+    length_error: float
+    focal_sigma_px: float
+    baseline_sigma_m: float
+    warnings: tuple[str, ...]
+
+
+def refuse_impossible(right_from_left: FloatArray, square_m: float) -> None:
+    """Refuse a rig whose right camera doesn't stand to the right, or whose baseline can't be.
+
+    Raises: CalibrationError.
+    """
+    x, y, z = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
+    baseline = float(np.linalg.norm([x, y, z]))
+    if x < 0.0 and abs(x) > abs(y):
+        raise CalibrationError(
+            f"calibration: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left one; "
+            "exchange left and right of the board photos (and of the stations, if they were named the same way)"
+        )
+    if abs(x) < np.hypot(y, z):
+        raise CalibrationError(
+            f"calibration: the right camera stands at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the left one, not beside "
+            "it; use photos as the cameras stored them, of a rig held level"
+        )
+    low, high = BASELINE_M
+    if not low <= baseline <= high:
+        raise CalibrationError(
+            f"calibration: the baseline comes out at {baseline:.4g} m (limit {low:g} to {high:g} m) with squares of "
+            f"{square_m:g} m; give board.square_m in metres, as measured on the print"
+        )
+
+
+def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> Checks:
+    """Measure coverage, hold-out error, a known length and the sigma of focal length and baseline."""
+    left = _coverage(np.concatenate([view.left_px for view in views]), size)
+    right = _coverage(np.concatenate([view.right_px for view in views]), size)
+    hold_out, length = _hold_out(views, adjusted, size)
+    covariance = adjusted.covariance[np.ix_(RIG_ROWS, RIG_ROWS)]
+    shift = adjusted.shared[21:24]
+    along = shift / np.linalg.norm(shift)
+    baseline_sigma = float(np.sqrt(max(along @ covariance[11:, 11:] @ along, 0.0)))
+    focal_sigma = float(np.sqrt(max(covariance[0, 0], covariance[4, 4])))
+    relative = np.hypot(focal_sigma / adjusted.shared[0], baseline_sigma / np.linalg.norm(shift))
+    warnings = [
+        text
+        for is_so, text in (
+            (min(left, right) < _LOW_COVERAGE, f"the boards cover {100 * min(left, right):.0f} % of the frame only"),
+            (
+                hold_out > max(_LARGE_HOLD_OUT * adjusted.rms_px, 0.3),
+                f"views kept back miss by {hold_out:.2f} px, the others by {adjusted.rms_px:.2f} px",
+            ),
+            (length > _LARGE_LENGTH_ERROR, f"the boards' diagonals come out {100 * length:.2f} % wrong"),
+            (relative > _LARGE_SCALE_SIGMA, f"focal length and baseline are known to {100 * relative:.2f} % only"),
+        )
+        if is_so
+    ]
+    return Checks(
+        coverage_left=left,
+        coverage_right=right,
+        hold_out_rms_px=hold_out,
+        length_error=length,
+        focal_sigma_px=focal_sigma,
+        baseline_sigma_m=baseline_sigma,
+        warnings=tuple(warnings),
+    )
+
+
+def _coverage(pixels: FloatArray, size: tuple[int, int]) -> float:
+    cells = np.clip(np.floor((pixels + 0.5) / np.array(size) * np.array(_GRID)), 0, np.array(_GRID) - 1).astype(int)
+    return float(len(np.unique(cells, axis=0)) / (_GRID[0] * _GRID[1]))
+
+
+def _hold_out(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> tuple[float, float]:
+    """Return the rms in pixels in the right photos of views kept back, and the relative error of known lengths."""
+    misses: list[FloatArray] = []
+    lengths: list[float] = []
+    for fold in range(_FOLDS):
+        inside = [i for i in range(len(views)) if i % _FOLDS != fold]
+        fitted = adjust(adjusted.shared, adjusted.poses[inside], [views[i] for i in inside])
+        for index in set(range(len(views))) - set(inside):
+            misses.append(_miss(fitted.shared, adjusted.poses[index], views[index], size))
+            error = _length_error(fitted.shared, views[index], size)
+            if error is not None:
+                lengths.append(error)
+    return rms_px(np.concatenate(misses)), float(np.median(lengths)) if lengths else 0.0
+
+
+def _miss(shared: FloatArray, pose: FloatArray, view: BoardView, size: tuple[int, int]) -> FloatArray:
+    """Fit the board's pose in the left photo alone and return its misfit in the right one."""
+    left, right = camera_of(shared, 0, size), camera_of(shared, 1, size)
+    _, turn, shift = cv2.solvePnP(
+        view.left_points_m.copy(),
+        view.left_px.copy(),
+        np.array(left.K),
+        np.array(left.distortion),
+        pose[:3].copy(),
+        pose[3:].copy(),
+        useExtrinsicGuess=True,
+        flags=cv2.SOLVEPNP_ITERATIVE,
+    )
+    in_left = apply(rigid(np.ravel(turn), np.ravel(shift)), view.right_points_m)
+    missed: FloatArray = (right.project(apply(right_from_left_of(shared), in_left)) - view.right_px).ravel()
+    return missed
+
+
+def _length_error(shared: FloatArray, view: BoardView, size: tuple[int, int]) -> float | None:
+    """Triangulate the two corners furthest apart that both photos show; the relative error of their distance."""
+    apart = np.linalg.norm(view.left_points_m[:, None] - view.right_points_m[None], axis=-1)
+    in_left, in_right = np.nonzero(apart < 1e-9)
+    if len(in_left) < 2:
+        return None
+    points = view.left_points_m[in_left]
+    distances = np.linalg.norm(points[:, None] - points[None], axis=-1)
+    ends = list(np.unravel_index(int(np.argmax(distances)), distances.shape))
+    right_from_left = right_from_left_of(shared)
+    from_left = camera_of(shared, 0, size).rays(view.left_px[in_left[ends]])
+    from_right = camera_of(shared, 1, size).rays(view.right_px[in_right[ends]]) @ right_from_left[:3, :3]
+    centre = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
+    met = []
+    for one, other in zip(from_left, from_right, strict=True):
+        along = np.linalg.lstsq(np.stack([one, -other], axis=-1), centre, rcond=None)[0]
+        met.append(0.5 * (along[0] * one + centre + along[1] * other))
+    known = float(distances[ends[0], ends[1]])
+    return abs(float(np.linalg.norm(met[0] - met[1])) / known - 1.0)

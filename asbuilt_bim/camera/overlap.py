@@ -1,0 +1,162 @@
+"""Do both photos of a pair belong together? Overlap, order and rows, from features that both show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray
+
+LEAST_OVERLAP = 0.30
+"""The paper's condition: both frames share at least 30 %."""
+ROW_LIMIT_PX = 2.0
+"""A calibrated rig keeps rows to a few tenths of a pixel; dense stereo fails from about two."""
+_FEATURES = 1500
+_WORKING_WIDTH = 800.0  # features of building sites are as many and twice as quick at this width
+_RATIO = 0.85
+_FEWEST = 25  # below, chance matches could make a pattern
+_MODEL_TOLERANCE_PX = 3.0
+_ROW_BAND_SHARE = 0.12  # of the height: a rig knocked further no longer has rows to speak of
+_SWAPPED_SHARE = 0.8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PairMatches:
+    """Features seen in both rectified photos: pixels (N, 2) left and right, after the foreign ones were taken out."""
+
+    left_px: FloatArray
+    right_px: FloatArray
+
+    @property
+    def disparity_px(self) -> FloatArray:
+        """Return x left less x right (N,)."""
+        disparity: FloatArray = self.left_px[:, 0] - self.right_px[:, 0]
+        return disparity
+
+    @property
+    def rows_px(self) -> FloatArray:
+        """Return y left less y right (N,)."""
+        rows: FloatArray = self.left_px[:, 1] - self.right_px[:, 1]
+        return rows
+
+
+def match_pair(pair: RectifiedPair) -> PairMatches:
+    """Match features of both rectified photos whose rows differ as one smooth tilt of the rig would make them."""
+    scale = min(1.0, _WORKING_WIDTH / pair.camera.width_px)
+    left, left_codes = _features(pair.left, pair.valid_left, scale)
+    right, right_codes = _features(pair.right, pair.valid_right, scale)
+    none = np.zeros((0, 2))
+    if len(left) < 2 or len(right) < 2:
+        return PairMatches(left_px=none, right_px=none)
+    found = cv2.BFMatcher(cv2.NORM_HAMMING).knnMatch(left_codes, right_codes, k=2)
+    good = [first for first, *second in found if second and first.distance < _RATIO * second[0].distance]
+    a, b = left[[m.queryIdx for m in good]], right[[m.trainIdx for m in good]]
+    if len(good) < 4:
+        return PairMatches(left_px=none, right_px=none)
+    fits = _one_tilt(a, a[:, 1] - b[:, 1], _ROW_BAND_SHARE * pair.camera.height_px)
+    return PairMatches(left_px=a[fits], right_px=b[fits])
+
+
+def overlap_share(pair: RectifiedPair, matches: PairMatches) -> float:
+    """Return the share 0..1 of the left photo that the right one shows too, going by the nearest matches' disparity."""
+    if len(matches.left_px) == 0:
+        return 0.0
+    height, width = pair.valid_left.shape
+    y, x = np.meshgrid(np.linspace(0, height - 1, 24), np.linspace(0, width - 1, 32), indexing="ij")
+    cells = np.stack([x, y], axis=-1).reshape(-1, 2)
+    inside = pair.valid_left[cells[:, 1].astype(int), cells[:, 0].astype(int)]
+    cells = cells[inside]
+    apart = np.linalg.norm(cells[:, None] - matches.left_px[None], axis=-1)
+    nearest = np.argsort(apart, axis=1)[:, : min(7, len(matches.left_px))]
+    column = np.rint(cells[:, 0] - np.median(matches.disparity_px[nearest], axis=1)).astype(int)
+    in_frame = (column >= 0) & (column < width)
+    row = cells[:, 1].astype(int)
+    seen = in_frame & pair.valid_right[row, np.clip(column, 0, width - 1)]
+    return float(np.mean(seen))
+
+
+def check_pair(pair: RectifiedPair) -> tuple[Rejection, ...]:
+    """Return why both photos can't be used together: swapped, not of one scene, rows apart, too little overlap."""
+    what = f"station {pair.name}"
+    matches = match_pair(pair)
+    count = len(matches.left_px)
+    if count < _FEWEST:
+        return (
+            Rejection(
+                what=what,
+                reason="left and right show too little in common: another scene, another rig, or an overlap under 30 %",
+                value=f"{count} common features",
+                limit=str(_FEWEST),
+                remedy="check that both photos are of this station and in focus, and that the rig is the project's",
+            ),
+        )
+    behind = float(np.mean(matches.disparity_px < -1.0))
+    if behind > _SWAPPED_SHARE:
+        return (
+            Rejection(
+                what=what,
+                reason="left and right look swapped: the scene would lie behind the rig",
+                value=f"{100 * behind:.0f} % of features",
+                limit=f"{100 * _SWAPPED_SHARE:.0f} %",
+                remedy="exchange left and right of this station in the project file",
+            ),
+        )
+    rejections = []
+    rows = float(np.median(np.abs(matches.rows_px)))
+    if rows > ROW_LIMIT_PX:
+        rejections.append(
+            Rejection(
+                what=what,
+                reason="rows of left and right don't correspond: the rig was knocked, or the photos are of another rig",
+                value=f"vertical residual {rows:.1f} px",
+                limit=f"{ROW_LIMIT_PX:g} px",
+                remedy="calibrate the rig again, and take the station again",
+            )
+        )
+    share = overlap_share(pair, matches)
+    if share < LEAST_OVERLAP:
+        rejections.append(
+            Rejection(
+                what=what,
+                reason="the frames overlap too little",
+                value=f"{100 * share:.0f} %",
+                limit=f"{100 * LEAST_OVERLAP:.0f} %",
+                remedy="stand further away, or turn the cameras parallel and calibrate again",
+            )
+        )
+    return tuple(rejections)
+
+
+def _features(image: ByteImage, valid: BoolArray, scale: float) -> tuple[FloatArray, ByteImage]:
+    """Return feature places (N, 2) in full-size pixels and their codes (N, 32)."""
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1.0 else grey
+    size = (small.shape[1], small.shape[0])
+    mask = cv2.erode(cv2.resize(valid.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST), np.ones((9, 9)))
+    points, codes = cv2.ORB.create(nfeatures=_FEATURES, fastThreshold=7).detectAndCompute(small, mask)
+    if codes is None or len(points) == 0:
+        return np.zeros((0, 2)), np.zeros((0, 32), dtype=np.uint8)
+    places = np.array([point.pt for point in points], dtype=np.float64)
+    return (places + 0.5) / scale - 0.5, np.asarray(codes, dtype=np.uint8)
+
+
+def _one_tilt(left: FloatArray, rows: FloatArray, band: float) -> BoolArray:
+    """Say which matches' row differences (N,) follow one plane over the photo, as pitch, roll and zoom make them.
+
+    The plane is the best of samples of three from a fixed sequence, within `band` pixels.
+    """
+    design = np.c_[np.ones(len(left)), left / 1000.0]
+    draw = np.random.default_rng(len(left)).random((200, len(left))).argsort(axis=1)[:, :3]
+    level = np.stack([np.median(rows[draw], axis=1), np.zeros(200), np.zeros(200)], axis=-1)
+    well = np.abs(np.linalg.det(design[draw])) > 1e-3
+    tilted = np.linalg.solve(design[draw][well], rows[draw][well][..., None])[..., 0]
+    planes = np.concatenate([level, tilted[np.abs(tilted[:, 1:]).max(axis=1) < 40.0]])
+    misses = np.abs(rows[None, :] - planes @ design.T)
+    misses[:, np.abs(rows) > band] = np.inf
+    best = misses[int(np.argmin(np.minimum(misses, _MODEL_TOLERANCE_PX).sum(axis=1)))]
+    fits: BoolArray = best < _MODEL_TOLERANCE_PX
+    return fits

@@ -1,0 +1,98 @@
+"""Photos: read as bytes first, looked at from outside, then decoded as they were stored, never turned by EXIF."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.exif import PhotoExif, exif_from_tiff
+from asbuilt_bim.camera.photo_check import check_photo_against_rig
+from asbuilt_bim.camera.picture_file import look_at
+from asbuilt_bim.errors import PhotoError
+from asbuilt_bim.geometry.arrays import ByteImage
+
+__all__ = ["MAX_PIXELS", "Photo", "PhotoExif", "check_photo_against_rig", "decode", "photo_from_bytes", "read_photo"]
+
+MAX_PIXELS = 100_000_000
+"""No site camera has more than 100 megapixels; a file that says so is damaged or meant to exhaust the memory."""
+MAX_BYTES = 500_000_000
+_FILL_ROWS = 8  # the decoder fills whole blocks of 8 rows where data is missing
+_FILL_GREY = 128  # with the middle of its range
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Photo:
+    """A picture file as bytes: `digest` is their SHA-256, `exif` what they say of the camera; not decoded yet."""
+
+    name: str  # the path as the user wrote it, for messages
+    data: bytes
+    digest: str
+    exif: PhotoExif
+
+
+def read_photo(path: Path) -> Photo:
+    """Read a photo's bytes and look at them from outside.
+
+    Raises: PhotoError where the file is missing, can't be read, is empty, is no JPEG or PNG, is truncated, or holds
+    more than `MAX_PIXELS`.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise PhotoError(f"photo {path}: {path.stat().st_size / 1e6:.0f} MB is no photo of a station")
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise PhotoError(
+            f"photo {path}: there is no such file; copy it there, or correct the path in the project file"
+        ) from None
+    except IsADirectoryError:
+        raise PhotoError(f"photo {path}: this is a folder; name the picture file in the project file") from None
+    except OSError as error:
+        raise PhotoError(
+            f"photo {path}: it can't be read ({error.strerror or error}); check the file's rights and the disk"
+        ) from error
+    return photo_from_bytes(str(path), data)
+
+
+def photo_from_bytes(name: str, data: bytes) -> Photo:
+    """Look at a picture file's bytes from outside.
+
+    Raises: PhotoError as `read_photo` does.
+    """
+    outside = look_at(data)
+    if outside.problem:
+        raise PhotoError(f"photo {name}: {outside.problem}; copy the photo from the camera again, as JPEG or PNG")
+    pixels = outside.width_px * outside.height_px
+    if pixels > MAX_PIXELS:
+        raise PhotoError(
+            f"photo {name}: {outside.width_px} x {outside.height_px} pixels exceed {MAX_PIXELS / 1e6:.0f} million; "
+            "the file is damaged, or not a photo of the rig"
+        )
+    exif = exif_from_tiff(outside.exif, outside.width_px, outside.height_px)
+    return Photo(name=name, data=data, digest=hashlib.sha256(data).hexdigest(), exif=exif)
+
+
+def decode(photo: Photo) -> ByteImage:
+    """Decode to BGR uint8 (H, W, 3) as the sensor stored it: EXIF orientation is not applied.
+
+    Raises: PhotoError where the bytes can't be decoded, or only in part.
+    """
+    try:
+        image = cv2.imdecode(
+            np.frombuffer(photo.data, dtype=np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        )
+    except cv2.error:
+        image = None
+    if image is None:
+        raise PhotoError(f"photo {photo.name}: it can't be decoded, it is damaged; copy it from the camera again")
+    height, width = image.shape[:2]
+    if (width, height) != (photo.exif.width_px, photo.exif.height_px):
+        raise PhotoError(f"photo {photo.name}: it decodes to {width} x {height} pixels, not to what it says")
+    if height > _FILL_ROWS and bool((image[-_FILL_ROWS:] == _FILL_GREY).all()):
+        raise PhotoError(
+            f"photo {photo.name}: its lower part is missing (it decodes to plain grey); copy it from the camera again"
+        )
+    return np.asarray(image, dtype=np.uint8)

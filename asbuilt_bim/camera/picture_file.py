@@ -1,0 +1,84 @@
+"""A picture file's outside: which kind it is, how large, whether it is whole, all before anything is decoded."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+
+_JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n"
+_MARKER = re.compile(rb"\xff([^\x00\xd0-\xd7\xff])")
+_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_END_OF_IMAGE, _START_OF_SCAN, _APP1 = 0xD9, 0xDA, 0xE1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PictureOutside:
+    """What the bytes of a picture file say without decoding: `problem` is "" when nothing is wrong."""
+
+    width_px: int = 0
+    height_px: int = 0
+    exif: bytes = b""  # the TIFF block, b"" where there is none
+    problem: str = ""
+
+
+def look_at(data: bytes) -> PictureOutside:
+    """Tell kind, size and wholeness of a JPEG or PNG file from its bytes; other bytes come back with a problem."""
+    if not data:
+        return PictureOutside(problem="the file is empty")
+    if data.startswith(_JPEG):
+        return _jpeg(data)
+    if data.startswith(_PNG):
+        return _png(data)
+    return PictureOutside(problem=f"the file is not a JPEG or PNG picture ({_guess(data)})")
+
+
+def _guess(data: bytes) -> str:
+    if data[4:8] == b"ftyp":
+        return "it looks like HEIC or a film"
+    if data[:4] in (b"II*\x00", b"MM\x00*"):
+        return "it looks like TIFF or a camera's RAW"
+    if data[:4] == b"RIFF" or data[:4] == b"GIF8" or data[:2] == b"BM":
+        return "it looks like another picture format"
+    text = all(byte >= 32 or byte in b"\t\r\n" for byte in data[:64])
+    return "it looks like text" if text else "its first bytes belong to no picture format"
+
+
+def _jpeg(data: bytes) -> PictureOutside:
+    """Walk the segments of a JPEG up to the end-of-image marker of its first picture."""
+    at, width, height, exif = 2, 0, 0, b""
+    while (found := _MARKER.search(data, at)) is not None:
+        kind, body = found.group(1)[0], found.end()
+        if kind == _END_OF_IMAGE:
+            problem = "" if width and height else "the picture has no size"
+            return PictureOutside(width_px=width, height_px=height, exif=exif, problem=problem)
+        if body + 2 > len(data):
+            break
+        (length,) = struct.unpack_from(">H", data, body)
+        if kind in _START_OF_FRAME and body + 7 <= len(data):
+            height, width = struct.unpack_from(">HH", data, body + 3)
+        if kind == _APP1 and not exif and data[body + 2 : body + 8] == b"Exif\x00\x00":
+            exif = data[body + 8 : body + length]
+        at = body + max(length, 2)
+    return PictureOutside(
+        width_px=width, height_px=height, exif=exif, problem="the file is truncated: a JPEG that ends before its end"
+    )
+
+
+def _png(data: bytes) -> PictureOutside:
+    """Walk the chunks of a PNG up to IEND."""
+    at, width, height, exif = 8, 0, 0, b""
+    while at + 12 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        body = at + 8
+        if kind == b"IHDR" and length >= 8:
+            width, height = struct.unpack_from(">II", data, body)
+        if kind == b"eXIf" and not exif:
+            exif = data[body : body + length]
+        if kind == b"IEND":
+            problem = "" if width and height else "the picture has no size"
+            return PictureOutside(width_px=width, height_px=height, exif=exif, problem=problem)
+        at = body + length + 4
+    return PictureOutside(
+        width_px=width, height_px=height, exif=exif, problem="the file is truncated: a PNG that ends before its end"
+    )

@@ -1,0 +1,56 @@
+"""The stereo rig as it was calibrated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.geometry.arrays import FloatArray
+
+PARAMETERS = (
+    "fx_left",
+    "fy_left",
+    "cx_left",
+    "cy_left",
+    "fx_right",
+    "fy_right",
+    "cx_right",
+    "cy_right",
+    "rx",
+    "ry",
+    "rz",
+    "tx",
+    "ty",
+    "tz",
+)
+"""The rows of `StereoRig.covariance`: pixels, rotation vector (rad) and translation (m) of right_from_left."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StereoRig:
+    """Two cameras and where the right one stands: `right_from_left` (4, 4) in metres.
+
+    `covariance` (14, 14) belongs to `PARAMETERS`; all zeros means "not known" (a rig file of another tool).
+    `rms_px` is the calibration's stereo reprojection error, 0 where it isn't known.
+    `camera_model`, `camera_serial`, `focal_length_mm` come from the boards' EXIF, "" / 0 where there is none:
+    a photo that says otherwise is of another camera, or was zoomed.
+    """
+
+    left: Intrinsics
+    right: Intrinsics
+    right_from_left: FloatArray
+    covariance: FloatArray
+    rms_px: float = 0.0
+    views_used: int = 0
+    camera_model: str = ""
+    camera_serial: str = ""
+    focal_length_mm: float = 0.0
+    camera_serial_right: str = ""  # "" where the right camera's boards carry no serial
+    exif_orientation: int = 0  # of the boards; 0 where they carry none
+
+    @property
+    def baseline_m(self) -> float:
+        """Return the distance between the two camera centres in metres."""
+        return float(np.linalg.norm(self.right_from_left[:3, 3]))

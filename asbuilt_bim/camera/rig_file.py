@@ -1,0 +1,147 @@
+"""The rig file: a calibrated rig as YAML, without losing a digit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jsonschema import Draft202012Validator
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.errors import OutputError, RigError
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.schemas_dir import schema
+
+FORMAT, VERSION = "asbuilt-bim/rig", 1
+MAX_BYTES = 1_000_000
+_HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1.json\n"
+_ROTATION_TOLERANCE = 1e-6
+
+
+def write_rig(rig: StereoRig, path: Path) -> None:
+    """Write a rig to a YAML file that `read_rig` reads back to the last digit.
+
+    Raises: OutputError where it can't be written.
+    """
+    text = _HEADER + yaml.safe_dump(_plain(rig), sort_keys=False, default_flow_style=None, width=120)
+    try:
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise OutputError(f"rig file {path}: it can't be written ({error.strerror or error})") from error
+
+
+def read_rig(path: Path) -> StereoRig:
+    """Read a rig file of this program; `formats.read_opencv_rig` reads OpenCV's.
+
+    Raises: RigError with every bad key, or where the rig can't be right.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RigError(f"rig file {path}: it can't be read ({error.strerror or error}); check rig.file") from error
+    if len(data) > MAX_BYTES:
+        raise RigError(f"rig file {path}: {len(data)} bytes exceed {MAX_BYTES}; this is no rig file")
+    try:
+        text = data.decode("utf-8")
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
+            raise RigError(f"rig file {path}: YAML aliases (*name) are not read; write the values out")
+        content = yaml.safe_load(text)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise RigError(f"rig file {path}: it is not plain YAML ({error}); calibrate again to write one") from error
+    problems = [_problem(error) for error in Draft202012Validator(schema("rig-1")).iter_errors(content)]
+    if problems:
+        raise RigError(f"rig file {path}:\n  " + "\n  ".join(sorted(problems)))
+    rig = _rig(content)
+    problems = rig_problems(rig)
+    if problems:
+        raise RigError(f"rig file {path}:\n  " + "\n  ".join(problems))
+    return rig
+
+
+def rig_problems(rig: StereoRig) -> list[str]:
+    """Say what makes a rig impossible, one line a key; nothing for a rig that can be."""
+    problems = []
+    for side, camera in (("left", rig.left), ("right", rig.right)):
+        if not np.all(np.isfinite(camera.K)) or not np.all(np.isfinite(camera.distortion)):
+            problems.append(f"{side}: K and distortion must be finite numbers")
+            continue
+        fx, fy, longest = camera.K[0, 0], camera.K[1, 1], max(camera.width_px, camera.height_px)
+        if not (0.2 * longest < fx < 20 * longest and 0.8 < fx / fy < 1.25):
+            problems.append(f"{side}.K: focal lengths {fx:.1f}, {fy:.1f} px don't fit a picture {longest} px long")
+        if not (0 <= camera.K[0, 2] < camera.width_px and 0 <= camera.K[1, 2] < camera.height_px):
+            problems.append(f"{side}.K: the principal point lies outside the picture")
+        if abs(camera.K[0, 1]) + abs(camera.K[1, 0]) + np.abs(camera.K[2] - [0.0, 0.0, 1.0]).sum() > 1e-9:
+            problems.append(f"{side}.K: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    turn, last = rig.right_from_left[:3, :3], rig.right_from_left[3]
+    if not np.all(np.isfinite(rig.right_from_left)):
+        return [*problems, "right_from_left: must be finite numbers"]
+    off = float(np.abs(turn @ turn.T - np.eye(3)).max())
+    if off > _ROTATION_TOLERANCE or np.linalg.det(turn) < 0 or np.abs(last - [0, 0, 0, 1]).max() > 0:
+        problems.append(f"right_from_left: is no rigid transform (its rotation is off by {off:.2g})")
+    if not 0.02 <= rig.baseline_m <= 3.0:
+        problems.append(f"right_from_left: baseline {rig.baseline_m:.4g} m, limit 0.02 to 3 m; give metres")
+    spread = np.diag(rig.covariance)
+    if not np.all(np.isfinite(rig.covariance)) or np.any(spread < 0):
+        problems.append("covariance: variances must be finite and not negative")
+    return problems
+
+
+def _problem(error: Any) -> str:
+    where = ".".join(str(part) for part in error.absolute_path) or "the file"
+    return f"{where}: {error.message[:200]}"
+
+
+def _plain(rig: StereoRig) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "left": _plain_camera(rig.left),
+        "right": _plain_camera(rig.right),
+        "right_from_left": rig.right_from_left.tolist(),
+        "covariance": rig.covariance.tolist(),
+        "rms_px": float(rig.rms_px),
+        "views_used": int(rig.views_used),
+        "camera_model": rig.camera_model,
+        "camera_serial": rig.camera_serial,
+        "camera_serial_right": rig.camera_serial_right,
+        "exif_orientation": rig.exif_orientation,
+        "focal_length_mm": float(rig.focal_length_mm),
+    }
+
+
+def _plain_camera(camera: Intrinsics) -> dict[str, Any]:
+    return {
+        "K": camera.K.tolist(),
+        "distortion": camera.distortion.tolist(),
+        "width_px": camera.width_px,
+        "height_px": camera.height_px,
+    }
+
+
+def _rig(content: dict[str, Any]) -> StereoRig:
+    size = len(PARAMETERS)
+    return StereoRig(
+        left=_camera(content["left"]),
+        right=_camera(content["right"]),
+        right_from_left=frozen(content["right_from_left"]),
+        covariance=frozen(content.get("covariance", np.zeros((size, size)))),
+        rms_px=float(content.get("rms_px", 0.0)),
+        views_used=content.get("views_used", 0),
+        camera_model=content.get("camera_model", ""),
+        camera_serial=content.get("camera_serial", ""),
+        camera_serial_right=content.get("camera_serial_right", ""),
+        exif_orientation=content.get("exif_orientation", 0),
+        focal_length_mm=float(content.get("focal_length_mm", 0.0)),
+    )
+
+
+def _camera(content: dict[str, Any]) -> Intrinsics:
+    return Intrinsics(
+        K=frozen(content["K"]),
+        distortion=frozen(content["distortion"]),
+        width_px=content["width_px"],
+        height_px=content["height_px"],
+    )

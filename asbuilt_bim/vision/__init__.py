@@ -1,0 +1,1 @@
+"""A rectified pair in, pixels that mean something out."""

@@ -1,0 +1,125 @@
+"""A circle in space from its outline in both rectified photos.
+
+The centre of an ellipse is not the picture of the circle's centre; fitting the circle itself, rather than two ellipses,
+makes that exact, uses one shape for both photos, and gives the covariance of what is asked for: centre and diameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import unit
+from asbuilt_bim.vision.ellipse import Ellipse, conic_distance
+
+_ROUNDS = 25
+_STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
+_POINTS_PER_OBSERVATION = 2.0
+"""Edge points 1.2 px apart share pixels: two of them say about as much as one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SpaceCircle:
+    """A circle in the RECTIFIED left frame: `centre_px` (2,) of its centre's picture, `disparity_px`, `normal` (3,).
+
+    `covariance` (4, 4) of [x px, y px, disparity px, ln radius], `rms_px` the misfit of the outline.
+    """
+
+    centre_px: FloatArray
+    disparity_px: float
+    radius_m: float
+    normal: FloatArray
+    covariance: FloatArray
+    rms_px: float
+
+
+def fit_circle(
+    left_edge: FloatArray, right_edge: FloatArray, left: Ellipse, right: Ellipse, camera: RectifiedCamera
+) -> SpaceCircle | None:
+    """Fit the circle whose pictures run through both outlines (N, 2) and (M, 2); None where the fit fails.
+
+    An ellipse leaves two tilts open; both are tried, and the one that both photos agree on is taken.
+    """
+    fits = [_descend(start, left_edge, right_edge, camera) for start in _starts(left, right, camera)]
+    good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
+    if not good:
+        return None
+    parameters, jacobian, residual = min(good, key=lambda fit: float(fit[2] @ fit[2]))
+    freedom = max(len(residual) - len(parameters), 1)
+    variance = float(residual @ residual) / freedom * _POINTS_PER_OBSERVATION
+    # The tilt of a disc seen from the front is nearly free; a weak prior (about a radian) keeps the inverse finite.
+    information = jacobian.T @ jacobian / max(variance, 1e-6) + np.diag([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
+    return SpaceCircle(
+        centre_px=frozen(parameters[:2]),
+        disparity_px=float(parameters[2]),
+        radius_m=float(np.exp(parameters[3])),
+        normal=frozen(_normal(parameters)),
+        covariance=frozen(np.linalg.inv(information)[:4, :4]),
+        rms_px=float(np.sqrt(residual @ residual / len(residual))),
+    )
+
+
+def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera) -> list[FloatArray]:
+    disparity = left.x_px - right.x_px
+    radius = left.major_px * camera.baseline_m / disparity
+    tilt = np.tan(np.arccos(np.clip(left.minor_px / left.major_px, 0.2, 0.995)))
+    across = left.angle_rad + np.pi / 2  # a circle is foreshortened along the minor axis
+    lean = tilt * np.array([np.cos(across), np.sin(across)])
+    base = [left.x_px, left.y_px, disparity, np.log(radius)]
+    return [np.array([*base, *(sign * lean)]) for sign in (1.0, -1.0)]
+
+
+def _normal(parameters: FloatArray) -> FloatArray:
+    return unit(np.array([parameters[4], parameters[5], -1.0]))
+
+
+def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return the distances (N + M,) in pixels of both outlines from the circle's pictures."""
+    x, y, disparity = parameters[:3]
+    depth = camera.f_px * camera.baseline_m / disparity
+    centre = depth * np.array([(x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px, 1.0])
+    normal = _normal(parameters)
+    u = unit(np.cross(normal, [0.0, 1.0, 0.0]))
+    v = np.cross(normal, u)
+    radius = np.exp(parameters[3])
+    K = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
+    parts = []
+    for outline, shift in ((left, 0.0), (right, camera.baseline_m)):
+        plane = K @ np.stack([radius * u, radius * v, centre - [shift, 0.0, 0.0]], axis=-1)
+        back = np.linalg.inv(plane / depth)
+        parts.append(conic_distance(back.T @ np.diag([1.0, 1.0, -1.0]) @ back, outline))
+    return np.concatenate(parts)
+
+
+def _descend(
+    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return parameters (6,), their Jacobian and the residual at the least squares (Levenberg-Marquardt)."""
+    parameters, damping = start, 1e-3
+    residual = _residual(parameters, left, right, camera)
+    jacobian = np.zeros((len(residual), 6))
+    for _ in range(_ROUNDS):
+        for column, step in enumerate(_STEPS):
+            moved = parameters.copy()
+            moved[column] += step
+            jacobian[:, column] = (_residual(moved, left, right, camera) - residual) / step
+        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+        change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
+        tried = parameters + change
+        if tried[2] <= 0.0:
+            damping *= 10.0
+            continue
+        after = _residual(tried, left, right, camera)
+        if after @ after < residual @ residual:
+            gained = 1.0 - float(after @ after) / max(float(residual @ residual), 1e-30)
+            parameters, residual, damping = tried, after, damping * 0.2
+            if gained < 1e-9:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e8:
+                break
+    return parameters, jacobian, residual

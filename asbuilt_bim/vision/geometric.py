@@ -1,0 +1,148 @@
+"""Walls and columns told by their geometry alone: what stands upright, hangs together at convex edges, and has their size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
+from asbuilt_bim.geometry.grow import Piece
+from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.scene import Scene, SceneOptions, read_scene
+from asbuilt_bim.vision.segment import Instance, InstanceClass
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeometricOptions:
+    """Sizes by building practice."""
+
+    column_width_m: float = 1.05  # in-situ columns are cast up to 1.0 m; a wider thing is a wall
+    least_width_m: float = 0.12  # a thinner upright is a prop, a tube or a board
+    least_height_m: float = 0.30  # a kerb is lower; the first lift of a wall is higher
+    most_distance_m: float = 15.0  # beyond, a pixel is 14 mm and a disparity step 0.1 px is 9 cm
+    most_chroma: float = 0.42  # (max - min) / max of BGR: concrete keeps under 0.25, plywood and brick over 0.4
+    scene: SceneOptions = field(default_factory=SceneOptions)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeometricSegmenter:
+    """Finds walls and columns as groups of upright surfaces in the disparity map."""
+
+    options: GeometricOptions = field(default_factory=GeometricOptions)
+    name: str = "geometric"
+
+    def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
+        """Return the instances, masks in pixels of the rectified left photo, integers being pixel centres."""
+        known = depth if depth is not None else depth_map(pair, SemiGlobalMatcher())
+        return segment_scene(pair, read_scene(pair, known, self.options.scene), self.options)
+
+
+def segment_scene(pair: RectifiedPair, scene: Scene, options: GeometricOptions | None = None) -> list[Instance]:
+    """Group a scene's upright pieces to instances, the largest first."""
+    chosen = options or GeometricOptions()
+    found: list[Instance] = []
+    for group in _groups(scene.pieces):
+        instance = _instance(pair, scene, group, chosen)
+        if instance is not None:
+            found.append(instance)
+    return sorted(found, key=lambda instance: -int(np.count_nonzero(instance.mask)))
+
+
+def _groups(pieces: tuple[Piece, ...]) -> list[list[int]]:
+    """Return the pieces' numbers by instance: neighbours in a chain that meet in a convex edge."""
+    groups: list[list[int]] = [[0]] if pieces else []
+    for one, other in pairwise(range(len(pieces))):
+        if pieces[one].chain == pieces[other].chain and pieces[one].convex_next:
+            groups[-1].append(other)
+        else:
+            groups.append([other])
+    return groups
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Size:
+    """One piece's size in metres, and its distance."""
+
+    width_m: float
+    height_m: float
+    distance_m: float
+
+
+def _instance(pair: RectifiedPair, scene: Scene, group: list[int], options: GeometricOptions) -> Instance | None:
+    sizes: list[_Size] = []
+    mask = np.zeros(scene.labels.shape, dtype=bool)
+    round_column = False
+    for number in group:
+        if scene.sizes[number] == 0:
+            continue
+        own = scene.mask(number)
+        size = _size(scene, scene.pieces[number], own)
+        if size is None or size.height_m < options.least_height_m:
+            continue
+        sizes.append(size)
+        mask |= own
+        circle = scene.pieces[number].circle
+        round_column |= circle is not None and circle.radius_m < 0.5 * options.column_width_m
+    if not sizes or min(size.distance_m for size in sizes) > options.most_distance_m:
+        return None
+    if sum(size.width_m for size in sizes) < options.least_width_m:
+        return None
+    score = _concrete_score(pair, mask, options.most_chroma)
+    if score <= 0.0:
+        return None
+    slender = all(size.width_m < options.column_width_m for size in sizes)
+    label: InstanceClass = "column" if round_column or slender else "wall"
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+    freeze(mask)
+    return Instance(label=label, score=score, mask=mask, box_px=box, source="geometric")
+
+
+def _size(scene: Scene, piece: Piece, mask: BoolArray) -> _Size | None:
+    """Measure a piece by its mask: 2 and 98 per cent quantiles, so that a crumb doesn't count."""
+    rows, columns = np.nonzero(mask)
+    if rows.size == 0:
+        return None
+    x = scene.level.x_px[rows, columns]
+    ends = np.quantile(x, [0.02, 0.98])
+    f, b = scene.level.view.f_px, scene.level.baseline_m
+    d = piece.at(ends) if piece.circle is None else np.full(2, piece.offset_px)
+    if np.any(~(d > 0.5)):
+        return None
+    depth = f * b / d
+    plan = np.stack([ends * depth / f, depth], axis=1)
+    at = np.nan_to_num(piece.at(x), nan=piece.offset_px)
+    drop: FloatArray = scene.level.y_px[rows, columns] * b / at
+    low, high = np.quantile(drop, [0.02, 0.98])
+    return _Size(
+        width_m=float(np.linalg.norm(plan[1] - plan[0])), height_m=float(high - low),
+        distance_m=float(np.linalg.norm(plan.mean(axis=0))),
+    )  # fmt: skip
+
+
+def _concrete_score(pair: RectifiedPair, mask: BoolArray, most_chroma: float) -> float:
+    """Return 0..1: how grey the mask's pixels are against the photo's own neutral; 0 is no concrete.
+
+    The neutral is what half of the picture's own greyest pixels average to, so a warm evening doesn't turn walls to wood.
+    """
+    small = cv2.resize(pair.left, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA).reshape(-1, 3).astype(np.float64)
+    small = small[small.max(axis=1) > 20.0]
+    pixels = pair.left[mask][:: max(1, int(mask.sum()) // 4000)].astype(np.float64)
+    if len(small) < 50 or len(pixels) < 20:
+        return 0.5
+    greyest = small[np.argsort(_chroma(small))[: len(small) // 2]]
+    neutral = greyest.mean(axis=0)
+    neutral = np.clip(neutral / neutral.mean(), 0.85, 1.18)
+    chroma = float(np.median(_chroma(pixels / neutral)))
+    return float(np.clip(1.0 - chroma / most_chroma, 0.0, 1.0))
+
+
+def _chroma(pixels: FloatArray) -> FloatArray:
+    largest = np.maximum(pixels.max(axis=1), 1.0)
+    chroma: FloatArray = (largest - pixels.min(axis=1)) / largest
+    return chroma

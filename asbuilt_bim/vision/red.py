@@ -1,0 +1,117 @@
+"""What is red in a photo, in sun and in shade: a score that light cancels out of, and the blobs it makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray, IntArray
+
+LEVELS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
+"""Redness at which blobs are cut out; which one gives a disc's outline depends on light, dirt and what is behind."""
+_NOISE_LEVEL = 12.0  # grey levels: what the score of a black pixel is made of
+_HUE_BAND = 0.45  # of the chroma: green and blue may differ by this, orange and magenta don't pass
+_WORKING_WIDTH = 640  # blobs only say where to look: a target within 10 m has a radius of 8 px and more at this width
+_MIN_AREA_PX = 25  # here and below in pixels of the working size: a radius of under 3 px leaves no shape
+_MAX_SHARE = 0.2  # of the frame
+_ELLIPTIC = 0.8  # a rectangle has 0.88, a disc with a third cut off 0.9
+_GROWN_TOGETHER_PX = 125  # a disc before another red thing makes one large odd blob; small odd ones are clutter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RedBlob:
+    """A red patch that might be a disc: its outline (N, 2) in pixels; `elliptic` 0..1 tells how elliptic it is.
+
+    Found in a reduced picture, so that the outline is only good to a pixel or two.
+    """
+
+    outline: FloatArray
+    area_px: float
+    elliptic: float
+    box_px: tuple[int, int, int, int]  # x, y, width, height
+
+
+def redness(image: ByteImage) -> Float32Array:
+    """Return float32 (H, W) in 0..1: the share of a pixel's red that neither green nor blue matches; 0 for other hues.
+
+    Light scales red, green and blue together and so cancels; the sensor's noise is kept from making black pixels red.
+    """
+    blue, green, red = cv2.split(image)
+    chroma = cv2.subtract(red, cv2.max(blue, green))
+    score = chroma.astype(np.float32) / (red.astype(np.float32) + np.float32(_NOISE_LEVEL))
+    score[cv2.absdiff(green, blue) > _HUE_BAND * chroma] = 0.0
+    return np.asarray(score, dtype=np.float32)
+
+
+def red_blobs(score: Float32Array, limit: int) -> list[RedBlob]:
+    """Cut the redness (H, W) at every level and return the blobs that may hold a disc.
+
+    At most `limit` that are elliptic by themselves, the best first, then half as many large odd ones, the largest
+    first: a disc may have grown together with something red behind it.
+    """
+    found: list[RedBlob] = []
+    step = max(1, score.shape[1] // _WORKING_WIDTH)
+    small = cv2.resize(score, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA) if step > 1 else score
+    for level in LEVELS:
+        for blob in _blobs_at(np.asarray(small, dtype=np.float32), level, step):
+            twin = next((i for i, other in enumerate(found) if _overlap(blob.box_px, other.box_px) > 0.8), None)
+            if twin is None:
+                found.append(blob)
+            elif blob.elliptic > found[twin].elliptic:
+                found[twin] = blob
+    elliptic = sorted((b for b in found if b.elliptic >= _ELLIPTIC), key=lambda b: -b.elliptic * np.sqrt(b.area_px))
+    odd = sorted((b for b in found if b.elliptic < _ELLIPTIC), key=lambda b: -b.area_px)
+    return elliptic[:limit] + odd[: limit // 2]
+
+
+def _blobs_at(score: Float32Array, level: float, step: int) -> list[RedBlob]:
+    mask = (score >= level).astype(np.uint8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    x, y, width, height, area = np.asarray(stats).T
+    fill = area / np.maximum(width * height, 1)
+    likely = (area >= _MIN_AREA_PX) & (area <= _MAX_SHARE * score.size) & ((fill > 0.4) | (area >= _GROWN_TOGETHER_PX))
+    likely &= (width < 3.5 * height) & (height < 3.5 * width)
+    likely &= (x > 0) & (y > 0) & (x + width < score.shape[1]) & (y + height < score.shape[0])
+    likely[0] = False
+    boxes = np.stack([x, y, width, height], axis=-1).astype(np.int32)
+    patches = np.asarray(labels, dtype=np.int32)
+    blobs = (_blob(patches, int(label), boxes[label], step) for label in np.flatnonzero(likely))
+    return [blob for blob in blobs if blob is not None]
+
+
+def _blob(labels: IntArray, label: int, box: IntArray, step: int) -> RedBlob | None:
+    x, y, width, height = (int(side) for side in box)
+    crop: BoolArray = labels[y : y + height, x : x + width] == label
+    outlines, _ = cv2.findContours(crop.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    outline = np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
+    filled = np.zeros(crop.shape, dtype=np.uint8)
+    cv2.drawContours(filled, [outline.astype(np.int32).reshape(-1, 1, 2)], -1, 1, cv2.FILLED)
+    elliptic = _elliptic(filled.astype(bool))
+    if len(outline) < 12 or (elliptic < _ELLIPTIC and filled.sum() < _GROWN_TOGETHER_PX):
+        return None
+    return RedBlob(
+        outline=(outline + np.array([x, y]) + 0.5) * step - 0.5,
+        area_px=float(filled.sum()) * step**2,
+        elliptic=elliptic,
+        box_px=(x * step, y * step, width * step, height * step),
+    )
+
+
+def _elliptic(mask: BoolArray) -> float:
+    """Return the overlap (intersection over union) of a patch with the ellipse of its own moments."""
+    rows, columns = np.nonzero(mask)
+    points = np.stack([columns, rows], axis=-1).astype(np.float64)
+    middle = points.mean(axis=0)
+    spread = np.cov((points - middle).T, bias=True) + np.eye(2) / 12.0
+    grid = np.stack(np.meshgrid(np.arange(mask.shape[1]), np.arange(mask.shape[0])), axis=-1) - middle
+    inside = np.einsum("hwi,ij,hwj->hw", grid, np.linalg.inv(spread), grid) <= 4.0
+    return float((inside & mask).sum() / (inside | mask).sum())
+
+
+def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> float:
+    across = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
+    down = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
+    both = max(across, 0) * max(down, 0)
+    return both / (a[2] * a[3] + b[2] * b[3] - both)

@@ -1,0 +1,33 @@
+"""What stands in the photo as one piece: the `Segmenter` interface and its answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.vision.depth import DepthMap
+
+InstanceClass = Literal["wall", "column"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Instance:
+    """One segmented wall or column: mask bool (H, W) in the RECTIFIED left frame, box (x0, y0, x1, y1) in pixels."""
+
+    label: InstanceClass
+    score: float  # 0..1
+    mask: BoolArray
+    box_px: tuple[int, int, int, int]
+    source: str  # which segmenter said so
+
+
+class Segmenter(Protocol):
+    """Finds walls and columns in a rectified pair; version 1 of the interface."""
+
+    name: str
+
+    def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
+        """Return the instances, masks in pixels of the rectified left photo, integers being pixel centres."""
+        ...

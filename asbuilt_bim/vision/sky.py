@@ -1,0 +1,70 @@
+"""Where the photo shows sky: further than anything, so what should stand there does not."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.stereo import grey
+
+WINDOW_PX = 9
+MOST_TEXTURE_GREY = 3.0
+"""Standard deviation in a window: sensor noise and a gradient; concrete has pores."""
+LEAST_LIGHT = 0.55
+"""Sky is among the brightest in a photo by day: at least this share of its 98th percentile."""
+FAR_DISPARITY_PX = 4.0
+"""What was matched nearer than this (65 m for the usual rig) is a thing."""
+LEAST_PIXELS = 400
+
+
+def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
+    """Return the sky's pixels (H, W); conservative: what isn't plainly sky isn't.
+
+    Demanded of each pixel: untextured, no disparity but a very small one, bright, and not warmer than neutral (blue or
+    grey); and that it hangs together with the photo's top border.
+    """
+    picture = grey(pair.left)
+    mean = cv2.blur(picture, (WINDOW_PX, WINDOW_PX))
+    spread = np.sqrt(np.maximum(cv2.blur(picture * picture, (WINDOW_PX, WINDOW_PX)) - mean * mean, 0.0))
+    blue, green, red = (cv2.blur(pair.left[..., k].astype(np.float32), (5, 5)) for k in range(3))
+    valid = pair.valid_left
+    if not valid.any():
+        return np.zeros_like(valid)
+    light = float(np.quantile(picture[valid], 0.98))
+    near = depth.valid & (depth.disparity_px > FAR_DISPARITY_PX)
+    calm = (spread < MOST_TEXTURE_GREY) & (mean > LEAST_LIGHT * light)
+    cold = (blue >= red - 4.0) & (blue >= green - 6.0)
+    candidate = valid & calm & cold & ~near
+    candidate = cv2.morphologyEx(candidate.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0
+    sky = _hanging(candidate, valid)
+    # untextured pixels were kept off edges by the window's half: give that back, not over what was measured
+    grown = cv2.dilate(sky.astype(np.uint8), np.ones((WINDOW_PX, WINDOW_PX), np.uint8)) > 0
+    sky_level = _local_level(mean, sky)
+    back: BoolArray = sky | (grown & valid & ~near & (np.abs(picture - sky_level) < 3.0 * MOST_TEXTURE_GREY) & cold)
+    return back
+
+
+def _hanging(candidate: BoolArray, valid: BoolArray) -> BoolArray:
+    """Keep the parts that touch the top of the photo's own area."""
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
+    if count <= 1:
+        return np.zeros_like(candidate)
+    has = valid.any(axis=0)
+    top = np.argmax(valid, axis=0)
+    columns = np.flatnonzero(has)
+    touching: set[int] = set()
+    for below in range(2, 8):
+        rows = np.minimum(top[columns] + below, candidate.shape[0] - 1)
+        touching |= set(np.unique(parts[rows, columns]).tolist())
+    keep = [i for i in touching if i > 0 and stats[i, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
+    return np.isin(parts, keep)
+
+
+def _local_level(mean: np.ndarray, sky: BoolArray) -> np.ndarray:
+    """Return the sky's grey level near each pixel: its own mean in a wide window."""
+    weight = cv2.blur(sky.astype(np.float32), (31, 31))
+    total = cv2.blur(np.where(sky, mean, 0.0).astype(np.float32), (31, 31))
+    return np.where(weight > 1e-3, total / np.maximum(weight, 1e-3), -1e3)

@@ -1,0 +1,203 @@
+"""The red disc: its centres in both photos, and its distance by triangulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.vision.circle import SpaceCircle, fit_circle
+from asbuilt_bim.vision.disc import RedDisc, find_discs
+
+_CLEAR_SUPPORT = 0.85
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetOptions:
+    """What the target looks like and how strictly it is asked for."""
+
+    required: bool = True  # the paper's method needs it at every station
+    diameter_m: float | None = None  # None: not told; then any plausible disc is taken, if it is the only one
+    diameter_tolerance: float = 0.12  # relative; a knocked rig or a wrong unit errs by more, a bent disc by less
+    smallest_m: float = 0.05  # where the diameter isn't told: smaller is a button or a lamp
+    largest_m: float = 1.0  # and larger is a sign or a tank
+    row_limit_px: float = 1.5  # both centres lie on one row; calibrated rigs keep to a few tenths
+    bias_sigma_px: float = 0.05  # of disparity: interpolation and edges' tone curve, which no residual shows
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TargetSighting:
+    """The target in both rectified photos: centres (2,) sub-pixel, `depth_m` is Z of eq. 3 along the rectified axis.
+
+    `range_m` is the distance from the left camera's centre: what a tape shows. `diameter_m` is what the
+    picture says of the disc's diameter. The centres are pictures of the disc's own centre, not of the ellipses'.
+    `depth_sigma_m` is the photos' part; what the rig's calibration adds comes on top.
+    """
+
+    left_px: FloatArray  # (2,)
+    right_px: FloatArray  # (2,)
+    radius_px: float  # semi-major axis in the left photo
+    ellipse_left: tuple[float, float, float, float, float]  # cx, cy, full major, full minor, angle (rad)
+    disparity_px: float
+    depth_m: float
+    depth_sigma_m: float
+    range_m: float
+    diameter_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Pairing:
+    """A disc seen in both photos, and the circle in space that makes both."""
+
+    left: RedDisc
+    right: RedDisc
+    circle: SpaceCircle
+
+
+def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSighting | None, tuple[Rejection, ...]]:
+    """Find the red disc in both rectified photos and triangulate its centre.
+
+    Returns the sighting, or None with the reasons. With `required` off, a target that is simply not there gives no
+    reason; two discs, or one in a single photo, still do. A sighting may come with reasons why other discs aren't it.
+
+    Reference: Perez & Tah 2023, eq. 2 (D = u_L - u_R) and eq. 3 (Z = f b / D).
+    """
+    lefts, rights = find_discs(pair.left), find_discs(pair.right)
+    pairings = _pairings(lefts, rights, pair.camera)
+    level = [p for p in pairings if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
+    right_size = [p for p in level if _size_fits(p.circle, options)]
+    if len(right_size) == 1:
+        others = tuple(_not_it(pair, p, options) for p in level if p is not right_size[0] and _is_clear(p))
+        return _sighting(right_size[0], pair.camera, options), others
+    if len(right_size) > 1:
+        return None, (_several(pair, right_size, options),)
+    if level:
+        return None, tuple(_not_it(pair, p, options) for p in level)
+    if pairings:
+        return None, (_off_row(pair, pairings[0], options),)
+    return None, _absent(pair, _clear(lefts), _clear(rights), options)
+
+
+def _pairings(lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera) -> list[_Pairing]:
+    """Return the discs that can be one disc seen twice: near one row, of one size, in front of the cameras."""
+    found: list[_Pairing] = []
+    for left in lefts:
+        for right in rights:
+            a, b = left.ellipse, right.ellipse
+            near_row = abs(a.y_px - b.y_px) < 2.0 + 0.1 * a.major_px
+            alike = abs(np.log(a.minor_px / b.minor_px)) < 0.15 and abs(np.log(a.major_px / b.major_px)) < 0.1
+            if not (near_row and alike and a.x_px - b.x_px > 1.0):
+                continue
+            circle = fit_circle(left.edge, right.edge, a, b, camera)
+            if circle is not None and circle.rms_px < 0.5 + 0.02 * a.major_px:
+                found.append(_Pairing(left=left, right=right, circle=circle))
+    return found
+
+
+def _size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
+    diameter = 2.0 * circle.radius_m
+    if options.diameter_m is None:
+        return options.smallest_m <= diameter <= options.largest_m
+    sigma = _diameter_sigma(circle)
+    return abs(diameter - options.diameter_m) <= options.diameter_tolerance * options.diameter_m + 2.0 * sigma
+
+
+def _is_clear(found: _Pairing) -> bool:
+    """Say whether both photos show nearly the whole outline: worth a word even where it isn't the target."""
+    return bool(_clear((found.left,)) and _clear((found.right,)))
+
+
+def _clear(discs: tuple[RedDisc, ...]) -> tuple[RedDisc, ...]:
+    """Return the discs whose outline is nearly whole: others may be any red thing with a round side."""
+    return tuple(disc for disc in discs if disc.support > _CLEAR_SUPPORT)
+
+
+def _diameter_sigma(circle: SpaceCircle) -> float:
+    """Return the diameter's standard deviation in metres."""
+    return 2.0 * circle.radius_m * float(np.sqrt(circle.covariance[3, 3]))
+
+
+def _sighting(found: _Pairing, camera: RectifiedCamera, options: TargetOptions) -> TargetSighting:
+    circle, ellipse = found.circle, found.left.ellipse
+    disparity = circle.disparity_px
+    depth = camera.f_px * camera.baseline_m / disparity
+    sigma_px = float(np.hypot(np.sqrt(circle.covariance[2, 2]), options.bias_sigma_px))
+    ray = np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]), camera.f_px]) / camera.f_px
+    return TargetSighting(
+        left_px=circle.centre_px,
+        right_px=frozen(circle.centre_px - [disparity, 0.0]),
+        radius_px=ellipse.major_px,
+        ellipse_left=(ellipse.x_px, ellipse.y_px, 2 * ellipse.major_px, 2 * ellipse.minor_px, ellipse.angle_rad),
+        disparity_px=disparity,
+        depth_m=depth,
+        depth_sigma_m=depth / disparity * sigma_px,
+        range_m=float(depth * np.linalg.norm(ray)),
+        diameter_m=2.0 * circle.radius_m,
+    )
+
+
+def _place(disc: RedDisc) -> str:
+    return f"x {disc.ellipse.x_px:.0f}, y {disc.ellipse.y_px:.0f} px"
+
+
+def _expected(options: TargetOptions) -> str:
+    if options.diameter_m is None:
+        return f"{options.smallest_m:g} to {options.largest_m:g} m"
+    return f"{options.diameter_m:g} m +- {100 * options.diameter_tolerance:.0f} %"
+
+
+def _not_it(pair: RectifiedPair, found: _Pairing, options: TargetOptions) -> Rejection:
+    return Rejection(
+        what=f"station {pair.name}, red disc at {_place(found.left)}",
+        reason="its diameter is not the target's",
+        value=f"{2 * found.circle.radius_m:.3f} m",
+        limit=_expected(options),
+        remedy="if it is the target, check target.diameter_m, the boards' square size (unit) and whether the rig "
+        "was knocked",
+    )
+
+
+def _several(pair: RectifiedPair, found: list[_Pairing], options: TargetOptions) -> Rejection:
+    places = "; ".join(f"{_place(p.left)} (diameter {2 * p.circle.radius_m:.3f} m)" for p in found)
+    remedy = "cover or remove all but one, and take the station again"
+    if options.diameter_m is None:
+        remedy = "give target.diameter_m in the project file if it tells them apart; else " + remedy
+    return Rejection(
+        what=f"station {pair.name}, target",
+        reason=f"{len(found)} red discs could be the target: {places}",
+        value=str(len(found)),
+        limit="1",
+        remedy=remedy,
+    )
+
+
+def _off_row(pair: RectifiedPair, found: _Pairing, options: TargetOptions) -> Rejection:
+    rows = found.left.ellipse.y_px - found.right.ellipse.y_px
+    return Rejection(
+        what=f"station {pair.name}, target",
+        reason="its rows in the left and right photo differ: the rig was knocked since its calibration",
+        value=f"{rows:+.1f} px",
+        limit=f"{options.row_limit_px:g} px",
+        remedy="calibrate the rig again and take the station again",
+    )
+
+
+def _absent(
+    pair: RectifiedPair, lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], options: TargetOptions
+) -> tuple[Rejection, ...]:
+    what = f"station {pair.name}, target"
+    remedy = "place the disc where both photos show it whole, 3 to 8 m away, and take the station again"
+    for side, other, discs, others in (("left", "right", lefts, rights), ("right", "left", rights, lefts)):
+        if discs and not others:
+            places = "; ".join(_place(disc) for disc in discs)
+            reason = f"a red disc is in the {side} photo only, at {places}: the {other} photo shows no disc"
+            return (Rejection(what=what, reason=reason, remedy=remedy),)
+    if lefts and rights:
+        reason = "no red disc in one photo is the same as one in the other (row, size, order)"
+        return (Rejection(what=what, reason=reason, remedy=remedy),)
+    if options.required:
+        return (Rejection(what=what, reason="no red disc is in view", remedy=remedy),)
+    return ()

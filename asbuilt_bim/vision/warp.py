@@ -1,0 +1,31 @@
+"""Sampling the right photo along disparities: what every photometric step here stands on."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import Float32Array
+
+
+def contrast(image: Float32Array, window_px: int = 31) -> Float32Array:
+    """Take the local mean off a grey picture, so that exposure and vignetting of the two cameras drop out."""
+    flat: Float32Array = image - cv2.blur(image, (window_px, window_px), borderType=cv2.BORDER_REPLICATE)
+    return flat
+
+
+def warp_right(right: Float32Array, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Sample the right picture at x - d: values and their slope along x, both (H, W)."""
+    height, width = disparity_px.shape
+    columns = np.arange(width, dtype=np.float32)[None, :] - disparity_px
+    rows = np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], disparity_px.shape)
+    return sample(right, columns, rows), 0.5 * (sample(right, columns + 1.0, rows) - sample(right, columns - 1.0, rows))
+
+
+def sample(image: Float32Array, columns: Float32Array, rows: Float32Array) -> Float32Array:
+    """Read a picture at sub-pixel places by cubic interpolation; the border is repeated."""
+    values = cv2.remap(
+        image, np.ascontiguousarray(columns, dtype=np.float32), np.ascontiguousarray(rows, dtype=np.float32),
+        cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE,
+    )  # fmt: skip
+    return np.asarray(values, dtype=np.float32)

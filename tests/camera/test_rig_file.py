@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from asbuilt_bim.camera.formats import read_opencv_rig
+from asbuilt_bim.camera.rig_file import read_rig, write_rig
+from asbuilt_bim.errors import OutputError, RigError
+from asbuilt_bim.geometry.arrays import frozen
+from tests.camera.virtual import rig
+
+
+def full_rig():  # type: ignore[no-untyped-def]
+    root = np.random.default_rng(0).normal(size=(14, 14)) * 1e-4
+    return replace(rig(), covariance=frozen(root @ root.T), rms_px=0.123456789012345, views_used=17)
+
+
+def test_a_rig_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
+    one = full_rig()
+    write_rig(one, tmp_path / "rig.yaml")
+    two = read_rig(tmp_path / "rig.yaml")
+    for name in ("right_from_left", "covariance"):
+        assert np.array_equal(getattr(one, name), getattr(two, name))
+    for a, b in ((one.left, two.left), (one.right, two.right)):
+        assert np.array_equal(a.K, b.K) and np.array_equal(a.distortion, b.distortion)
+        assert (a.width_px, a.height_px) == (b.width_px, b.height_px)
+    for name in ("rms_px", "views_used", "camera_model", "camera_serial", "camera_serial_right", "focal_length_mm"):
+        assert getattr(one, name) == getattr(two, name)
+    write_rig(two, tmp_path / "again.yaml")
+    assert (tmp_path / "again.yaml").read_bytes() == (tmp_path / "rig.yaml").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda text: text.replace("version: 1", "version: 2"), "version"),
+        (lambda text: text + "colour: red\n", "colour"),
+        (lambda text: text.replace("  width_px: 1280", "  width_px: wide"), r"left\.width_px"),
+        (lambda text: text.replace("rms_px", "rms"), "rms"),
+        (lambda text: text + "x: !!python/object/apply:os.system ['true']\n", "not plain YAML"),
+        (lambda text: text + "x: &a [1]\ny: *a\n", "aliases"),
+        (lambda text: "", "the file"),
+    ],
+)
+def test_a_damaged_rig_file_is_refused_by_its_key(tmp_path: Path, change, says: str) -> None:  # type: ignore[no-untyped-def]
+    file = tmp_path / "rig.yaml"
+    write_rig(full_rig(), file)
+    file.write_text(change(file.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(RigError, match=says) as raised:
+        read_rig(file)
+    assert str(file) in str(raised.value)
+
+
+def test_a_rig_that_cannot_be_is_refused_with_every_reason(tmp_path: Path) -> None:
+    one = full_rig()
+    odd = one.right_from_left.copy()
+    odd[:3, 3] *= 1000.0
+    odd[0, 0] = 0.5
+    write_rig(replace(one, right_from_left=odd), tmp_path / "rig.yaml")
+    with pytest.raises(RigError) as raised:
+        read_rig(tmp_path / "rig.yaml")
+    assert "baseline 249.6 m" in str(raised.value) and "no rigid transform" in str(raised.value)
+
+
+def test_a_missing_rig_file_and_a_folder_that_is_not_there_are_named(tmp_path: Path) -> None:
+    with pytest.raises(RigError, match=r"none\.yaml"):
+        read_rig(tmp_path / "none.yaml")
+    with pytest.raises(OutputError, match="can't be written"):
+        write_rig(rig(), tmp_path / "nowhere" / "rig.yaml")
+
+
+@pytest.mark.parametrize("ending", [".yml", ".xml"])
+def test_opencvs_own_files_are_read(tmp_path: Path, ending: str) -> None:
+    one = rig()
+    file = tmp_path / f"stereo{ending}"
+    storage = cv2.FileStorage(str(file), cv2.FILE_STORAGE_WRITE)
+    for name, matrix in (
+        ("M1", one.left.K),
+        ("D1", one.left.distortion[None]),
+        ("M2", one.right.K),
+        ("D2", one.right.distortion[None]),
+        ("R", one.right_from_left[:3, :3]),
+        ("T", one.right_from_left[:3, 3:] * 1000.0),
+    ):
+        storage.write(name, np.array(matrix))
+    storage.release()
+    two = read_opencv_rig([file], (1280, 960), metres_per_unit=0.001)
+    assert np.abs(two.right_from_left - one.right_from_left).max() < 1e-12
+    assert np.array_equal(two.left.K, one.left.K)
+    with pytest.raises(RigError, match=r"baseline 249\.6 m"):
+        read_opencv_rig([file], (1280, 960))
+
+
+def test_what_is_missing_in_an_opencv_file_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "half.yml"
+    storage = cv2.FileStorage(str(file), cv2.FILE_STORAGE_WRITE)
+    storage.write("K1", np.eye(3))
+    storage.release()
+    with pytest.raises(RigError, match="K_right"):
+        read_opencv_rig([file], (1280, 960))
