@@ -1,0 +1,174 @@
+"""Upright planes, round columns and level surfaces grown in a disparity map.
+
+In the levelled view a building is a plan drawing: columns of pixels vote for the disparities that stand upright in them,
+votes chain up to what one walks along without a jump in depth, and a chain is cut into the fewest straight pieces
+(planes) or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.level import LevelledMap
+from asbuilt_bim.geometry.polyline import fit_line, straight_pieces
+from asbuilt_bim.geometry.profile import Chain, chains, modes
+from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle, fit_round
+
+
+SHORT_PX = 20.0
+"""Ten columns: under it a piece's slope is mostly the matcher's bend at the edge."""
+SMEAR_PX = 8.0
+"""The matcher's own window and a bit: what is narrower between two depths is smeared, not seen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrowOptions:
+    """What counts as an upright surface."""
+
+    least_rise_m: float = 0.35  # a kerb or a sole plate is lower, a poured lift is higher
+    least_disparity_px: float = 5.0  # beyond (50 m for the usual rig) a pixel of disparity is 10 m
+    mode_sigma_px: float = 0.12  # scatter of a column's mean disparity, smoothing of the matcher included
+    piece_penalty: float = 30.0  # a corner must explain 30 units of chi-square: 5 sigma
+    straight_deg: float = 8.0  # pieces that meet at less are one plane: the matcher bends at depth edges
+    touch_px: float = 0.8  # pieces meet where their lines pass each other within this
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Piece:
+    """One upright surface: level x range, slope and offset of its line (or its circle), its chain and place in it.
+
+    `touches_next` says that the next piece of the chain goes on from it without a jump, `convex_next` that the edge
+    between them points at the camera.
+    """
+
+    x0_px: float
+    x1_px: float
+    slope: float
+    offset_px: float
+    circle: Circle | None
+    rms_px: float
+    chain: int
+    touches_next: bool = False
+    convex_next: bool = False
+
+    def at(self, x_px: FloatArray) -> FloatArray:
+        """Return the level disparity at level x (...), NaN beside a round piece."""
+        if self.circle is None:
+            return self.slope * x_px + self.offset_px
+        return disparity_of_circle(self.circle, x_px)
+
+
+def upright_pixels(level: LevelledMap) -> tuple[BoolArray, Float32Array]:
+    """Say which pixels' disparity doesn't change along the plumb line (a wall's), and how it does change, px per px.
+
+    Level surfaces change by d / y (y from the horizon), upright ones by 0; the cut lies half-way.
+    """
+    weight = level.measured.astype(np.float32)
+    values = np.where(level.measured, level.d_px, 0.0).astype(np.float32)
+    steps = np.arange(-7, 8, dtype=np.float32)
+    ones, across = np.ones(15, np.float32), np.ones(5, np.float32)
+
+    def moment(image: Float32Array, kernel: Float32Array) -> Float32Array:
+        return cv2.sepFilter2D(image, cv2.CV_32F, across, kernel, borderType=cv2.BORDER_CONSTANT)  # type: ignore[return-value]
+
+    s0, s1, s2 = moment(weight, ones), moment(weight, steps), moment(weight, steps * steps)
+    t0, t1 = moment(weight * values, ones), moment(weight * values, steps)
+    spread = s0 * s2 - s1 * s1
+    slope = np.where(spread > 1.0, (s0 * t1 - s1 * t0) / np.maximum(spread, 1.0), np.float32(np.nan))
+    floor = level.d_px / np.where(np.abs(level.y_px) < 1.0, 1.0, level.y_px)
+    upright = level.measured & (np.abs(slope) < np.minimum(0.5 * np.abs(floor), 0.08))
+    return upright, slope.astype(np.float32)
+
+
+def grow_pieces(level: LevelledMap, upright: BoolArray, options: GrowOptions) -> list[Piece]:
+    """Grow the upright pieces of one photo; `upright` (H, W) are the pixels that may vote."""
+    used = upright & (level.d_px > options.least_disparity_px)
+    if np.count_nonzero(used) < 200:
+        return []
+    d = level.d_px[used]
+    largest = float(np.quantile(d, 0.9995)) + 2.0
+    columns, levels, support, start = modes(level.x_px[used], d, 0.5 * options.least_rise_m / level.baseline_m, largest)
+    if len(levels) == 0:
+        return []
+    pieces: list[Piece] = []
+    for number, chain in enumerate(chains(columns, levels, support, start)):
+        pieces += _pieces_of_chain(chain, number, level.view.f_px, level.baseline_m, options)
+    return pieces
+
+
+def _pieces_of_chain(chain: Chain, number: int, f_px: float, baseline_m: float, options: GrowOptions) -> list[Piece]:
+    sigma = np.full(len(chain.x_px), options.mode_sigma_px)
+    runs = straight_pieces(chain.x_px, chain.d_px, sigma, options.piece_penalty)
+    arc = fit_round(chain.x_px, chain.d_px, sigma, runs, options.piece_penalty, f_px, baseline_m)
+    built: list[Piece] = []
+    for start, stop in runs:
+        if arc is not None and arc.start <= start < arc.stop:
+            if start == arc.start:
+                built.append(
+                    Piece(
+                        x0_px=float(chain.x_px[arc.start]), x1_px=float(chain.x_px[arc.stop - 1]), slope=0.0,
+                        offset_px=float(np.median(chain.d_px[arc.start : arc.stop])), circle=arc.circle,
+                        rms_px=arc.rms_px, chain=number,
+                    )
+                )  # fmt: skip
+            continue
+        x, d = chain.x_px[start:stop], chain.d_px[start:stop]
+        slope, offset, rms = fit_line(x, d, sigma[start:stop])
+        built.append(
+            Piece(
+                x0_px=float(x[0]), x1_px=float(x[-1]), slope=slope, offset_px=offset, circle=None, rms_px=rms, chain=number
+            )
+        )
+    straight = _straightened(built, chain, options, f_px, baseline_m)
+    wide = [piece for piece in straight if piece.x1_px - piece.x0_px >= SMEAR_PX]
+    return _joined(wide, options.touch_px)
+
+
+def _straightened(
+    built: list[Piece], chain: Chain, options: GrowOptions, f_px: float, baseline_m: float
+) -> list[Piece]:
+    """Make one piece of flat neighbours that touch and hardly differ in direction, the longer one leading."""
+    done: list[Piece] = []
+    for piece in built:
+        if done and _nearly_one(done[-1], piece, options, f_px, baseline_m):
+            one = done.pop()
+            inside = (chain.x_px >= one.x0_px) & (chain.x_px <= piece.x1_px)
+            x, d = chain.x_px[inside], chain.d_px[inside]
+            slope, offset, rms = fit_line(x, d, np.full(len(x), options.mode_sigma_px))
+            piece = replace(one, x1_px=piece.x1_px, slope=slope, offset_px=offset, rms_px=rms)
+        done.append(piece)
+    return done
+
+
+def _nearly_one(one: Piece, other: Piece, options: GrowOptions, f_px: float, baseline_m: float) -> bool:
+    if one.circle is not None or other.circle is not None:
+        return False
+    seam = 0.5 * (one.x1_px + other.x0_px)
+    if abs(float(one.at(np.array(seam)) - other.at(np.array(seam)))) > options.touch_px:
+        return False
+    short = one if one.x1_px - one.x0_px < other.x1_px - other.x0_px else other
+    long = other if short is one else one
+    ends = np.array([short.x0_px, short.x1_px])
+    if ends[1] - ends[0] < SHORT_PX and np.max(np.abs(short.at(ends) - long.at(ends))) < options.touch_px:
+        return True  # too short to know its own direction
+    # d = slope x + offset is the plane with the level normal (slope f, offset)
+    turn = np.arctan2(one.slope * f_px, one.offset_px) - np.arctan2(other.slope * f_px, other.offset_px)
+    return bool(abs(np.degrees(turn)) < options.straight_deg)
+
+
+def _joined(built: list[Piece], touch_px: float) -> list[Piece]:
+    """Mark which neighbours in a chain touch, and whether their edge is convex."""
+    joined: list[Piece] = []
+    for one, other in pairwise(built):
+        seam = np.array(0.5 * (one.x1_px + other.x0_px))
+        both_flat = one.circle is None and other.circle is None
+        gap = abs(float(one.at(seam) - other.at(seam))) if both_flat else np.inf
+        joined.append(
+            replace(one, touches_next=gap < touch_px, convex_next=gap < touch_px and one.slope > other.slope)
+        )
+    return joined + built[-1:]

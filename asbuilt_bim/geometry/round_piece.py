@@ -1,0 +1,105 @@
+"""Round columns in the plan drawing: the part of a chain that an arc explains better than straight pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.polyline import fit_circle, fit_line
+
+LEAST_RADIUS_M, MOST_RADIUS_M = 0.09, 0.65
+"""Round concrete columns are cast from 0.2 to 1.2 m; beyond, a surface is a curved wall."""
+LEAST_POINTS = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Circle:
+    """A round column in the level plan: axis at (x right, z forward) in metres, radius; with f and b to draw it."""
+
+    x_m: float
+    z_m: float
+    radius_m: float
+    f_px: float
+    baseline_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arc:
+    """Points [start, stop) of a chain that a circle explains, with the rms of their disparities."""
+
+    start: int
+    stop: int
+    circle: Circle
+    rms_px: float
+
+
+def disparity_of_circle(circle: Circle, x_px: FloatArray) -> FloatArray:
+    """Return the level disparity at level x (...) of the circle's near side; NaN where the ray misses it."""
+    t = np.asarray(x_px, dtype=np.float64) / circle.f_px
+    a = 1.0 + t * t
+    b = t * circle.x_m + circle.z_m
+    c = circle.x_m**2 + circle.z_m**2 - circle.radius_m**2
+    with np.errstate(invalid="ignore"):
+        depth = (b - np.sqrt(b * b - a * c)) / a
+    disparity: FloatArray = circle.f_px * circle.baseline_m / depth
+    return disparity
+
+
+def fit_round(
+    x_px: FloatArray,
+    d_px: FloatArray,
+    sigma_px: FloatArray,
+    runs: list[tuple[int, int]],
+    penalty: float,
+    f_px: float,
+    baseline_m: float,
+) -> Arc | None:
+    """Find the consecutive straight pieces that one circle replaces with the largest gain; None where none gains.
+
+    A circle costs its chi-square and 1.5 penalties (3 numbers, a line has 2).
+    """
+    line_cost = [_line_cost(x_px[a:b], d_px[a:b], sigma_px[a:b]) + penalty for a, b in runs]
+    best: Arc | None = None
+    best_gain = 0.0
+    for first in range(len(runs)):
+        for last in range(first, len(runs)):
+            start, stop = runs[first][0], runs[last][1]
+            if stop - start < LEAST_POINTS:
+                continue
+            found = _circle(x_px[start:stop], d_px[start:stop], sigma_px[start:stop], f_px, baseline_m)
+            if found is None:
+                continue
+            circle, cost, rms = found
+            gain = sum(line_cost[first : last + 1]) - cost - 1.5 * penalty
+            if gain > best_gain:
+                best_gain, best = gain, Arc(start=start, stop=stop, circle=circle, rms_px=rms)
+    return best
+
+
+def _line_cost(x: FloatArray, d: FloatArray, sigma: FloatArray) -> float:
+    slope, offset, _ = fit_line(x, d, sigma)
+    return float(np.sum(np.minimum(np.square((d - slope * x - offset) / sigma), 9.0)))
+
+
+def _circle(
+    x: FloatArray, d: FloatArray, sigma: FloatArray, f_px: float, baseline_m: float
+) -> tuple[Circle, float, float] | None:
+    depth = f_px * baseline_m / d
+    weight = np.square(d**2 / sigma)  # sigma of depth goes with 1 / d^2
+    weight = weight / weight.max()
+    for _ in range(3):
+        centre_x, centre_z, radius = fit_circle(x * depth / f_px, depth, weight)
+        circle = Circle(x_m=centre_x, z_m=centre_z, radius_m=radius, f_px=f_px, baseline_m=baseline_m)
+        residual = np.nan_to_num(d - disparity_of_circle(circle, x), nan=1.0)
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual / sigma))))
+        weight = np.square(d**2 / sigma) * np.square(np.clip(1 - np.square(residual / (4 * scale * sigma)), 1e-4, None))
+        weight = weight / weight.max()
+    if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or centre_z < float(np.median(depth)):
+        return None
+    width = (float(x[-1]) - float(x[0])) * float(np.median(depth)) / f_px
+    if width < 1.1 * radius:  # under a third of the half circle doesn't fix a radius
+        return None
+    cost = float(np.sum(np.minimum(np.square(residual / sigma), 9.0)))
+    return circle, cost, float(np.sqrt(np.mean(np.minimum(residual**2, 9.0 * sigma**2))))

@@ -1,0 +1,1 @@
+"""Pixels to metric faces with sigma; never sees the design."""

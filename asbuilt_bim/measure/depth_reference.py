@@ -1,0 +1,91 @@
+"""The station's disparity kept small: at most 640 px wide, two PNGs, fore- and background never mixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
+from asbuilt_bim.vision.depth import DepthMap
+
+MOST_WIDTH_PX = 640
+SKY = 65535
+DISPARITY_STEPS, SIGMA_STEPS = 64.0, 32.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DepthReference:
+    """The station's disparity at no more than 640 px width, as compressed bytes; `unpack` reads it.
+
+    `scale` is full-size pixels per reference pixel: reference pixel i covers full pixels i*scale .. (i+1)*scale - 1.
+    """
+
+    png: bytes  # 16 bit: disparity in 1/64 px of full size, 0 = not measured, 65535 = sky (further than anything)
+    sigma_png: bytes  # 8 bit: sigma in 1/32 px of full size
+    scale: int
+
+
+def pack(depth: DepthMap, sky: BoolArray) -> DepthReference:
+    """Compress a depth map; `sky` (H, W) marks what is further than anything.
+
+    Each block keeps the lower median of its measured disparities, a value that was measured, not a mean across an edge;
+    a block with under half of its pixels measured counts as not measured, and as sky where sky is the most of it.
+    """
+    height, width = depth.disparity_px.shape
+    scale = max(1, -(-width // MOST_WIDTH_PX))
+    known = depth.valid & (depth.disparity_px > 0.0)
+    values = np.sort(_blocks(np.where(known, depth.disparity_px, np.inf), scale, np.inf), axis=-1)
+    spread = np.sort(_blocks(np.where(known, depth.sigma_px, np.inf), scale, np.inf), axis=-1)
+    count = np.isfinite(values).sum(axis=-1)
+    middle = np.maximum(count - 1, 0)[..., None] // 2
+    median = np.take_along_axis(values, middle, axis=-1)[..., 0]
+    sigma = np.take_along_axis(spread, middle, axis=-1)[..., 0]
+    full = _blocks(np.ones((height, width)), scale, 0.0).sum(axis=-1)
+    measured = count >= 0.5 * full
+    heaven = _blocks(sky.astype(np.float64), scale, 0.0).sum(axis=-1) > 0.5 * full
+    coded = np.where(measured, np.clip(np.round(np.where(measured, median, 0.0) * DISPARITY_STEPS), 1, SKY - 1), 0)
+    coded = np.where(heaven & ~measured, SKY, coded).astype(np.uint16)
+    sigma_coded = np.clip(np.round(np.where(measured, sigma, 0.0) * SIGMA_STEPS), 0, 255).astype(np.uint8)
+    return DepthReference(png=_png(coded), sigma_png=_png(sigma_coded), scale=scale)
+
+
+def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
+    """Return disparity and sigma (h, w) float32 in FULL-size pixels, and the scale.
+
+    NaN where nothing was measured, 0.0 where there is sky; reference pixel i covers full pixels i scale .. (i + 1) scale - 1.
+
+    Raises: ValueError where the bytes are no picture.
+    """
+    coded = _read(reference.png, "disparity")
+    sigma = _read(reference.sigma_png, "sigma").astype(np.float32) / np.float32(SIGMA_STEPS)
+    disparity = coded.astype(np.float32) / np.float32(DISPARITY_STEPS)
+    disparity[coded == 0] = np.nan
+    disparity[coded == SKY] = 0.0
+    sigma = np.maximum(sigma, np.float32(1.0 / SIGMA_STEPS))
+    return disparity, sigma.astype(np.float32), reference.scale
+
+
+def _blocks(image: NDArray[np.floating], scale: int, fill: float) -> NDArray[np.float64]:
+    """Lay an image (H, W) out as blocks (h, w, scale * scale), padded with `fill`."""
+    height, width = image.shape
+    padded = np.full((-(-height // scale) * scale, -(-width // scale) * scale), fill)
+    padded[:height, :width] = image
+    h, w = padded.shape[0] // scale, padded.shape[1] // scale
+    return padded.reshape(h, scale, w, scale).transpose(0, 2, 1, 3).reshape(h, w, scale * scale)
+
+
+def _png(image: NDArray[np.uint16] | NDArray[np.uint8]) -> bytes:
+    done, data = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 6])
+    if not done:
+        raise ValueError("the depth reference could not be compressed")
+    return bytes(data)
+
+
+def _read(data: bytes, what: str) -> NDArray[np.uint16]:
+    image = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    if image is None:
+        raise ValueError(f"the depth reference's {what} is no PNG: the result file is damaged; run the station again")
+    return np.asarray(image, dtype=np.uint16)

@@ -1,0 +1,223 @@
+"""Faces in the making: a piece of an instance, its plane as the photos show it, its outline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.disparity_plane import fit_q
+from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
+from asbuilt_bim.measure.edges import Gradients, gradients, pixel_plane
+from asbuilt_bim.measure.outline import Outline, find_outline
+from asbuilt_bim.measure.refine import Pictures, pictures, refine_plane
+from asbuilt_bim.measure.straight import Surroundings
+from asbuilt_bim.vision.scene import Scene, q_of_piece
+from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.stereo import grey
+
+LEAST_SHARE = 0.3
+"""A piece belongs to the instance that covers at least this share of it."""
+LEAST_PIXELS = 150
+MATCHER_BLOCK_PX = 150.0
+"""Pixels of a matcher's answer that err together: its window and its smoothness."""
+FRAME_MARGIN_PX = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Draft:
+    """A face in the making: `piece` of the scene, `instance`, its pixels (H, W), its plane and, later, its outline."""
+
+    piece: int
+    instance: int
+    mask: BoolArray
+    sight: PlaneSight
+    refined: bool
+    outline: Outline | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Workbench:
+    """What every face of a station is worked on with."""
+
+    pair: RectifiedPair
+    scene: Scene
+    both: Pictures
+    slopes: Gradients
+    grey_levels: tuple[Float32Array, Float32Array]
+    frame: BoolArray  # (H, W) within a few px of where the left photo ends
+
+
+def workbench(pair: RectifiedPair, scene: Scene) -> Workbench:
+    """Lay out the pair for measuring: smoothed pictures, gradients, and where the frame ends."""
+    left, right = grey(pair.left), grey(pair.right)
+    return Workbench(
+        pair=pair, scene=scene, both=pictures(left, right), slopes=gradients(left, right, pair.valid_right), grey_levels=(left, right),
+        frame=_frame(pair.valid_left),
+    )  # fmt: skip
+
+
+def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
+    """Draft a face for each flat piece of each instance, with its plane refined on both photos."""
+    drafts: list[Draft] = []
+    for number, instance in enumerate(instances):
+        for piece in pieces_of(bench.scene, instance):
+            if bench.scene.pieces[piece].circle is not None:
+                continue
+            mask = bench.scene.mask(piece) & instance.mask
+            drafts.append(_draft(bench, piece, number, mask))
+    return drafts
+
+
+def pieces_of(scene: Scene, instance: Instance) -> list[int]:
+    """Return the scene's pieces that lie in an instance's mask."""
+    x0, y0, x1, y1 = instance.box_px
+    labels, mask = scene.labels[y0:y1, x0:x1], instance.mask[y0:y1, x0:x1]
+    inside = labels[mask & (labels >= 0) & (labels < len(scene.pieces))]
+    counts = np.bincount(inside, minlength=len(scene.pieces))
+    return [int(n) for n in np.flatnonzero(counts >= np.maximum(LEAST_PIXELS, LEAST_SHARE * scene.sizes))]
+
+
+def outline_faces(bench: Workbench, drafts: Sequence[Draft], planes: FloatArray) -> list[Draft]:
+    """Draw every draft's outline with the planes (n, 3) as they stand; drafts without one are kept without."""
+    scene = bench.scene
+    known = {draft.piece: planes[i] for i, draft in enumerate(drafts)}
+    known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(scene.floors)}
+    drawn: list[Draft] = []
+    for i, draft in enumerate(drafts):
+        around = Surroundings(
+            colour=bench.pair.left, left_grey=bench.grey_levels[0], right_grey=bench.grey_levels[1], gradients=bench.slopes,
+            labels=scene.labels, planes=known, frame=bench.frame, valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]),
+            camera=bench.pair.camera, down=scene.level.view.down, texture_grey=_texture(bench.slopes, draft.mask),
+        )  # fmt: skip
+        drawn.append(replace(draft, outline=find_outline(draft.mask, draft.piece, around)))
+    return drawn
+
+
+def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
+    """Refine every plane again on the pixels that its outline holds for sure."""
+    better: list[Draft] = []
+    for draft in drafts:
+        if draft.outline is None:
+            better.append(draft)
+            continue
+        inside = filled(draft.outline.rings, draft.mask.shape)
+        core = cv2.erode(inside.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
+        core &= _near(bench, draft, 1.5)
+        fit = refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px)
+        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance) if fit is not None else draft.sight
+        better.append(replace(draft, sight=sight, refined=draft.refined or fit is not None))
+    return better
+
+
+def adjust_drafts(bench: Workbench, drafts: Sequence[Draft]) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
+    """Solve the drafts' planes together; returns q (n, 3), covariances (n, 3, 3), plumb (3,) and what was dropped."""
+    scene = bench.scene
+    vertical = scene.vertical
+    sigma = vertical.sigma_rad if vertical is not None else np.radians(10.0)
+    found = adjust_planes(
+        [draft.sight for draft in drafts],
+        _edge_sights(bench, drafts),
+        _touches(bench, drafts),
+        scene.level.view.down,
+        max(sigma, 1e-3),
+        [True] * len(drafts),
+    )
+    return found.q_px, found.covariance, found.down, found.dropped
+
+
+def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
+    """Return the pixels (H, W) whose centres an outline's rings hold, holes off."""
+    canvas = np.zeros(shape[:2], dtype=np.uint8)
+    for value, ring in zip([1] + [0] * (len(rings) - 1), rings, strict=True):
+        cv2.fillPoly(canvas, [np.round(ring * 16.0).astype(np.int32)], value, lineType=cv2.LINE_8, shift=4)
+    return canvas > 0
+
+
+def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draft:
+    start = q_of_piece(bench.scene.pieces[piece], bench.scene.level)
+    core = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
+    core = core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask
+    fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
+    if fit is not None:
+        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
+    else:
+        level = bench.scene.level
+        known = core & level.measured
+        rays, d, sigma = level.rays[known], level.disparity_px[known], level.sigma_px[known]
+        q, covariance = fit_q(rays, d, np.clip(sigma, 0.1, 2.0)) if len(d) > 30 else (start, np.eye(3))
+        sight = PlaneSight(q_px=q, covariance=covariance * MATCHER_BLOCK_PX)
+    return Draft(piece=piece, instance=instance, mask=mask, sight=sight, refined=fit is not None)
+
+
+def _off_plane(bench: Workbench, q_px: FloatArray) -> Float32Array:
+    """Return the measured disparity less the plane's (H, W), NaN where not measured."""
+    p = pixel_plane(q_px, bench.pair.camera).astype(np.float32)
+    disparity = bench.scene.level.disparity_px
+    height, width = disparity.shape
+    rows = p[1] * np.arange(height, dtype=np.float32) + p[2]
+    off: Float32Array = (disparity - rows[:, None] - p[0] * np.arange(width, dtype=np.float32)[None, :]).astype(np.float32)
+    return off
+
+
+def _near(bench: Workbench, draft: Draft, most_px: float) -> BoolArray:
+    """Say where the measured disparity agrees with the draft's plane (or nothing was measured)."""
+    level = bench.scene.level
+    with np.errstate(invalid="ignore"):
+        off = np.abs(_off_plane(bench, draft.sight.q_px)) > most_px
+    return ~(off & level.measured)
+
+
+def _texture(slopes: Gradients, mask: BoolArray) -> float:
+    """Return the gradient that an edge must stand out of: twice the usual one on the face."""
+    x, y = slopes.left_x[mask], slopes.left_y[mask]
+    return float(np.clip(2.0 * np.median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5
+
+
+def _edge_sights(bench: Workbench, drafts: Sequence[Draft]) -> list[EdgeSight]:
+    """Return the disparities that upright edges show by themselves, at both ends' thirds."""
+    camera = bench.pair.camera
+    sights: list[EdgeSight] = []
+    for i, draft in enumerate(drafts):
+        for edge in draft.outline.edges if draft.outline is not None else ():
+            fit = edge.fit
+            if fit is None or edge.course != "upright" or not np.isfinite(fit.disparity_miss_px):
+                continue
+            if fit.strength < 0.5 or abs(fit.disparity_miss_px) > 2.0 or fit.line.length_px < 40.0:
+                continue
+            middle = 0.5 * (fit.line.start + fit.line.stop)
+            ray = np.array([(middle[0] - camera.cx_px) / camera.f_px, (middle[1] - camera.cy_px) / camera.f_px, 1.0])
+            disparity = float(ray @ draft.sight.q_px) + fit.disparity_miss_px
+            sights.append(EdgeSight(plane=i, ray=ray, disparity_px=disparity, sigma_px=fit.miss_sigma_px))
+    return sights
+
+
+def _touches(bench: Workbench, drafts: Sequence[Draft]) -> list[Touch]:
+    """Return which drafts of one instance meet in a visible edge."""
+    camera = bench.pair.camera
+    place = {draft.piece: i for i, draft in enumerate(drafts)}
+    touches: list[Touch] = []
+    for i, draft in enumerate(drafts):
+        piece = bench.scene.pieces[draft.piece]
+        j = place.get(draft.piece + 1)
+        if j is None or not piece.convex_next or drafts[j].instance != draft.instance or draft.outline is None:
+            continue
+        shared = [e for e in draft.outline.edges if e.neighbour == drafts[j].piece and e.course == "upright"]
+        if not shared:
+            continue
+        edge = max(shared, key=lambda e: e.line.length_px)
+        ends = np.stack([edge.line.start, edge.line.stop])
+        rays = np.ones((2, 3))
+        rays[:, :2] = (ends - [camera.cx_px, camera.cy_px]) / camera.f_px
+        touches.append(Touch(one=i, other=j, rays=rays))
+    return touches
+
+
+def _frame(valid: BoolArray) -> BoolArray:
+    """Say which left pixels lie within a few px of the photo's end, or beyond it."""
+    kernel = np.ones((2 * FRAME_MARGIN_PX + 1,) * 2, np.uint8)
+    return np.asarray(cv2.erode(valid.astype(np.uint8), kernel, borderValue=0) == 0)

@@ -1,0 +1,227 @@
+"""A straight edge found to a tenth of a pixel: gradient votes across it in both photos, then a robust line.
+
+The right photo is read along the face's own plane, so an edge that belongs to the face shows at the same place in both,
+and the background's edges don't.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.vision.warp import sample
+
+STEP_PX = 0.25
+"""Profile step: a quarter of the sensor's own blur."""
+MOST_SAMPLES = 400
+TURN_STEPS = 13
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Gradients:
+    """Gradients of the left and right photo along x and y, grey levels per pixel, float32 (H, W) each.
+
+    `valid_right` float32 (H, W) is 1 where there is a right photo: beyond it the left one speaks alone.
+    """
+
+    left_x: Float32Array
+    left_y: Float32Array
+    right_x: Float32Array
+    right_y: Float32Array
+    valid_right: Float32Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Line:
+    """A piece of straight edge in the left photo, from `start` to `stop` (2,) px; `normal` (2,) points off the face."""
+
+    start: FloatArray
+    stop: FloatArray
+
+    @property
+    def length_px(self) -> float:
+        """Return the length in pixels."""
+        return float(np.linalg.norm(self.stop - self.start))
+
+    @property
+    def direction(self) -> FloatArray:
+        """Return the unit direction (2,)."""
+        along: FloatArray = (self.stop - self.start) / max(self.length_px, 1e-9)
+        return along
+
+    @property
+    def normal(self) -> FloatArray:
+        """Return the unit normal (2,), to the right of the direction as the picture shows it."""
+        ux, uy = self.direction
+        return np.array([uy, -ux])
+
+    def moved(self, start_px: float, stop_px: float) -> Line:
+        """Return the line with its ends moved along the normal."""
+        return Line(start=self.start + start_px * self.normal, stop=self.stop + stop_px * self.normal)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EdgeFit:
+    """The edge as the photo shows it; `strength` 0..1 is the share of its length that votes for it.
+
+    `sigma_px` is across the line. `disparity_miss_px` is how far the right photo's edge lies from where the plane puts
+    it (positive: the edge is nearer than the plane says), NaN for edges along the rows; `miss_sigma_px` goes with it.
+    """
+
+    line: Line
+    sigma_px: float
+    strength: float
+    contrast: float
+    disparity_miss_px: float
+    miss_sigma_px: float
+
+
+def gradients(
+    left_grey: Float32Array, right_grey: Float32Array, valid_right: BoolArray, blur_px: float = 0.8
+) -> Gradients:
+    """Differentiate both photos after a slight smoothing."""
+    found: list[Float32Array] = []
+    for image in (left_grey, right_grey):
+        smooth = cv2.GaussianBlur(image, (0, 0), blur_px)
+        found.append(np.asarray(cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)))
+        found.append(np.asarray(cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)))
+    inner = cv2.erode(valid_right.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0)
+    return Gradients(
+        left_x=found[0], left_y=found[1], right_x=found[2], right_y=found[3], valid_right=inner.astype(np.float32)
+    )
+
+
+def pixel_plane(q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return (p0, p1, p2) with disparity = p0 x + p1 y + p2 in pixels for q."""
+    slope = q_px[:2] / camera.f_px
+    return np.array([slope[0], slope[1], q_px[2] - slope[0] * camera.cx_px - slope[1] * camera.cy_px])
+
+
+def find_edge(
+    both: Gradients, line: Line, disparity: FloatArray, texture_grey: float, reach_px: float, prior_px: float
+) -> EdgeFit | None:
+    """Find the edge near `line`, at most `reach_px` off it; None where nothing votes for one.
+
+    `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
+    face: an edge must stand out of it. `prior_px` is how well the line was known before.
+    """
+    length = line.length_px
+    if length < 8.0:
+        return None
+    trim = min(4.0, 0.15 * length)
+    along = np.linspace(trim, length - trim, int(np.clip(length - 2 * trim, 8, MOST_SAMPLES)))
+    half_turn = min(3.0, 0.12 * length)
+    wide = reach_px + half_turn + 1.5
+    across = np.arange(-np.ceil(wide / STEP_PX), np.ceil(wide / STEP_PX) + 1) * STEP_PX
+    left, right, paired = _profiles(both, line, disparity, along, across)
+    votes = _votes(left, np.where(paired, right, left), texture_grey)
+    best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px)
+    if best is None:
+        return None
+    offset, turn, strength = best
+    centre = offset + turn * (along - 0.5 * length)
+    fit_left = _subpixel(left, votes, across, along, centre, length)
+    if fit_left is None:
+        return None
+    shift, slope, sigma, contrast = fit_left
+    whole = bool(np.mean(paired) > 0.9)
+    fit_right = _subpixel(right, votes, across, along, centre, length) if whole else None
+    miss, miss_sigma = np.nan, np.inf
+    nx = float(line.normal[0])
+    if fit_right is not None and abs(nx) > 0.5:
+        # the right photo's edge sits nearer by e where its profile peaks e further along -x
+        miss = -(fit_right[0] - shift) / nx
+        miss_sigma = float(np.hypot(sigma, fit_right[2])) / abs(nx)
+    found = line.moved(shift - 0.5 * slope * length, shift + 0.5 * slope * length)
+    return EdgeFit(
+        line=found, sigma_px=sigma, strength=strength, contrast=contrast, disparity_miss_px=miss, miss_sigma_px=miss_sigma
+    )
+
+
+def _profiles(
+    both: Gradients, line: Line, disparity: FloatArray, along: FloatArray, across: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return the gradient across the line (S, T) in the left photo and, read along the plane, in the right one.
+
+    The third answer says where there is a right photo to read.
+    """
+    nx, ny = line.normal
+    base = line.start + along[:, None] * line.direction
+    x = base[:, :1] + across * nx
+    y = base[:, 1:] + across * ny
+    at = x - (disparity[0] * x + disparity[1] * y + disparity[2])
+    left = sample(both.left_x, x, y) * nx + sample(both.left_y, x, y) * ny
+    right = sample(both.right_x, at, y) * nx + sample(both.right_y, at, y) * ny
+    paired = (sample(both.valid_right, at, y) > 0.9) & (at > 1.0)
+    return np.asarray(left, dtype=np.float64), np.asarray(right, dtype=np.float64), paired
+
+
+def _votes(left: FloatArray, right: FloatArray, texture_grey: float) -> FloatArray:
+    """Return 0..1 per profile place: the weaker of both gradients where they agree in sign, against the face's texture."""
+    agreed = np.where(left * right > 0.0, np.minimum(np.abs(left), np.abs(right)), 0.0)
+    votes: FloatArray = agreed**2 / (agreed**2 + texture_grey**2)
+    return votes
+
+
+def _strongest(
+    votes: FloatArray, along: FloatArray, across: FloatArray, length: float, reach: float, half_turn: float, prior: float
+) -> tuple[float, float, float] | None:
+    """Return (offset at the middle, turn, mean vote) of the line through the profiles that collects most votes."""
+    shifts = np.flatnonzero(np.abs(across) <= reach)
+    rows = np.arange(len(along))[:, None]
+    best: tuple[float, float, float] | None = None
+    best_score = 0.0
+    for end in np.linspace(-half_turn, half_turn, TURN_STEPS):
+        turn = 2.0 * end / length
+        moved = np.round(turn * (along - 0.5 * length) / STEP_PX).astype(np.intp)
+        mean = votes[rows, shifts[None, :] + moved[:, None]].mean(axis=0)
+        score = mean * np.exp(-0.5 * np.square(across[shifts] / prior)) * np.exp(-0.5 * np.square(end / 2.0))
+        top = int(np.argmax(score))
+        if score[top] > best_score:
+            best_score = float(score[top])
+            best = (float(across[shifts[top]]), float(turn), float(mean[top]))
+    return best
+
+
+def _subpixel(
+    profile: FloatArray, votes: FloatArray, across: FloatArray, along: FloatArray, centre: FloatArray, length: float
+) -> tuple[float, float, float, float] | None:
+    """Fit a line to each profile's own peak near `centre`: offset at the middle, slope, sigma, median contrast."""
+    near = np.abs(across[None, :] - centre[:, None]) <= 1.5
+    height = np.where(near, np.abs(profile), -1.0)
+    peak = np.clip(np.argmax(height, axis=1), 1, len(across) - 2)
+    rows = np.arange(len(along))
+    before, top, after = (np.abs(profile)[rows, peak + k] for k in (-1, 0, 1))
+    bend = before - 2.0 * top + after
+    inner = (bend < -1e-9) & (np.abs(across[peak] - centre) < 1.45)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        place = across[peak] + STEP_PX * np.where(inner, 0.5 * (before - after) / bend, 0.0)
+    weight = np.where(inner, votes[rows, peak] + 1e-3, 0.0)
+    if np.count_nonzero(inner) < 6 or weight.sum() < 1e-2:
+        return None
+    s = along - 0.5 * length
+    design = np.stack([np.ones_like(s), s / length], axis=1)
+    tukey = np.ones_like(s)
+    solution = np.zeros(2)
+    for _ in range(5):
+        w = weight * tukey
+        normal = (design * w[:, None]).T @ design + np.diag([0.0, 1e-3 * w.sum()])
+        solution = np.linalg.solve(normal, (design * w[:, None]).T @ (place - centre)) if w.sum() > 1e-6 else solution
+        residual = place - centre - design @ solution
+        scale = max(0.15, 1.4826 * float(np.median(np.abs(residual[inner]))))
+        tukey = np.square(np.clip(1.0 - np.square(residual / (3.0 * scale)), 0.0, None))
+    kept = weight * tukey
+    total = float(kept.sum())
+    if total < 1e-6:
+        return None
+    scatter = float(np.sqrt(np.sum(kept * residual**2) / total))
+    # neighbouring profiles share texture over about 3 px
+    independent = max(total**2 / float(np.sum(kept**2)) / 3.0, 2.0)
+    sigma = float(np.hypot(scatter / np.sqrt(independent), 0.05))
+    turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
+    offset = float(centre[0] - turn * (along[0] - 0.5 * length) + solution[0])
+    return offset, float(turn + solution[1] / length), sigma, float(np.median(top[inner]))

@@ -1,0 +1,51 @@
+"""A measured face: its outline in metres, its area, and how sure that is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.vision.segment import InstanceClass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredFace:
+    """One planar or cylindrical piece of an instance, in the LEFT frame.
+
+    `outline_uv_m`: rings (N, 2) in the frame's (u, v) metres, the first the outer one (counter-clockwise), then holes
+    (clockwise); open rings (first point not repeated). `outline_px`: the same rings in rectified left pixels.
+    `area_m2` is what Green's theorem gives on `outline_uv_m`; `area_sigma_m2` splits into `area_sigma_calibration_m2`
+    (shared by all faces of the rig) and `area_sigma_image_m2` (its own). `covariance` (3, 3): plane at its centroid,
+    [offset along the normal (m), tilt about u (rad), tilt about v (rad)], image part.
+    """
+
+    face_id: str  # "A3/2": station / number
+    label: InstanceClass
+    score: float
+    frame: PlaneFrame | CylinderFrame
+    outline_uv_m: tuple[FloatArray, ...]
+    outline_px: tuple[FloatArray, ...]
+    area_m2: float
+    area_sigma_calibration_m2: float
+    area_sigma_image_m2: float
+    covariance: FloatArray
+    width_m: float
+    height_m: float
+    width_px: float  # of the narrow side, in the photo
+    distance_m: float  # centroid from the left camera
+    cut_by_frame: bool
+    occluded: bool  # something nearer touches its outline
+    flatness_rms_m: float
+    instance: int  # index into StationMeasurement.instances' order
+
+    @property
+    def area_sigma_m2(self) -> float:
+        """Return the whole standard deviation of the area in m2."""
+        return float((self.area_sigma_calibration_m2**2 + self.area_sigma_image_m2**2) ** 0.5)
+
+    @property
+    def whole(self) -> bool:
+        """Say whether the face was seen whole: neither cut by the frame nor hidden in part."""
+        return not (self.cut_by_frame or self.occluded)

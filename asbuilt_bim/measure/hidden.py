@@ -1,0 +1,81 @@
+"""Was a face seen whole? What touches the frame is cut, what has something nearer at its border is hidden in part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.measure.drafts import Workbench
+from asbuilt_bim.measure.edges import pixel_plane
+from asbuilt_bim.measure.outline import Outline
+
+NEARER_PX = 1.2
+"""A thing 0.15 m before a wall at 6 m; less is a joint, a chamfer, the ground rising from its edge."""
+NEARER_SIGMAS = 3.0
+RISE_PER_PX = 0.35
+"""How fast a surface that only touches the face may come nearer off its edge: a floor, a wall at a right angle."""
+LEAST_RUN_PX = 10.0
+LEAST_SHARE = 0.03
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """Whether a face was cut by a frame, or hidden in part."""
+
+    cut_by_frame: bool
+    occluded: bool
+
+
+def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
+    """Walk along the outline and look what lies 3 to 6 px beyond it."""
+    cut_px = hidden_px = total_px = 0.0
+    for ring in outline.rings:
+        points, normals, steps = _walk(ring)
+        cut_px += float(steps[_at(bench.frame, points)].sum())
+        hidden_px += float(steps[_nearer(bench, points, normals, q_px)].sum())
+        total_px += float(steps.sum())
+    limit = max(LEAST_RUN_PX, LEAST_SHARE * total_px)
+    return Seen(cut_by_frame=cut_px > LEAST_RUN_PX, occluded=hidden_px > limit)
+
+
+def _walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return places (N, 2) about 2 px apart along a ring, the normals (N, 2) off the face, and the length each stands for."""
+    ends = np.roll(ring, -1, axis=0)
+    lengths = np.linalg.norm(ends - ring, axis=1)
+    places, normals, steps = [], [], []
+    for start, stop, length in zip(ring, ends, lengths, strict=True):
+        if length < 1e-6:
+            continue
+        count = max(1, int(length / 2.0))
+        share = (np.arange(count) + 0.5) / count
+        along = (stop - start) / length
+        places.append(start + share[:, None] * (stop - start))
+        normals.append(np.broadcast_to(np.array([along[1], -along[0]]), (count, 2)))
+        steps.append(np.full(count, length / count))
+    return np.concatenate(places), np.concatenate(normals), np.concatenate(steps)
+
+
+def _at(image: BoolArray, points: FloatArray) -> BoolArray:
+    x = np.clip(np.round(points[:, 0]).astype(np.intp), 0, image.shape[1] - 1)
+    y = np.clip(np.round(points[:, 1]).astype(np.intp), 0, image.shape[0] - 1)
+    found: BoolArray = image[y, x]
+    return found
+
+
+def _nearer(bench: Workbench, points: FloatArray, normals: FloatArray, q_px: FloatArray) -> BoolArray:
+    """Say where what lies just beyond the outline stands before the face's plane, and doesn't rise from its edge."""
+    level = bench.scene.level
+    p = pixel_plane(q_px, bench.pair.camera)
+    votes = np.zeros(len(points), dtype=np.intp)
+    for beyond in (3.0, 4.5, 6.0):
+        at = points + beyond * normals
+        x, y = np.round(at[:, 0]).astype(np.intp), np.round(at[:, 1]).astype(np.intp)
+        inside = (x >= 0) & (x < level.measured.shape[1]) & (y >= 0) & (y < level.measured.shape[0])
+        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+        step = np.nan_to_num(level.disparity_px[y, x], nan=-np.inf) - (p[0] * at[:, 0] + p[1] * at[:, 1] + p[2])
+        sigma = np.nan_to_num(level.sigma_px[y, x], posinf=4.0)
+        votes += inside & (step > NEARER_PX + RISE_PER_PX * beyond) & (step > NEARER_SIGMAS * sigma)
+    nearer: BoolArray = votes >= 2
+    return nearer

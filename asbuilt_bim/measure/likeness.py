@@ -1,0 +1,59 @@
+"""How much each place of a face's raster looks like the face: disparity, both pictures' agreement, colour."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
+
+ON_PX, OFF_PX = 0.8, 1.0
+OWN, SAME, OPEN, FOREIGN = -0.3, -0.05, 0.02, 0.3
+"""Costs per pixel of calling it face: labelled so; at its depth but labelled otherwise; nothing known; another's."""
+SHADE_FREE_AB = 7.0
+"""Chroma apart (Lab) that stains and a shadow's blue make on one wall."""
+
+
+def face_cost(
+    own: BoolArray,
+    other: BoolArray,
+    off_px: Float32Array,
+    difference: Float32Array,
+    paired: BoolArray,
+    colour: ByteImage,
+    ended: BoolArray,
+) -> Float32Array:
+    """Return per raster pixel (h, w) what it costs to call it the face: below 0 where it looks like it, above where not.
+
+    `own`, `other`: labelled as this face, as something else that is not nearer. `off_px`: measured disparity less the
+    face's plane, NaN where not measured. `difference`: left picture less right, `paired` where the right one shows it.
+    `ended`: beyond the left frame.
+    """
+    smooth = cv2.blur(np.abs(difference), (3, 3))
+    usual = float(np.median(smooth[own])) + 0.5 if own.any() else 2.0
+    mismatch = np.where(paired, smooth / usual, 2.0)
+    strange = _strangeness(colour, own)
+    cost = np.where(paired, np.clip(OPEN + 0.08 * (mismatch - 2.0), -0.02, 0.2), OPEN).astype(np.float32)
+    known = np.isfinite(off_px)
+    cost[known & (np.abs(off_px) < ON_PX)] = SAME
+    cost[known & (off_px < -OFF_PX)] = FOREIGN
+    cost[other] = FOREIGN
+    cost[known & (off_px > OFF_PX)] = OPEN  # something nearer: the face may go on behind it
+    cost[own] = OWN + np.clip(0.1 * (mismatch[own] - 3.0), 0.0, 0.4)
+    cost += 0.35 * strange
+    cost[ended] = FOREIGN
+    return cost.astype(np.float32)
+
+
+def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:
+    """Return 0..1: how far a pixel's chroma is from what the face's own pixels have; lightness doesn't count."""
+    lab = cv2.cvtColor(cv2.blur(colour, (3, 3)), cv2.COLOR_BGR2Lab)[..., 1:].astype(np.float32)
+    pixels = lab[own]
+    if len(pixels) < 30:
+        return np.zeros(own.shape, np.float32)
+    middle = np.median(pixels, axis=0)
+    scatter = 1.4826 * float(np.median(np.linalg.norm(pixels - middle, axis=1)))
+    apart = np.linalg.norm(lab - middle, axis=2)
+    limit = 2.0 * scatter + SHADE_FREE_AB
+    return np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)

@@ -1,0 +1,212 @@
+"""A face's outline: each side of its contour put on the edge that the photos show, corners where sides meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.transform import unit
+from asbuilt_bim.measure.contour import Course, Side, contours, sides
+from asbuilt_bim.measure.edges import EdgeFit, Line, find_edge, pixel_plane
+from asbuilt_bim.measure.straight import Surroundings, straight_sides
+
+Source = Literal["photo", "planes", "mask", "frame"]
+
+LEAST_STRENGTH = 0.22
+"""Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
+MASK_SIGMA_PX = 1.5
+"""How well the matcher's own border lies on the edge."""
+SLANT_DEG = 12.0
+"""A segment within this of plumb or level runs plumb or level: contours wiggle by that over a few tens of pixels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceEdge:
+    """One straight side of an outline as it was settled, and by what."""
+
+    line: Line
+    sigma_px: float
+    source: Source
+    course: Course
+    neighbour: int  # label beyond it, -1 nothing
+    fit: EdgeFit | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outline:
+    """Rings (N, 2) in rectified left pixels (the outer one first), and the straight sides they are made of."""
+
+    rings: tuple[FloatArray, ...]
+    edges: tuple[FaceEdge, ...]
+
+
+def find_outline(mask: BoolArray, label: int, around: Surroundings) -> Outline | None:
+    """Draw the outline of the face `label` whose pixels are `mask` (H, W); None where nothing with an area is left.
+
+    Straight borders, plumb or level, where they explain the mask; its own contour where they don't.
+    """
+    q = around.planes[label]
+    straight = straight_sides(mask, label, around)
+    if straight is not None:
+        return _drawn([(found, found[0].points) for found in straight], label, around, reach_px=3.5, prior_px=1.5)
+    rings = contours(mask)
+    ragged = [(sides(ring, lambda a, b: _course(a, b, q, around)), ring) for ring in rings]
+    return _drawn(ragged, label, around, reach_px=7.0, prior_px=3.0)
+
+
+def _drawn(
+    found: list[tuple[list[Side], FloatArray]], label: int, around: Surroundings, reach_px: float, prior_px: float
+) -> Outline | None:
+    """Settle the sides of each ring and close it; a ring without sides keeps its points."""
+    rings: list[FloatArray] = []
+    edges: list[FaceEdge] = []
+    for ring_sides, ring in found:
+        settled = [_settle(side, label, around, reach_px, prior_px) for side in ring_sides]
+        closed = _assemble(settled, ring_sides) if len(settled) >= 3 else ring
+        if len(closed) >= 3 and abs(_pixel_area(closed)) > 30.0:
+            rings.append(closed)
+            edges += [edge for edge in settled if edge is not None]
+        elif not rings:
+            return None
+    return Outline(rings=tuple(rings), edges=tuple(edges)) if rings else None
+
+
+def _course(start: FloatArray, stop: FloatArray, q: FloatArray, around: Surroundings) -> tuple[Course, FloatArray]:
+    """Say how a contour segment runs on the plane q, and the exact direction (2,) of that course there."""
+    chord = stop - start
+    length = float(np.linalg.norm(chord))
+    if length < 6.0:
+        return "free", unit(chord)
+    middle = 0.5 * (start + stop)
+    slack = np.radians(SLANT_DEG) + np.arctan2(1.5, length)
+    best: tuple[Course, FloatArray] = ("slant" if length > 24.0 else "free", unit(chord))
+    best_angle = slack
+    courses: tuple[tuple[Course, FloatArray], ...] = (("upright", around.down), ("level", np.cross(q, around.down)))
+    for course, axis in courses:
+        direction = image_direction(axis, middle, around.camera)
+        cosine = float(direction @ unit(chord))
+        angle = float(np.arccos(min(1.0, abs(cosine))))
+        if angle < best_angle:
+            best, best_angle = (course, direction * np.sign(cosine)), angle
+    return best
+
+
+def image_direction(axis: FloatArray, pixel: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return the unit direction (2,) in the picture, at `pixel` (2,), of a line along `axis` (3,) in space."""
+    ray = (pixel - np.array([camera.cx_px, camera.cy_px])) / camera.f_px
+    return unit(axis[:2] - ray * axis[2])
+
+
+def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior_px: float) -> FaceEdge | None:
+    """Put one side on its edge; None for a side that has no line."""
+    if side.course == "free":
+        return None
+    height, width = around.labels.shape
+    at = np.round(side.points).astype(np.intp)
+    at = np.stack([np.clip(at[:, 0], 0, width - 1), np.clip(at[:, 1], 0, height - 1)], axis=1)
+    if np.mean(around.frame[at[:, 1], at[:, 0]]) > 0.5:
+        return FaceEdge(
+            line=side.line, sigma_px=MASK_SIGMA_PX, source="frame", course=side.course, neighbour=-1, fit=None
+        )
+    neighbour = _neighbour(side.line, label, around)
+    crossing = _crossing(side.line, label, neighbour, around, reach_px)
+    start = crossing if crossing is not None else side.line
+    plane = pixel_plane(around.planes[label], around.camera)
+    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px)
+    if fit is not None and fit.strength >= LEAST_STRENGTH:
+        return FaceEdge(
+            line=fit.line, sigma_px=fit.sigma_px, source="photo", course=side.course, neighbour=neighbour, fit=fit
+        )
+    return FaceEdge(
+        line=start, sigma_px=1.0 if crossing is not None else MASK_SIGMA_PX,
+        source="planes" if crossing is not None else "mask", course=side.course, neighbour=neighbour, fit=None,
+    )  # fmt: skip
+
+
+def _neighbour(line: Line, label: int, around: Surroundings) -> int:
+    """Return the label that lies 3 to 8 px beyond most of the side, -1 where none does."""
+    height, width = around.labels.shape
+    along = np.linspace(0.05, 0.95, 40)[:, None, None]
+    beyond = np.array([3.0, 5.0, 8.0])[None, :, None]
+    points = line.start + along * (line.stop - line.start) + beyond * line.normal
+    x = np.round(points[..., 0]).astype(np.intp).ravel()
+    y = np.round(points[..., 1]).astype(np.intp).ravel()
+    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    seen = around.labels[y[inside], x[inside]]
+    seen = seen[(seen >= 0) & (seen != label)]
+    if seen.size < 0.35 * x.size:
+        return -1
+    values, counts = np.unique(seen, return_counts=True)
+    top = int(np.argmax(counts))
+    return int(values[top]) if counts[top] > 0.35 * x.size else -1
+
+
+def _crossing(line: Line, label: int, neighbour: int, around: Surroundings, reach_px: float) -> Line | None:
+    """Return the picture of the line where two planes meet, if it runs along this side."""
+    if neighbour not in around.planes:
+        return None
+    n = pixel_plane(around.planes[label] - around.planes[neighbour], around.camera)
+    length = float(np.hypot(n[0], n[1]))
+    if length < 1e-4:  # a disparity step of under 1 px in 10,000: the planes are one
+        return None
+    foot = [end - (n[0] * end[0] + n[1] * end[1] + n[2]) / length**2 * n[:2] for end in (line.start, line.stop)]
+    if max(float(np.linalg.norm(f - end)) for f, end in zip(foot, (line.start, line.stop), strict=True)) > 1.5 * reach_px:
+        return None
+    return Line(start=foot[0], stop=foot[1])
+
+
+def _assemble(settled: list[FaceEdge | None], found: list[Side]) -> FloatArray:
+    """Walk round the sides: corners where neighbours' lines cross, the contour's own points where there is no line."""
+    points: list[FloatArray] = []
+    count = len(settled)
+    for i, edge in enumerate(settled):
+        following = settled[(i + 1) % count]
+        corner = found[i].points[-1]
+        if edge is None:
+            points.extend(found[i].points[2:-2:2])
+            if following is None:
+                points.append(corner)
+            continue
+        if following is None:
+            points.append(_foot(edge.line, corner))
+            continue
+        crossing = _meet(edge.line, following.line)
+        if crossing is not None and float(np.linalg.norm(crossing - corner)) < 20.0:
+            points.append(crossing)
+        else:
+            points.extend([_foot(edge.line, corner), _foot(following.line, corner)])
+    # a free side before a line starts at the line's own foot
+    for i, edge in enumerate(settled):
+        if edge is not None and settled[i - 1] is None:
+            points = _with_foot(points, found[i], edge)
+    return np.array(points)
+
+
+def _with_foot(points: list[FloatArray], side: Side, edge: FaceEdge) -> list[FloatArray]:
+    foot = _foot(edge.line, side.points[0])
+    nearest = int(np.argmin([np.sum((p - side.points[0]) ** 2) for p in points]))
+    return [*points[: nearest + 1], foot, *points[nearest + 1 :]]
+
+
+def _foot(line: Line, point: FloatArray) -> FloatArray:
+    foot: FloatArray = line.start + ((point - line.start) @ line.direction) * line.direction
+    return foot
+
+
+def _meet(one: Line, other: Line) -> FloatArray | None:
+    a, b = one.direction, other.direction
+    cross = float(a[0] * b[1] - a[1] * b[0])
+    if abs(cross) < np.sin(np.radians(15.0)):
+        return None
+    gap = other.start - one.start
+    meeting: FloatArray = one.start + a * float(gap[0] * b[1] - gap[1] * b[0]) / cross
+    return meeting
+
+
+def _pixel_area(ring: FloatArray) -> float:
+    x, y = ring.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

@@ -1,0 +1,161 @@
+"""A plane refined on the pixels of both photos: the homography it induces is fitted by Gauss-Newton.
+
+The right photo read at x - q . r must look like the left one. Hundredths of a pixel, without the matcher's locking.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.measure.raster import nonzero
+from asbuilt_bim.vision.warp import contrast, sample
+
+IndexArray = NDArray[np.intp]
+
+BLOCK_PX = 12
+"""Residuals within a block are taken as one observation: texture and interpolation err together over that far."""
+MOST_PIXELS = 20_000
+"""Enough for thousandths of a pixel; more only costs time."""
+STILL_PX = 0.002
+"""A step that moves no pixel further than this is the last one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pictures:
+    """Both photos of a pair as grey levels without their local mean, slightly smoothed; a coarse level beside."""
+
+    fine: tuple[Float32Array, Float32Array]
+    coarse: tuple[Float32Array, Float32Array]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlaneFit:
+    """q (3,) with its covariance (3, 3) from the pictures alone, the residual's rms in grey levels and the pixels used."""
+
+    q_px: FloatArray
+    covariance: FloatArray
+    rms_grey: float
+    pixels: int
+
+
+def pictures(left_grey: Float32Array, right_grey: Float32Array) -> Pictures:
+    """Prepare both photos: smoothing by 0.8 px takes the interpolation's bias, by 2 px widens the basin."""
+
+    def level(image: Float32Array, sigma: float) -> Float32Array:
+        return contrast(np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.float32))
+
+    return Pictures(
+        fine=(level(left_grey, 0.8), level(right_grey, 0.8)), coarse=(level(left_grey, 2.0), level(right_grey, 2.0))
+    )
+
+
+def refine_plane(both: Pictures, rays: FloatArray, mask: BoolArray, start_px: FloatArray, most_px: float = 2.5) -> PlaneFit | None:
+    """Refine q (3,) on the pixels of `mask` (H, W); None where the pictures don't hold it.
+
+    Refused where it diverges: a disparity inside the mask that moves by over `most_px`, or a picture without texture.
+
+    Reference: the plane-induced homography, x_right = x - q . r.
+    """
+    rows, columns = nonzero(mask)
+    if rows.size < 40:
+        return None
+    if rows.size > MOST_PIXELS:  # the steepest pixels of each neighbourhood hold the plane best
+        rows, columns = _steepest(both.fine[0], rows, columns)
+    r = rays[rows, columns]
+    q = np.asarray(start_px, dtype=np.float64)
+    fit: PlaneFit | None = None
+    for (left, right), steps in ((both.coarse, 4), (both.fine, 6)):
+        fit = _gauss_newton(left, right, rows, columns, r, q, steps)
+        if fit is None or float(np.max(np.abs(r @ (fit.q_px - start_px)))) > most_px:
+            return None
+        q = fit.q_px
+    return fit
+
+
+def _gauss_newton(
+    left: Float32Array, right: Float32Array, rows: IndexArray, columns: IndexArray, r: FloatArray, q: FloatArray, steps: int
+) -> PlaneFit | None:
+    x, y = columns.astype(np.float32), rows.astype(np.float32)
+    seen = left[rows, columns].astype(np.float64)
+    left_slope = 0.5 * (left[rows, np.minimum(columns + 1, left.shape[1] - 1)] - left[rows, np.maximum(columns - 1, 0)])
+    # q is solved about the patch's own middle: well-conditioned however far off the axis it lies
+    middle, basis = _basis(r)
+    own = (r - middle) @ basis.T
+    own = np.concatenate([own, np.ones((len(own), 1))], axis=1)
+    back = np.concatenate([basis, np.zeros((1, 3))])
+    back[2] = np.array([0.0, 0.0, 1.0])
+    hessian = np.eye(3)
+    jacobian, residual, weight = own, seen, np.ones_like(seen)
+    for _ in range(steps):
+        at = x - (r @ q).astype(np.float32)
+        there = _line(right, at, y)
+        slope = 0.5 * (left_slope + 0.5 * (_line(right, at + 1.0, y) - _line(right, at - 1.0, y)))
+        gain = float(seen @ there / max(there @ there, 1e-9))
+        residual = seen - np.clip(gain, 0.5, 2.0) * there
+        scale = max(1.4826 * float(np.median(np.abs(residual))), 0.5)
+        weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
+        jacobian = slope[:, None] * own
+        hessian = (jacobian * weight[:, None]).T @ jacobian
+        if np.linalg.cond(hessian) > 1e10 or np.trace(hessian) < 1.0:
+            return None
+        change = -np.linalg.solve(hessian, (jacobian * weight[:, None]).T @ residual)
+        q = q + _q_change(change, middle, basis)
+        if np.max(np.abs(own @ change)) < STILL_PX:
+            break
+    covariance = _sandwich(jacobian, residual, weight, hessian, rows, columns)
+    lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
+    return PlaneFit(
+        q_px=q, covariance=lift @ covariance @ lift.T, rms_grey=float(np.sqrt(np.average(residual**2, weights=weight + 1e-9))),
+        pixels=len(rows),
+    )  # fmt: skip
+
+
+def _steepest(image: Float32Array, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Keep `MOST_PIXELS` pixels: of each run of neighbours the one with the steepest slope along x."""
+    step = -(-rows.size // MOST_PIXELS)
+    slope = np.abs(image[rows, np.minimum(columns + 1, image.shape[1] - 1)] - image[rows, np.maximum(columns - 1, 0)])
+    count = rows.size // step
+    picked = np.arange(count) * step + np.argmax(slope[: count * step].reshape(count, step), axis=1)
+    return rows[picked], columns[picked]
+
+
+def _basis(r: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rays' mean (3,) and two axes (2, 3) of the image plane scaled to the patch's spread."""
+    spread = np.maximum(r[:, :2].std(axis=0), 1e-6)
+    return r.mean(axis=0), np.array([[1.0 / spread[0], 0.0, 0.0], [0.0, 1.0 / spread[1], 0.0]])
+
+
+def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> FloatArray:
+    """Turn (slope x, slope y, offset at the middle) into a change of q: d = c0 (x-mx)/sx + c1 (y-my)/sy + c2."""
+    sloped = change[0] * basis[0] + change[1] * basis[1]
+    sloped[2] = change[2] - sloped[:2] @ middle[:2]
+    return sloped
+
+
+def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> FloatArray:
+    """Sample a picture at (N,) places; remap wants an image, so they are laid out in rows."""
+    width = 4096
+    pad = (-len(x)) % width
+    columns = np.pad(x.astype(np.float32), (0, pad)).reshape(-1, width)
+    rows = np.pad(y.astype(np.float32), (0, pad)).reshape(-1, width)
+    return sample(image, columns, rows).ravel()[: len(x)].astype(np.float64)
+
+
+def _sandwich(
+    jacobian: FloatArray, residual: FloatArray, weight: FloatArray, hessian: FloatArray, rows: IndexArray, columns: IndexArray
+) -> FloatArray:
+    """Return the covariance (3, 3) with the residuals' own correlation in it: scores are summed by block first."""
+    score = jacobian * (weight * residual)[:, None]
+    block = (rows // BLOCK_PX) * 4096 + columns // BLOCK_PX
+    _, index = np.unique(block, return_inverse=True)
+    sums = np.stack([np.bincount(index, weights=score[:, i]) for i in range(3)], axis=1)
+    inverse = np.linalg.inv(hessian)
+    covariance: FloatArray = inverse @ (sums.T @ sums) @ inverse
+    # a handful of blocks can't show their scatter: not under what independent pixels would give
+    floor = inverse * float(np.average(residual**2, weights=weight + 1e-12))
+    return covariance + floor

@@ -1,0 +1,220 @@
+"""Round columns: their silhouettes are tangent rays, so they give direction and radius over distance; stereo the distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.polygon import ring_area
+from asbuilt_bim.geometry.round_piece import LEAST_RADIUS_M, MOST_RADIUS_M, Circle, disparity_of_circle
+from asbuilt_bim.measure.drafts import Workbench
+from asbuilt_bim.measure.edges import Line, find_edge, pixel_plane
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.hidden import how_seen
+from asbuilt_bim.measure.outline import LEAST_STRENGTH, Outline, image_direction
+from asbuilt_bim.vision.segment import Instance
+
+ARC_POINTS = 24
+MASK_SIGMA_PX = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Tangent:
+    """One silhouette: tangent of its angle in the level plan, and its sigma."""
+
+    tangent: float
+    sigma: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RoundFit:
+    """A round column's circle in the level plan, with sigmas of radius and distance, and its rise below the camera."""
+
+    circle: Circle
+    radius_sigma_m: float
+    distance_sigma_m: float
+    top_m: float  # below the camera (negative: above)
+    foot_m: float
+    height_sigma_m: float
+
+
+def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundFit | None:
+    """Fit the circle on silhouettes and disparities; None where the mask shows no round column."""
+    rows, columns = np.nonzero(mask)
+    if rows.size < 150:
+        return None
+    level = bench.scene.level
+    better, radius_sigma, distance_sigma = _from_silhouettes(bench, circle, mask)
+    x = level.x_px[rows, columns]
+    d = disparity_of_circle(better, x)
+    axis_x = better.f_px * better.x_m / better.z_m
+    half = better.f_px * better.radius_m / better.z_m
+    core = np.isfinite(d) & (np.abs(x - axis_x) < 0.6 * half)
+    if np.count_nonzero(core) < 50:
+        return None
+    below = level.y_px[rows, columns][core] * level.baseline_m / d[core]
+    top, foot = _ends(below, columns[core])
+    pixel_m = better.z_m / better.f_px
+    return RoundFit(
+        circle=better, radius_sigma_m=radius_sigma, distance_sigma_m=distance_sigma, top_m=top, foot_m=foot,
+        height_sigma_m=1.5 * pixel_m,
+    )  # fmt: skip
+
+
+def round_face(
+    bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray
+) -> MeasuredFace:
+    """Build the metric face of a round column: the visible arc times its height, on the mantle."""
+    camera = bench.pair.camera
+    frame = _frame(bench, fit)
+    distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
+    half_arc = float(np.arccos(np.clip(fit.circle.radius_m / distance, 0.0, 1.0)))
+    u = np.linspace(-half_arc, half_arc, ARC_POINTS) * fit.circle.radius_m
+    height = fit.foot_m - fit.top_m
+    ring = np.concatenate(
+        [np.stack([u, np.zeros_like(u)], axis=1), np.stack([u[::-1], np.full_like(u, height)], axis=1)]
+    )
+    points = frame.from_uv(ring)
+    ring_px = camera.project(points)
+    area = ring_area(ring)
+    sigma = float(
+        np.hypot(area * fit.radius_sigma_m / fit.circle.radius_m, area * fit.height_sigma_m / max(height, 1e-6))
+    )
+    clockwise = ring_area(ring_px) < 0.0
+    outline = Outline(rings=(ring_px[::-1] if clockwise else ring_px,), edges=())
+    middle = frame.from_uv(np.array([0.0, 0.5 * height]))
+    seen = how_seen(bench, outline, _front_plane(bench, fit))
+    return MeasuredFace(
+        face_id=face_id, label=instance.label, score=instance.score, frame=frame, outline_uv_m=(frozen(ring),),
+        outline_px=(frozen(ring_px),), area_m2=float(area), area_sigma_calibration_m2=0.0, area_sigma_image_m2=sigma,
+        covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
+        height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),
+        cut_by_frame=seen.cut_by_frame, occluded=seen.occluded, flatness_rms_m=_roundness(bench, fit.circle, mask),
+        instance=number,
+    )  # fmt: skip
+
+
+def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
+    """Return the mantle's frame in the LEFT frame, its zero towards the camera, its origin at the foot."""
+    left_from_level = bench.pair.camera.rectified_from_left.T @ bench.scene.level.view.level_from_rectified.T
+    foot = left_from_level @ np.array([fit.circle.x_m, fit.foot_m, fit.circle.z_m])
+    towards = np.array([-fit.circle.x_m, 0.0, -fit.circle.z_m])
+    return CylinderFrame(
+        origin_m=frozen(foot),
+        axis=frozen(left_from_level @ np.array([0.0, -1.0, 0.0])),
+        zero=frozen(left_from_level @ (towards / np.linalg.norm(towards))),
+        radius_m=fit.circle.radius_m,
+    )
+
+
+def _from_silhouettes(bench: Workbench, circle: Circle, mask: BoolArray) -> tuple[Circle, float, float]:
+    """Return the circle from both tangents and the disparities between them; the stereo circle where one is missing."""
+    rough = 0.03 * circle.radius_m + 0.005
+    tangents = [_silhouette(bench, circle, mask, side) for side in (-1, 1)]
+    left, right = tangents
+    if left is None or right is None:
+        return circle, rough, 0.02
+    middle = 0.5 * (np.arctan(left.tangent) + np.arctan(right.tangent))
+    half = 0.5 * (np.arctan(right.tangent) - np.arctan(left.tangent))
+    sine = float(np.sin(half))
+    if not 0.0 < sine < 0.5:
+        return circle, rough, 0.02
+    distance, sigma = _distance(bench, middle, sine, float(np.hypot(circle.x_m, circle.z_m)), mask)
+    radius = distance * sine
+    if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or abs(radius / circle.radius_m - 1.0) > 0.35:
+        return circle, rough, 0.02
+    better = replace(
+        circle, x_m=float(distance * np.sin(middle)), z_m=float(distance * np.cos(middle)), radius_m=float(radius)
+    )
+    by_edges = 0.5 * np.hypot(left.sigma, right.sigma) * distance
+    return better, float(np.hypot(by_edges, sigma * sine)), sigma
+
+
+def _silhouette(bench: Workbench, circle: Circle, mask: BoolArray, side: int) -> _Tangent | None:
+    """Find one upright silhouette: start at the mask's border, put it on the photo's edge."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    ends = np.array([np.flatnonzero(mask[row])[0 if side < 0 else -1] for row in rows], dtype=np.float64)
+    ends += 0.5 * side
+    camera = bench.pair.camera
+    if np.mean(bench.frame[rows, np.clip(np.round(ends), 0, camera.width_px - 1).astype(np.intp)]) > 0.3:
+        return None
+    middle = np.array([float(np.median(ends)), float(np.median(rows))])
+    direction = image_direction(bench.scene.level.view.down, middle, camera)
+    off = ends - (middle[0] + (rows - middle[1]) * direction[0] / direction[1])
+    foot = middle + np.array([float(np.median(off)), 0.0])
+    reach = 0.46 * (rows[-1] - rows[0])
+    # the normal points off the column: downwards on its right, upwards on its left as the outline runs
+    line = Line(start=foot - side * -reach * direction, stop=foot + side * -reach * direction)
+    line = line if line.normal[0] * side > 0.0 else Line(start=line.stop, stop=line.start)
+    plane = pixel_plane(_tangent_plane(bench, circle), camera)
+    found = find_edge(bench.slopes, line, plane, 2.0, 7.0, 3.0)
+    sigma_px = found.sigma_px if found is not None and found.strength >= LEAST_STRENGTH else MASK_SIGMA_PX
+    settled = found.line if found is not None and found.strength >= LEAST_STRENGTH else line
+    points = np.stack([settled.start, settled.stop])
+    rays = np.ones((2, 3))
+    rays[:, :2] = (points - [camera.cx_px, camera.cy_px]) / camera.f_px
+    level_x, _, _ = bench.scene.level.view.coordinates(rays)
+    return _Tangent(tangent=float(level_x.mean() / camera.f_px), sigma=float(sigma_px / camera.f_px))
+
+
+def _tangent_plane(bench: Workbench, circle: Circle) -> FloatArray:
+    """Return q (3,) of the upright plane through both tangent lines: what the silhouettes' disparity is."""
+    distance = float(np.hypot(circle.x_m, circle.z_m))
+    sine = circle.radius_m / distance
+    return _facing_plane(bench, circle, distance * (1.0 - sine**2))
+
+
+def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
+    """Return q (3,) of the upright plane that touches the column's near side."""
+    return _facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
+
+
+def _facing_plane(bench: Workbench, circle: Circle, depth_m: float) -> FloatArray:
+    distance = float(np.hypot(circle.x_m, circle.z_m))
+    f, b = circle.f_px, circle.baseline_m
+    x, z = circle.x_m / distance, circle.z_m / distance
+    return bench.scene.level.view.q_upright(b * x / depth_m, f * b * z / depth_m)
+
+
+def _distance(bench: Workbench, direction: float, sine: float, start_m: float, mask: BoolArray) -> tuple[float, float]:
+    """Fit the axis' distance to the disparities inside, direction and radius / distance being known; with its sigma."""
+    level = bench.scene.level
+    known = mask & level.measured
+    x, d = level.x_px[known], level.d_px[known]
+    f, b = level.view.f_px, level.baseline_m
+    unit = Circle(x_m=float(np.sin(direction)), z_m=float(np.cos(direction)), radius_m=sine, f_px=f, baseline_m=b)
+    at_one = disparity_of_circle(unit, x)  # scales with 1 / distance
+    inner = np.isfinite(at_one) & (np.abs(np.arctan(x / f) - direction) < 0.75 * np.arcsin(sine))
+    if np.count_nonzero(inner) < 50:
+        return start_m, 0.02
+    distances = at_one[inner] / d[inner]
+    middle = float(np.median(distances))
+    scatter = 1.4826 * float(np.median(np.abs(distances - middle)))
+    return middle, float(np.hypot(scatter / np.sqrt(max(inner.sum() / 150.0, 1.0)), 0.03 * middle / np.median(d[inner])))
+
+
+def _ends(below: FloatArray, columns: FloatArray) -> tuple[float, float]:
+    """Return top and foot: medians over the columns of pixels of each one's first and last, half a pixel further."""
+    order = np.argsort(columns, kind="stable")
+    _, starts, counts = np.unique(columns[order], return_index=True, return_counts=True)
+    values = below[order]
+    top = np.minimum.reduceat(values, starts)
+    foot = np.maximum.reduceat(values, starts)
+    half = 0.5 * float(np.median((foot - top) / np.maximum(counts, 1)))
+    return float(np.median(top)) - half, float(np.median(foot)) + half
+
+
+def _roundness(bench: Workbench, circle: Circle, mask: BoolArray) -> float:
+    """Return the rms along the line of sight between the measured mantle and the circle, in metres."""
+    level = bench.scene.level
+    known = mask & level.measured
+    d = level.d_px[known]
+    miss = d - disparity_of_circle(circle, level.x_px[known])
+    miss = miss[np.isfinite(miss) & (np.abs(miss) < 1.0)]
+    if miss.size == 0:
+        return 0.0
+    return float(np.sqrt(np.mean(miss**2)) * circle.z_m / max(float(np.median(d)), 1e-6))

@@ -1,0 +1,134 @@
+"""All faces of one station: drafted, outlined, solved together, finished; what is too weak is rejected by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.measure.drafts import (
+    Draft,
+    Workbench,
+    adjust_drafts,
+    draft_faces,
+    outline_faces,
+    pieces_of,
+    refine_inside,
+    workbench,
+)
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.finish import Settled, finish_face
+from asbuilt_bim.measure.round import fit_round_column, round_face
+from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2
+from asbuilt_bim.vision.scene import Scene
+from asbuilt_bim.vision.segment import Instance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaceOptions:
+    """When a face is worth reporting."""
+
+    least_width_px: float = 12.0  # edges of 0.3 px each are 3.5 % of it; narrower is a guess
+    most_sigma_share: float = 0.25  # sigma of area over area; beyond, the number says nothing
+    least_area_m2: float = 0.03  # a hand's breadth of a column
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationFaces:
+    """The faces of a station, what was left out, and up (3,) in the left frame (None where no edge said)."""
+
+    faces: tuple[MeasuredFace, ...]
+    rejections: tuple[Rejection, ...]
+    up: FloatArray | None
+
+
+def measure_faces(
+    pair: RectifiedPair, scene: Scene, instances: Sequence[Instance], rig: StereoRig, options: FaceOptions
+) -> StationFaces:
+    """Measure every face of the instances of one pair."""
+    bench = workbench(pair, scene)
+    drafts = draft_faces(bench, instances)
+    planes, covariances, down = _start(drafts), np.zeros((0, 3, 3)), scene.level.view.down
+    if drafts:
+        drafts = refine_inside(bench, outline_faces(bench, drafts, planes))
+        planes, covariances, down, _ = adjust_drafts(bench, drafts)
+        drafts = outline_faces(bench, drafts, planes)
+    settled = [
+        Settled(draft=draft, q_px=planes[i], covariance=covariances[i], outline=draft.outline)
+        for i, draft in enumerate(drafts)
+        if draft.outline is not None
+    ]
+    calibration = calibration_sigmas_m2([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera)
+    faces: list[MeasuredFace] = []
+    rejections: list[Rejection] = []
+    for one, sigma in zip(settled, calibration, strict=True):
+        face = finish_face(bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.draft.instance], float(sigma))
+        if face is not None:
+            _judge(face, faces, rejections, options)
+    _add_round(bench, instances, faces, rejections, options)
+    up = frozen(-down @ pair.camera.rectified_from_left) if scene.vertical is not None else None
+    return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=up)
+
+
+def _start(drafts: Sequence[Draft]) -> FloatArray:
+    return np.array([draft.sight.q_px for draft in drafts]).reshape(-1, 3)
+
+
+def _add_round(
+    bench: Workbench,
+    instances: Sequence[Instance],
+    faces: list[MeasuredFace],
+    rejections: list[Rejection],
+    options: FaceOptions,
+) -> None:
+    for number, instance in enumerate(instances):
+        for piece in pieces_of(bench.scene, instance):
+            circle = bench.scene.pieces[piece].circle
+            if circle is None:
+                continue
+            mask = bench.scene.mask(piece) & instance.mask
+            fit = fit_round_column(bench, circle, mask)
+            if fit is not None:
+                name = f"{bench.pair.name}/{len(faces) + 1}"
+                _judge(round_face(bench, fit, name, instance, number, mask), faces, rejections, options)
+
+
+def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejection], options: FaceOptions) -> None:
+    """Keep a face, or name why it isn't kept; crumbs go without a word."""
+    if not np.isfinite(face.area_m2) or face.area_m2 < options.least_area_m2:
+        return
+    what = f"face {face.face_id} ({face.label}, {face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
+    if face.width_px < options.least_width_px:
+        rejections.append(
+            Rejection(
+                what=what, reason="too narrow", value=f"{face.width_px:.0f} px", limit=f"{options.least_width_px:.0f} px",
+                remedy="photograph it from nearer, or more from the front",
+            )
+        )  # fmt: skip
+        return
+    share = face.area_sigma_m2 / face.area_m2
+    if not share <= options.most_sigma_share:
+        rejections.append(
+            Rejection(
+                what=what, reason="too uncertain", value=f"sigma {100 * share:.0f} % of its area",
+                limit=f"{100 * options.most_sigma_share:.0f} %", remedy="photograph it from nearer, or more from the front",
+            )
+        )  # fmt: skip
+        return
+    faces.append(replace(face, face_id=f"{face.face_id.rsplit('/', 1)[0]}/{len(faces) + 1}"))
+
+
+def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85) -> bytes:
+    """Return the rectified left photo as a JPEG without any EXIF, at most `most_width_px` wide."""
+    image = pair.left
+    if image.shape[1] > most_width_px:
+        height = round(image.shape[0] * most_width_px / image.shape[1])
+        image = np.asarray(cv2.resize(image, (most_width_px, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    done, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return bytes(data) if done else b""

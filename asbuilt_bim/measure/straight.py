@@ -1,0 +1,138 @@
+"""Sides of a face that run plumb and level, drawn straight on: the mask's rags don't matter, openings are cut out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
+from asbuilt_bim.measure.contour import Course, Side, contours
+from asbuilt_bim.measure.edges import Gradients, Line
+from asbuilt_bim.measure.likeness import face_cost
+from asbuilt_bim.measure.raster import FaceRaster, face_raster
+from asbuilt_bim.measure.steps import edge_votes, straight_region
+
+MOST_APART = 0.12
+RAGGED_PX = 3.0
+"""Mask and straight region may differ by this share of their area and, all round, by what a mask's rags come to;
+beyond, the face isn't a thing of right angles."""
+THIN_M = 0.11
+"""No wall or column is thinner; starter bars and their ties are."""
+LEAST_OPENING_PX = 10
+LEAST_OPENING_SHARE = 0.008
+"""A form-tie cone is no opening; a window is over 1 % of its wall."""
+BEHIND_PX = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Surroundings:
+    """What an outline is searched in: both photos, their gradients, the labels and the planes behind them.
+
+    `planes` holds q (3,) by label; `frame` (H, W) is True within a few px of the left photo's end;
+    `off_px` (H, W) is the measured disparity less the face's own plane, NaN where not measured.
+    """
+
+    colour: ByteImage  # the left photo
+    left_grey: Float32Array
+    right_grey: Float32Array
+    gradients: Gradients
+    labels: NDArray[np.int16]
+    planes: Mapping[int, FloatArray]
+    frame: BoolArray
+    valid_right: BoolArray
+    off_px: Float32Array
+    camera: RectifiedCamera
+    down: FloatArray  # (3,) rectified
+    texture_grey: float = 1.5
+
+
+def straight_sides(mask: BoolArray, label: int, around: Surroundings) -> list[list[Side]] | None:
+    """Return the sides of the face's rings (outer one first), plumb and level; None where those don't explain the mask."""
+    raster = face_raster(mask, around.planes[label], around.camera, around.down)
+    if raster is None:
+        return None
+    own = _stout(raster.lay(mask.astype(np.uint8), nearest=True) > 0, raster)
+    if np.count_nonzero(own) < 60:
+        return None
+    left = raster.lay(around.left_grey).astype(np.float32)
+    right = raster.lay(around.right_grey, right=True).astype(np.float32)
+    paired = raster.lay(around.valid_right.astype(np.uint8), right=True, nearest=True) > 0
+    off = raster.lay(around.off_px, nearest=True).astype(np.float32)
+    labels = raster.lay(around.labels, nearest=True)
+    colour = raster.lay(around.colour).astype(np.uint8)
+    ended = raster.lay(around.frame.astype(np.uint8), nearest=True) > 0
+    cost = face_cost(own, (labels >= 0) & (labels != label), off, left - right, paired, colour, ended)
+    across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
+    region = straight_region(cost, across, along, own)
+    region &= ~_openings(region, off, across, along)
+    if not _explains(region, own):
+        return None
+    rings = [_sides_of(ring, raster) for ring in contours(region)]
+    kept = [ring for ring in rings if len(ring) >= 4]
+    return kept if kept and len(rings[0]) >= 4 else None
+
+
+def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
+    """Drop what is thinner than concrete: starter bars, props and tripod legs that were labelled with the face."""
+    across, along = (int(np.clip(round(THIN_M / step), 3, 41)) for step in raster.step_m)
+    whole = own.astype(np.uint8)
+    opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, across), np.uint8))
+    opened = cv2.morphologyEx(opened, cv2.MORPH_OPEN, np.ones((along, 1), np.uint8))
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    if count <= 1:
+        return own
+    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    keep = [i for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 0.2 * stats[largest, cv2.CC_STAT_AREA]]
+    return np.isin(parts, keep)
+
+
+def _explains(region: BoolArray, own: BoolArray) -> bool:
+    """Say whether the straight region is the mask but for its rags."""
+    x, y, width, height = cv2.boundingRect(region.astype(np.uint8))
+    apart = np.count_nonzero(region ^ own)
+    return bool(apart <= MOST_APART * np.count_nonzero(region | own) + RAGGED_PX * 2.0 * (width + height))
+
+
+def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along: Float32Array) -> BoolArray:
+    """Return what lies behind the face within its region, with straight borders of its own."""
+    behind = (np.nan_to_num(off, nan=0.0) < -BEHIND_PX) & region
+    kernel = np.ones((LEAST_OPENING_PX // 2 * 2 - 3,) * 2, np.uint8)
+    clean = cv2.morphologyEx(behind.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    clean = cv2.morphologyEx(clean, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(clean, connectivity=4)
+    found = np.zeros_like(region)
+    least = max(LEAST_OPENING_SHARE * np.count_nonzero(region), LEAST_OPENING_PX**2)
+    for part in range(1, count):
+        box = stats[part]
+        small = min(box[cv2.CC_STAT_WIDTH], box[cv2.CC_STAT_HEIGHT]) < LEAST_OPENING_PX
+        if small or box[cv2.CC_STAT_AREA] < least:
+            continue
+        own = parts == part
+        known = np.isfinite(off)
+        cost = np.where(own, -0.3, np.where(known & (np.abs(off) < 0.8), 0.3, 0.03)).astype(np.float32)
+        hole = straight_region(cost, across, along, own)
+        # the rim that hides behind the face's border was matched to the face: an opening is no smaller than seen
+        found |= hole
+    return found & region
+
+
+def _sides_of(ring: FloatArray, raster: FaceRaster) -> list[Side]:
+    """Cut a ring of a rectilinear raster region at its corners and carry the pieces to the photo."""
+    flat = np.ascontiguousarray(ring[:, None, :], dtype=np.float32)
+    corners = np.asarray(cv2.approxPolyDP(flat, 1.5, True), dtype=np.float64).reshape(-1, 2)
+    found: list[Side] = []
+    for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        run = stop - start
+        level = abs(run[0]) > abs(run[1])
+        course: Course = "level" if level else "upright"
+        # the ring's corners are cut by the pixel's diagonal: draw the side exactly plumb or level
+        middle = 0.5 * (start + stop)
+        ends = np.array([[start[0], middle[1]], [stop[0], middle[1]]]) if level else np.array([[middle[0], start[1]], [middle[0], stop[1]]])
+        points = raster.to_photo(ends[0] + np.linspace(0.0, 1.0, 25)[:, None] * (ends[1] - ends[0]))
+        found.append(Side(course=course, line=Line(start=points[0], stop=points[-1]), points=points))
+    return found

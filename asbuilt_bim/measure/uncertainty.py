@@ -1,0 +1,134 @@
+"""How sure an area is: what the photos leave open (the face's own), and what the calibration does (shared by all)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import apply, rotation_from_vector, vector_from_rotation
+
+
+def polygon_area(points_m: FloatArray) -> float:
+    """Return the area of a nearly flat ring (N, 3) in space: half the length of its vector area."""
+    centred = points_m - points_m.mean(axis=0)
+    return 0.5 * float(np.linalg.norm(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)))
+
+
+def rings_area_m2(rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera) -> float:
+    """Return the area of an outline (rectified px, the first ring outer) on the plane q: the outer ring less its holes."""
+    areas = [polygon_area(_on_plane(ring, q_px, camera)) for ring in rings_px]
+    return areas[0] - sum(areas[1:])
+
+
+def area_per_pixel_m2(pixel: FloatArray, q_px: FloatArray, camera: RectifiedCamera) -> float:
+    """Return the surface in m2 that one pixel at `pixel` (2,) sees of the plane q.
+
+    A pixel's cone meets the plane n . X = h in h^2 / (f^2 (n . r)^3).
+    """
+    ray = _rays(pixel[None], camera)[0]
+    height = camera.f_px * camera.baseline_m / float(np.linalg.norm(q_px))
+    cosine = max(float(q_px @ ray) / float(np.linalg.norm(q_px)), 1e-3)
+    return height**2 / (camera.f_px**2 * cosine**3)
+
+
+def image_sigma_m2(
+    rings_px: Sequence[FloatArray],
+    edges: Sequence[tuple[FloatArray, float, float]],
+    free_px: float,
+    q_px: FloatArray,
+    covariance: FloatArray,
+    camera: RectifiedCamera,
+) -> float:
+    """Return the area's own sigma: the plane's covariance and each side's, which move it independently.
+
+    `edges`: middle (2,) px, length px and sigma px of each straight side; `free_px` is the length without a line.
+    """
+    area = rings_area_m2(rings_px, q_px, camera)
+    size = float(np.linalg.norm(q_px))
+    steps = 1e-5 * size * np.eye(3)
+    slope = np.array([(rings_area_m2(rings_px, q_px + step, camera) - area) / (1e-5 * size) for step in steps])
+    variance = float(slope @ covariance @ slope)
+    for middle, length, sigma in edges:
+        variance += (length * sigma * area_per_pixel_m2(middle, q_px, camera)) ** 2
+    # a ragged border errs by a pixel over runs of about 8, each on its own
+    middle = rings_px[0].mean(axis=0)
+    variance += free_px * 8.0 * (1.0 * area_per_pixel_m2(middle, q_px, camera)) ** 2
+    return float(np.sqrt(max(variance, 0.0)))
+
+
+def calibration_sigmas_m2(outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]], rig: StereoRig, camera: RectifiedCamera) -> FloatArray:
+    """Return each area's sigma (n,) from the rig's covariance; zeros where the rig doesn't know it.
+
+    `outlines`: rings (rectified px) and q (3,) of each face. The outline's points are seen at fixed places in both
+    photos; each of the rig's 14 numbers is moved by its sigma and the points are triangulated again.
+    """
+    if not outlines or not np.any(rig.covariance):
+        return np.zeros(len(outlines))
+    steps = np.sqrt(np.maximum(np.diag(rig.covariance), 1e-20))
+    areas = np.zeros((len(outlines), len(steps)))
+    nominal = _rig_numbers(rig)
+    seen = [[_seen(_left_points(ring, q, camera), nominal) for ring in rings] for rings, q in outlines]
+    for k, step in enumerate(steps):
+        for sign in (1.0, -1.0):
+            moved = nominal.copy()
+            moved[k] += sign * step
+            for i, rings in enumerate(seen):
+                sizes = [polygon_area(_triangulated(left, right, moved)) for left, right in rings]
+                areas[i, k] += sign * 0.5 * (sizes[0] - sum(sizes[1:])) / step
+    variance = np.einsum("ik,kl,il->i", areas, rig.covariance, areas)
+    return np.sqrt(np.maximum(variance, 0.0))
+
+
+def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    rays = np.ones((*pixels.shape[:-1], 3))
+    rays[..., 0] = (pixels[..., 0] - camera.cx_px) / camera.f_px
+    rays[..., 1] = (pixels[..., 1] - camera.cy_px) / camera.f_px
+    return rays
+
+
+def _on_plane(ring: FloatArray, q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    rays = _rays(ring, camera)
+    disparity = np.maximum(rays @ q_px, 1e-3)
+    points: FloatArray = rays * (camera.f_px * camera.baseline_m / disparity)[:, None]
+    return points
+
+
+def _left_points(ring: FloatArray, q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    points: FloatArray = _on_plane(ring, q_px, camera) @ camera.rectified_from_left
+    return points
+
+
+def _rig_numbers(rig: StereoRig) -> FloatArray:
+    """Return the rig as the 14 numbers of `camera.rig.PARAMETERS`."""
+    left, right, pose = rig.left.K, rig.right.K, rig.right_from_left
+    intrinsics = [left[0, 0], left[1, 1], left[0, 2], left[1, 2], right[0, 0], right[1, 1], right[0, 2], right[1, 2]]
+    return np.concatenate([intrinsics, vector_from_rotation(pose[:3, :3]), pose[:3, 3]])
+
+
+def _seen(points_left_m: FloatArray, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return undistorted pixels (N, 2) in both photos of points (N, 3) in the left frame."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation_from_vector(numbers[8:11]), numbers[11:14]
+    right = apply(pose, points_left_m)
+    return (
+        points_left_m[:, :2] / points_left_m[:, 2:] * numbers[0:2] + numbers[2:4],
+        right[:, :2] / right[:, 2:] * numbers[4:6] + numbers[6:8],
+    )
+
+
+def _triangulated(left_px: FloatArray, right_px: FloatArray, numbers: FloatArray) -> FloatArray:
+    """Return the points (N, 3) in the left frame nearest to both rays (the middle of their shortest link)."""
+    a = np.concatenate([(left_px - numbers[2:4]) / numbers[0:2], np.ones((len(left_px), 1))], axis=1)
+    turn = rotation_from_vector(numbers[8:11])
+    b = np.concatenate([(right_px - numbers[6:8]) / numbers[4:6], np.ones((len(right_px), 1))], axis=1) @ turn
+    centre = -turn.T @ numbers[11:14]
+    aa, ab, bb = np.sum(a * a, axis=1), np.sum(a * b, axis=1), np.sum(b * b, axis=1)
+    ac, bc = a @ centre, b @ centre
+    spread = aa * bb - ab * ab
+    s, t = (bb * ac - ab * bc) / spread, (ab * ac - aa * bc) / spread
+    middle: FloatArray = 0.5 * (a * s[:, None] + b * t[:, None] + centre)
+    return middle
