@@ -1,0 +1,1 @@
+"""The design as plain data: elements, faces, storeys, tasks, cost lines."""

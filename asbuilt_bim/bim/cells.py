@@ -1,0 +1,172 @@
+"""The cells of an element: a wall is divided over length x height, a column over height; and samples of its surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimElement, DesignFace
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.polygon import Region, bounds, centroid, contains
+from asbuilt_bim.geometry.transform import apply, rotate
+
+WALL_CELL_M = 0.25
+COLUMN_CELL_M = 0.10
+MIN_WALL_CELLS = 4
+MIN_WEIGHT = 0.10
+"""A cell with less solid than this is an opening, and no cell."""
+_FINE = 5  # points along each side of a cell when its solid is measured: shares to 4 %
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cells:
+    """The cells of one element, (nx, nz) over length and height; `weight` (nx, nz) is the share that is solid.
+
+    Weight 0: an opening, or a place whose surface can never be seen (every side of it touches something): no cell.
+    Cell (i, k) has the number i * nz + k, and spans length i .. i+1 of nx, height k .. k+1 of nz.
+    """
+
+    element: str
+    shape: tuple[int, int]
+    weight: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Return how many real cells there are."""
+        return int(np.count_nonzero(self.weight))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CellSamples:
+    """Samples of an element's EXPOSED lateral faces, reveals left out, on a regular grid in each face.
+
+    `points_m` and outward `normals` (N, 3) in world; `face` (N,) index into `element.faces`; `uv_m` (N, 2) on that
+    face; `cell` (N,) number of the cell (its weight may be 0); `area_m2` (N,) sums up to each exposed area; `step_m`
+    (N, 2) is the grid's spacing: the sample stands for the box uv - step/2 .. uv + step/2.
+    """
+
+    points_m: FloatArray
+    normals: FloatArray
+    face: IntArray
+    uv_m: FloatArray
+    cell: IntArray
+    area_m2: FloatArray
+    step_m: FloatArray
+
+
+def element_cells(element: BimElement) -> Cells:
+    """Divide an element into cells of about 0.25 m x 0.25 m (wall, at least 4 x 4) or 0.10 m of height (column)."""
+    shape = _shape(element)
+    solid = _solid_shares(element, shape)
+    seen = np.zeros(shape[0] * shape[1], dtype=bool)
+    seen[_samples(element, shape, min(WALL_CELL_M, COLUMN_CELL_M) / 4.0).cell] = True
+    weight = np.where((solid >= MIN_WEIGHT) & seen.reshape(shape), solid, 0.0)
+    return Cells(element=element.global_id, shape=shape, weight=frozen(weight))
+
+
+def cell_samples(element: BimElement, spacing_m: float = 0.05) -> CellSamples:
+    """Sample an element's exposed lateral surface about every `spacing_m`, each sample with its cell."""
+    return _samples(element, _shape(element), spacing_m)
+
+
+def _shape(element: BimElement) -> tuple[int, int]:
+    if element.kind == "column":
+        return 1, max(1, round(element.height_m / COLUMN_CELL_M))
+    along, up = round(element.length_m / WALL_CELL_M), round(element.height_m / WALL_CELL_M)
+    return max(MIN_WALL_CELLS, along), max(MIN_WALL_CELLS, up)
+
+
+def _samples(element: BimElement, shape: tuple[int, int], spacing_m: float) -> CellSamples:
+    parts = []
+    for number, face in enumerate(element.faces):
+        if face.role == "reveal" or face.exposed_area_m2 <= 0.0 or not face.exposed_uv_m:
+            continue
+        uv, step = _grid(face.exposed_uv_m, spacing_m)
+        share = np.full(len(uv), face.exposed_area_m2 / len(uv))
+        parts.append((*_lifted(face, uv), np.full(len(uv), number), uv, share, np.tile(step, (len(uv), 1))))
+    if not parts:
+        parts = [(np.zeros((0, 3)),) * 2 + (np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)))]
+    points, normals, face_number, uv, share, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return CellSamples(
+        points_m=frozen(points),
+        normals=frozen(normals),
+        face=freeze(face_number.astype(np.int32)),
+        uv_m=frozen(uv),
+        cell=freeze(_cell_numbers(element, shape, points)),
+        area_m2=frozen(share),
+        step_m=frozen(steps),
+    )
+
+
+def _grid(region: Region, spacing_m: float) -> tuple[FloatArray, FloatArray]:
+    """Return the centres (N, 2) of the grid boxes that lie in a region, and the spacing (2,); at least one point."""
+    u0, v0, u1, v1 = bounds(region)
+    size = np.array([u1 - u0, v1 - v0])
+    count = np.maximum(1, np.round(size / spacing_m)).astype(int)
+    step = size / count
+    u, v = (low + (np.arange(n) + 0.5) * s for low, n, s in zip((u0, v0), count, step, strict=True))
+    grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    kept = grid[contains(region, grid)]
+    return (kept if len(kept) else centroid(region)[None, :]), step
+
+
+def _lifted(face: DesignFace, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return points and outward normals (N, 3) in world of a face's coordinates (N, 2)."""
+    if isinstance(face.frame, CylinderFrame):
+        return face.frame.from_uv(uv), face.frame.outward(uv)
+    return face.frame.from_uv(uv), np.tile(face.frame.normal, (len(uv), 1))
+
+
+def _cell_numbers(element: BimElement, shape: tuple[int, int], points: FloatArray) -> IntArray:
+    own = apply(element.axis_from_world, points)
+    size = np.array([max(element.length_m, 1e-9), max(element.height_m, 1e-9)])
+    index = np.floor(own[:, [0, 2]] / size * shape).astype(int)
+    index = np.clip(index, 0, np.array(shape) - 1)
+    numbers: IntArray = (index[:, 0] * shape[1] + index[:, 1]).astype(np.int32)
+    return numbers
+
+
+def _solid_shares(element: BimElement, shape: tuple[int, int]) -> FloatArray:
+    """Return the share (nx, nz) of each cell that is solid: by a wall's sides seen flat, by a column's girth."""
+    if element.kind == "column":
+        around = _samples_of_faces(element, COLUMN_CELL_M / _FINE)
+        area = np.bincount(_cell_numbers(element, shape, around[0]), around[1], minlength=shape[0] * shape[1])
+        share = area / max(float(np.median(area[area > 0.0])) if (area > 0.0).any() else 1.0, 1e-12)
+        return np.minimum(share, 1.0).reshape(shape)
+    fine = (shape[0] * _FINE, shape[1] * _FINE)
+    x, z = (size * (np.arange(n) + 0.5) / n for size, n in zip((element.length_m, element.height_m), fine, strict=True))
+    grid = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1)
+    solid = np.zeros(fine, dtype=bool)
+    for face in element.faces:
+        if face.role == "side":
+            solid |= _covered(element, face, grid)
+    share = solid.reshape(shape[0], _FINE, shape[1], _FINE).mean(axis=(1, 3))
+    return np.asarray(share, dtype=np.float64)
+
+
+def _covered(element: BimElement, face: DesignFace, grid: FloatArray) -> BoolArray:
+    """Say which points (..., 2) of the length-height plane a side face covers, looked at square on."""
+    if isinstance(face.frame, CylinderFrame):
+        points = apply(element.axis_from_world, face.frame.from_uv(np.concatenate([r[0] for r in face.rings_uv_m])))
+        low, high = points.min(axis=0)[[0, 2]], points.max(axis=0)[[0, 2]]
+        return np.asarray(((grid >= low) & (grid <= high)).all(axis=-1))
+    normal = rotate(element.axis_from_world, face.frame.normal)
+    if abs(normal[1]) < 0.1:
+        return np.zeros(grid.shape[:-1], dtype=bool)
+    flat = tuple(
+        tuple(apply(element.axis_from_world, face.frame.from_uv(ring))[:, [0, 2]] for ring in rings)
+        for rings in face.rings_uv_m
+    )
+    return contains(flat, grid)
+
+
+def _samples_of_faces(element: BimElement, spacing_m: float) -> tuple[FloatArray, FloatArray]:
+    """Return points (N, 3) and their areas (N,) over the whole lateral surface, contact kept on."""
+    points, areas = [np.zeros((0, 3))], [np.zeros(0)]
+    for face in element.faces:
+        uv, _ = _grid(face.rings_uv_m, spacing_m)
+        points.append(_lifted(face, uv)[0])
+        areas.append(np.full(len(uv), face.area_m2 / len(uv)))
+    return np.concatenate(points), np.concatenate(areas)

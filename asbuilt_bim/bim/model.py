@@ -1,0 +1,138 @@
+"""The design as plain data, in world metres; read by `ifc`, used by everything behind `register`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+from asbuilt_bim.geometry.arrays import FloatArray, IntArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.plane import PlaneFrame
+
+ElementClass = Literal["wall", "column"]
+FaceRole = Literal["side", "end", "reveal"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DesignFace:
+    """One planar or cylindrical lateral face of an element's design geometry, in world metres.
+
+    `rings_uv_m`: polygons of the face as tuples of open rings (N, 2) in (u, v) metres, outer first (counter-clockwise),
+    then holes; `exposed_uv_m` the same after contact with other elements has been taken off. For a cylinder u runs
+    along the mantle. `face_id` is the element's GlobalId + "-" + a digest of its rounded local geometry.
+    """
+
+    face_id: str
+    element: str  # GlobalId
+    role: FaceRole
+    frame: PlaneFrame | CylinderFrame
+    rings_uv_m: tuple[tuple[FloatArray, ...], ...]
+    exposed_uv_m: tuple[tuple[FloatArray, ...], ...]
+    area_m2: float
+    exposed_area_m2: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BimElement:
+    """One IfcWall or IfcColumn: where it belongs, its mesh, its lateral faces.
+
+    `axis_from_world` (4, 4) gives element coordinates: x along the length (0 .. length_m), y across, z up
+    (0 .. height_m). `volume_m3` is the net volume of the mesh. `qto` holds the file's own base quantities in SI,
+    for showing beside ours only.
+    """
+
+    global_id: str
+    ifc_class: str  # "IfcWall", "IfcWallStandardCase", "IfcColumn"
+    kind: ElementClass
+    name: str
+    tag: str
+    storey: str  # GlobalId of the storey, "" where it has none
+    is_concrete: bool | None  # None: the file doesn't say
+    vertices_m: FloatArray  # (N, 3) world
+    triangles: IntArray  # (M, 3)
+    axis_from_world: FloatArray
+    length_m: float
+    thickness_m: float
+    height_m: float
+    volume_m3: float
+    faces: tuple[DesignFace, ...]
+    qto: dict[str, float]
+
+    @property
+    def exposed_area_m2(self) -> float:
+        """Return the exposed lateral area in m2: openings off, contact with other elements off, reveals not counted."""
+        return sum(face.exposed_area_m2 for face in self.faces if face.role != "reveal")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Storey:
+    """A building storey; `elevation_m` in world metres."""
+
+    global_id: str
+    name: str
+    elevation_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A task of the work schedule and the elements that it makes."""
+
+    global_id: str
+    name: str
+    identification: str
+    elements: tuple[str, ...]  # GlobalIds
+    schedule_start: datetime | None
+    schedule_finish: datetime | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostLine:
+    """A cost item: planned quantity in the line's OWN unit, rate per that unit, and what it pays for."""
+
+    global_id: str
+    name: str
+    identification: str
+    elements: tuple[str, ...]  # GlobalIds
+    unit: str  # "m3", "m2", "m", "pcs", or the file's own symbol
+    measure: Literal["volume", "area", "length", "count"]
+    planned_quantity: float
+    rate: float
+    currency: str  # "" where the file doesn't say
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Obstacle:
+    """Any other solid of the design (slab, beam, stair) that may touch or hide an element; mesh in world metres."""
+
+    global_id: str
+    ifc_class: str
+    vertices_m: FloatArray
+    triangles: IntArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BimModel:
+    """The design: walls and columns with their faces, what stands around them, storeys, tasks, cost lines."""
+
+    file_name: str
+    file_digest: str
+    schema: str  # "IFC2X3", "IFC4", "IFC4X3"
+    project_name: str
+    storeys: tuple[Storey, ...]  # from below
+    elements: tuple[BimElement, ...]
+    obstacles: tuple[Obstacle, ...]
+    tasks: tuple[Task, ...]
+    cost_lines: tuple[CostLine, ...]
+    notes: tuple[str, ...]  # what the file holds that can't be used, in words
+
+    def element(self, global_id: str) -> BimElement:
+        """Return the element of a GlobalId.
+
+        Raises:
+            KeyError: the model has none such.
+        """
+        for element in self.elements:
+            if element.global_id == global_id:
+                return element
+        raise KeyError(global_id)

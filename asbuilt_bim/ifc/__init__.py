@@ -1,0 +1,1 @@
+"""The only importer of ifcopenshell: reads the design, writes the result into a copy."""

@@ -1,0 +1,63 @@
+"""Bodies of IFC products as meshes in world metres, by ifcopenshell's geometry kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import ifcopenshell.geom
+import numpy as np
+
+from asbuilt_bim.bim.mesh import Mesh, welded
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import apply
+
+ANGLE_RAD = 0.1
+"""Facets of a round column turn by at most this: its volume is then 0.2 % short at most."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Body:
+    """A product's mesh in world metres, and its placement `world_from_local` (4, 4)."""
+
+    mesh: Mesh
+    world_from_local: FloatArray
+
+
+def read_bodies(file: Any, products: Sequence[Any], length_scale: float, threads: int = 2) -> dict[int, Body]:
+    """Return the bodies of products by entity number, openings taken off; those without a usable body are left out.
+
+    `length_scale` is metres per unit of the file: the kernel overlooks the unit of some files, and is corrected then.
+    """
+    drawn = [product for product in products if getattr(product, "Representation", None)]
+    if not drawn:
+        return {}
+    settings = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
+    settings.set("mesher-angular-deflection", ANGLE_RAD)
+    iterator = ifcopenshell.geom.iterator(settings, file, threads, include=drawn)
+    bodies: dict[int, Body] = {}
+    if not iterator.initialize():
+        return bodies
+    mend = length_scale / float(iterator.unit_magnitude())  # type: ignore[no-untyped-call]
+    while True:
+        shape = iterator.get()  # type: ignore[no-untyped-call]
+        body = _body(shape, mend)
+        if body is not None:
+            bodies[int(shape.id)] = body
+        if not iterator.next():
+            return bodies
+
+
+def _body(shape: Any, mend: float) -> Body | None:
+    vertices = np.array(shape.geometry.verts, dtype=np.float64).reshape(-1, 3) * mend
+    triangles = np.array(shape.geometry.faces, dtype=np.int32).reshape(-1, 3)
+    world_from_local = np.array(shape.transformation.matrix, dtype=np.float64).reshape(4, 4, order="F").copy()
+    world_from_local[:3, 3] *= mend
+    if len(triangles) == 0 or not np.isfinite(vertices).all() or not np.isfinite(world_from_local).all():
+        return None
+    mesh = welded(Mesh(vertices_m=vertices, triangles=triangles))
+    if len(mesh.triangles) == 0:
+        return None
+    world = Mesh(vertices_m=apply(world_from_local, mesh.vertices_m), triangles=mesh.triangles)
+    return Body(mesh=world, world_from_local=world_from_local)

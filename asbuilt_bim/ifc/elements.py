@@ -1,0 +1,201 @@
+"""Walls and columns of a file as plain elements, and the solids around them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import ifcopenshell.util.placement
+import ifcopenshell.util.selector
+import numpy as np
+
+from asbuilt_bim.bim.mesh import merged, pieces, signed_volume, turned_outwards
+from asbuilt_bim.bim.model import BimElement, ElementClass, Obstacle
+from asbuilt_bim.bim.shape import axes
+from asbuilt_bim.errors import DesignError
+from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
+from asbuilt_bim.geometry.transform import inverse
+from asbuilt_bim.ifc.bodies import Body, read_bodies
+from asbuilt_bim.ifc.faces import design_faces
+from asbuilt_bim.ifc.structure import base_quantities, is_concrete, parts_of, storey_of
+from asbuilt_bim.ifc.units import Units
+
+_OBSTACLES = (
+    "IfcSlab", "IfcBeam", "IfcFooting", "IfcPile", "IfcRoof", "IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight",
+    "IfcMember", "IfcBuildingElementProxy", "IfcBuildingElementPart",
+)  # fmt: skip
+
+_NO_BODY = frozenset({"Axis", "FootPrint", "Box", "Annotation", "Profile", "Plan", "Reference", "CoG", "Clearance"})
+_NAMED = 5
+MAX_SIZE_M = 1000.0
+"""A longer wall is a wrong unit; its cells and samples would fill the memory."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReadElements:
+    """What was read: elements, obstacles, and in words what couldn't be used."""
+
+    elements: tuple[BimElement, ...]
+    obstacles: tuple[Obstacle, ...]
+    notes: tuple[str, ...]
+
+
+def read_elements(file: Any, scope: str | None, units: Units, where: str) -> ReadElements:
+    """Read walls and columns (those that `scope`, an ifcopenshell selector, picks) and the solids that may touch them.
+
+    Raises:
+        DesignError: the scope can't be read, or two elements share a GlobalId.
+    """
+    candidates = _walls_and_columns(file)
+    chosen = _in_scope(file, candidates, scope, where)
+    _check_ids(chosen, where)
+    own_parts = {part.id(): product.id() for product in candidates for part in parts_of(product)}
+    around = [product for name in _OBSTACLES for product in _by_type(file, name) if product.id() not in own_parts]
+    parts = [part for product in candidates if not _has_body(product) for part in parts_of(product)]
+    everything = {product.id(): product for product in [*candidates, *parts, *around]}
+    bodies = read_bodies(file, list(everything.values()), units.length_scale)
+    elements: list[BimElement] = []
+    notes: list[str] = []
+    bodiless: list[str] = []
+    picked = {product.id() for product in chosen}
+    obstacles = [_obstacle(product, bodies[product.id()]) for product in around if product.id() in bodies]
+    for product in candidates:
+        body = _body_of(product, bodies, units)
+        if product.id() not in picked:
+            obstacles += [_obstacle(product, body)] if body is not None else []
+        elif body is None:
+            bodiless.append(_label(product))
+        else:
+            element = _read_or_note(product, body, units)
+            if isinstance(element, str):
+                notes.append(element)
+            else:
+                elements.append(element)
+    return ReadElements(elements=tuple(elements), obstacles=tuple(obstacles), notes=(*_bodiless_note(bodiless), *notes))
+
+
+def _bodiless_note(labels: list[str]) -> tuple[str, ...]:
+    if not labels:
+        return ()
+    named = ", ".join(labels[:_NAMED]) + (f" and {len(labels) - _NAMED} more" if len(labels) > _NAMED else "")
+    return (f"no usable body, so not measured: {named}",)
+
+
+def _read_or_note(product: Any, body: Body, units: Units) -> BimElement | str:
+    try:
+        return _element(product, body, units)
+    except Exception as error:  # whatever is wrong with one element must not cost the others: the note carries it
+        return f"{_label(product)} can't be used: {type(error).__name__}: {error}"
+
+
+def _by_type(file: Any, name: str) -> list[Any]:
+    """Return the products of a class, none where the schema doesn't know it."""
+    try:
+        return list(file.by_type(name))
+    except RuntimeError:
+        return []
+
+
+def _walls_and_columns(file: Any) -> list[Any]:
+    """Return the walls and columns that are no parts of another wall or column."""
+    both = [*file.by_type("IfcWall"), *file.by_type("IfcColumn")]
+    inner = {part.id() for product in both for part in parts_of(product)}
+    return [product for product in both if product.id() not in inner]
+
+
+def _in_scope(file: Any, candidates: list[Any], scope: str | None, where: str) -> list[Any]:
+    if not scope:
+        return candidates
+    try:
+        picked = {product.id() for product in ifcopenshell.util.selector.filter_elements(file, scope)}
+    except Exception as error:  # the selector's parser raises its own kinds
+        text = " ".join(str(error).split())[:160]
+        raise DesignError(
+            f'{where}: the scope {scope!r} can\'t be read ({text}); write it like `IfcWall, location="Level 1"`'
+        ) from error
+    return [product for product in candidates if product.id() in picked]
+
+
+def _check_ids(products: list[Any], where: str) -> None:
+    twice = [name for name, count in Counter(product.GlobalId for product in products).items() if count > 1]
+    if twice:
+        labels = "; ".join(_label(product) for product in products if product.GlobalId in set(twice[:3]))
+        raise DesignError(
+            f"{where}: {len(twice)} GlobalIds are used by more than one wall or column ({labels}): what was measured "
+            "couldn't be told apart; have the authoring program give new ones"
+        )
+
+
+def _has_body(product: Any) -> bool:
+    """Say whether a product has a representation that could be a solid: an axis or an outline in plan is none."""
+    shape = product.Representation
+    return shape is not None and any(
+        representation.RepresentationIdentifier not in _NO_BODY for representation in shape.Representations
+    )
+
+
+def _body_of(product: Any, bodies: dict[int, Body], units: Units) -> Body | None:
+    """Return a product's own body, else that of its parts together."""
+    if product.id() in bodies:
+        return bodies[product.id()]
+    inner = [bodies[part.id()] for part in parts_of(product) if part.id() in bodies]
+    if not inner:
+        return None
+    world_from_local = inner[0].world_from_local
+    if product.ObjectPlacement is not None:
+        placed = ifcopenshell.util.placement.get_local_placement(product.ObjectPlacement)
+        world_from_local = np.array(placed, dtype=np.float64)
+        world_from_local[:3, 3] *= units.length_scale
+    return Body(mesh=merged(tuple(body.mesh for body in inner)), world_from_local=world_from_local)
+
+
+def _obstacle(product: Any, body: Body) -> Obstacle:
+    return Obstacle(
+        global_id=product.GlobalId,
+        ifc_class=product.is_a(),
+        vertices_m=frozen(body.mesh.vertices_m),
+        triangles=freeze(body.mesh.triangles),
+    )
+
+
+def _element(product: Any, body: Body, units: Units) -> BimElement:
+    kind: ElementClass = "column" if product.is_a("IfcColumn") else "wall"
+    mesh = merged(tuple(turned_outwards(piece) for piece in pieces(body.mesh)))
+    preferred: FloatArray | None = body.world_from_local[:2, 0] if kind == "wall" else None
+    axis_from_world, extents = axes(mesh, preferred)
+    if extents.max() > MAX_SIZE_M:
+        raise ValueError(f"it is {extents.max():.0f} m long (limit {MAX_SIZE_M:.0f} m): check the file's length unit")
+    faces = design_faces(mesh, product.GlobalId, kind, axis_from_world, inverse(_rigid(body.world_from_local)))
+    if not faces:
+        raise ValueError("its body has no upright face")
+    return BimElement(
+        global_id=product.GlobalId,
+        ifc_class=product.is_a(),
+        kind=kind,
+        name=product.Name or "",
+        tag=product.Tag or "",
+        storey=storey_of(product),
+        is_concrete=is_concrete(product),
+        vertices_m=frozen(mesh.vertices_m),
+        triangles=freeze(mesh.triangles),
+        axis_from_world=frozen(axis_from_world),
+        length_m=float(extents[0]),
+        thickness_m=float(extents[1]),
+        height_m=float(extents[2]),
+        volume_m3=abs(signed_volume(mesh)),
+        faces=faces,
+        qto=base_quantities(product, units),
+    )
+
+
+def _rigid(placement: FloatArray) -> FloatArray:
+    """Return a placement without what scaling or shearing a file may have put into it."""
+    u, _, v = np.linalg.svd(placement[:3, :3])
+    clean = placement.copy()
+    clean[:3, :3] = u @ v
+    return clean
+
+
+def _label(product: Any) -> str:
+    return f"{product.is_a()} {product.Name or '(no name)'} ({product.GlobalId})"

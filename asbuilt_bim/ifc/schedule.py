@@ -1,0 +1,83 @@
+"""The work schedule: tasks, their dates, and the elements that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import date, datetime
+from typing import Any
+
+import ifcopenshell.util.date
+
+from asbuilt_bim.bim.model import Task
+
+
+def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
+    """Return the tasks that are tied to elements of the design, in the file's order.
+
+    Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
+    (the task works on it). What is tied through a type counts for all its occurrences.
+    """
+    tasks = []
+    for task in file.by_type("IfcTask"):
+        made = tuple(dict.fromkeys(e for e in _products(task) if e in elements))
+        if not made:
+            continue
+        start, finish = _planned(task)
+        tasks.append(
+            Task(
+                global_id=task.GlobalId,
+                name=task.Name or "",
+                identification=str(getattr(task, "Identification", None) or getattr(task, "TaskId", None) or ""),
+                elements=made,
+                schedule_start=start,
+                schedule_finish=finish,
+            )
+        )
+    return tuple(tasks)
+
+
+def _products(task: Any) -> Iterable[str]:
+    for relation in task.HasAssignments or ():
+        if relation.is_a("IfcRelAssignsToProduct"):
+            yield from _occurrences(relation.RelatingProduct)
+    for relation in task.OperatesOn or ():
+        for product in relation.RelatedObjects:
+            yield from _occurrences(product)
+
+
+def _occurrences(product: Any) -> Iterable[str]:
+    """Yield the GlobalIds a tie means: the product's own, or those of everything of a type."""
+    if product is None:
+        return
+    if not product.is_a("IfcTypeObject"):
+        yield product.GlobalId
+        return
+    for relation in getattr(product, "Types", None) or getattr(product, "ObjectTypeOf", None) or ():
+        yield from (occurrence.GlobalId for occurrence in relation.RelatedObjects)
+
+
+def task_times(task: Any) -> tuple[Any, ...]:
+    """Return what holds a task's dates: its IfcTaskTime, or in IFC2X3 the IfcScheduleTimeControl of its schedules."""
+    if hasattr(task, "TaskTime"):
+        return (task.TaskTime,) if task.TaskTime is not None else ()
+    controls = (getattr(relation, "TimeForTask", None) for relation in task.HasAssignments or ())
+    return tuple({control.id(): control for control in controls if control is not None}.values())
+
+
+def _planned(task: Any) -> tuple[datetime | None, datetime | None]:
+    for times in task_times(task):
+        return moment(times.ScheduleStart), moment(times.ScheduleFinish)
+    return None, None
+
+
+def moment(value: Any) -> datetime | None:
+    """Return an IFC date, date and time, or text as a datetime; None where it is none."""
+    if value is None:
+        return None
+    try:
+        moment = ifcopenshell.util.date.ifc2datetime(value)
+    except (ValueError, TypeError, AttributeError):
+        return None
+    if isinstance(moment, datetime):
+        return moment.replace(tzinfo=None)
+    return datetime(moment.year, moment.month, moment.day) if isinstance(moment, date) else None

@@ -1,0 +1,80 @@
+"""Opening an IFC file, or saying plainly why it can't be opened."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Any
+
+import ifcopenshell
+
+from asbuilt_bim.errors import DesignError
+
+SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
+_TAIL_BYTES = 65536
+
+
+def open_ifc(path: Path) -> Any:
+    """Open an IFC file (STEP text) of one of `SCHEMAS` as an ifcopenshell file.
+
+    Raises:
+        DesignError: it is missing, empty, of another format, cut short, damaged, or of another schema.
+    """
+    head, tail = _ends(path)
+    _check_kind(path, head)
+    if b"END-ISO-10303-21" not in tail:
+        raise DesignError(
+            f"{path}: the file ends before END-ISO-10303-21, so it was cut short; copy or export it again"
+        )
+    declared = re.search(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", head, re.IGNORECASE)
+    name = declared.group(1).decode("ascii", "replace") if declared else "none"
+    try:
+        file = ifcopenshell.open(str(path))
+    except (RuntimeError, ValueError, OSError, ifcopenshell.Error) as error:
+        reason = f"schema {name} or damaged ({_plain(error)})"
+        raise DesignError(f"{path}: can't be opened: {reason}; export it as {', '.join(SCHEMAS)}") from error
+    if file is None or file.schema not in SCHEMAS:
+        raise DesignError(f"{path}: schema {name} is not supported; export it as one of {', '.join(SCHEMAS)}")
+    return file
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file's bytes as hexadecimal text."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _ends(path: Path) -> tuple[bytes, bytes]:
+    """Return the first and the last bytes of a file."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_TAIL_BYTES)
+            stream.seek(max(0, path.stat().st_size - _TAIL_BYTES))
+            return head, stream.read()
+    except FileNotFoundError:
+        raise DesignError(f"{path}: there is no such file; check `ifc:` in the project file") from None
+    except OSError as error:
+        raise DesignError(f"{path}: can't be read ({error.strerror}); check that it is a file you may read") from error
+
+
+def _check_kind(path: Path, head: bytes) -> None:
+    """Refuse what isn't STEP text, naming what it is instead where that can be told."""
+    text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    if text.startswith(b"ISO-10303-21"):
+        return
+    if not text:
+        found = "the file is empty; export it again"
+    elif text.startswith(b"PK\x03\x04"):
+        found = "this is a zip archive (.ifczip?); unpack it and give the .ifc inside"
+    elif text.startswith(b"<"):
+        found = "this is XML (.ifcXML?); export it as IFC-SPF (.ifc)"
+    elif b"\x00" in head:
+        found = "this is a binary file, not IFC; export the model as IFC-SPF (.ifc)"
+    else:
+        found = "this is not an IFC file: it doesn't begin with ISO-10303-21; export the model as IFC-SPF (.ifc)"
+    raise DesignError(f"{path}: {found}")
+
+
+def _plain(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__

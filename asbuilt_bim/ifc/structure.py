@@ -1,0 +1,110 @@
+"""Where products belong: storeys, parts of a whole, materials, own quantities."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import ifcopenshell.util.element
+import ifcopenshell.util.placement
+import numpy as np
+
+from asbuilt_bim.bim.model import Storey
+from asbuilt_bim.ifc.units import Units
+
+_MAX_DEPTH = 32  # a file may tie a knot in its tree
+_CONCRETE = re.compile(
+    r"concrete|\bbet[oó]n|b[eé]ton|stahlbeton|hormig[oó]n|calcestruzzo|betong|\bc\s?\d\d/\d\d\b|\bin[- ]?situ\b",
+    re.IGNORECASE,
+)
+_BLOCKS = re.compile(
+    r"(gas|poren|zell|cellen|cellular|aerated|autoclaved|foam)[- ]?(beton|concrete)|autoclaved|block|masonry|\bcmu\b|"
+    r"betonstein|parpaing|bloque",
+    re.IGNORECASE,
+)
+
+
+def read_storeys(file: Any, units: Units) -> tuple[Storey, ...]:
+    """Return the storeys from below; the elevation is that of the placement, else of the attribute, in world metres."""
+    storeys = []
+    for storey in file.by_type("IfcBuildingStorey"):
+        elevation = units.length(storey.Elevation or 0.0)
+        if storey.ObjectPlacement is not None:
+            placed = ifcopenshell.util.placement.get_local_placement(storey.ObjectPlacement)
+            elevation = units.length(float(np.asarray(placed)[2, 3]))
+        storeys.append(
+            Storey(global_id=storey.GlobalId, name=storey.Name or storey.LongName or "(no name)", elevation_m=elevation)
+        )
+    return tuple(sorted(storeys, key=lambda storey: (storey.elevation_m, storey.name)))
+
+
+def storey_of(product: Any) -> str:
+    """Return the GlobalId of the storey that a product lies in, through spaces, wholes and openings; "" where none."""
+    current = product
+    for _ in range(_MAX_DEPTH):
+        if current is None:
+            return ""
+        if current.is_a("IfcBuildingStorey"):
+            return str(current.GlobalId)
+        current = _above(current)
+    return ""
+
+
+def _above(item: Any) -> Any:
+    """Return what holds an item: its spatial container, its whole, or the element that its opening is in."""
+    for inverse, attribute in (
+        ("ContainedInStructure", "RelatingStructure"),
+        ("Decomposes", "RelatingObject"),
+        ("Nests", "RelatingObject"),
+        ("FillsVoids", "RelatingOpeningElement"),
+        ("VoidsElements", "RelatingBuildingElement"),
+        ("ReferencedInStructures", "RelatingStructure"),
+    ):
+        for relation in getattr(item, inverse, None) or ():
+            holder = getattr(relation, attribute, None)
+            if holder is not None:
+                return holder
+    return None
+
+
+def parts_of(product: Any, depth: int = 0) -> Iterator[Any]:
+    """Yield the parts of a whole, and theirs."""
+    for relation in getattr(product, "IsDecomposedBy", None) or ():
+        for part in relation.RelatedObjects:
+            if depth < _MAX_DEPTH and part.is_a("IfcElement"):
+                yield part
+                yield from parts_of(part, depth + 1)
+
+
+def is_concrete(product: Any) -> bool | None:
+    """Say by its materials' names whether a product is cast concrete; None where it names no material."""
+    names = [material.Name for material in _materials(product)]
+    for part in parts_of(product) if not any(names) else ():
+        names += [material.Name for material in _materials(part)]
+    named = [name for name in names if name and name.strip() and not name.strip().startswith("<")]
+    if not named:
+        return None
+    return any(_CONCRETE.search(name) and not _BLOCKS.search(name) for name in named)
+
+
+def _materials(product: Any) -> list[Any]:
+    found: list[Any] = list(ifcopenshell.util.element.get_materials(product))
+    return [material for material in found if material is not None and material.is_a("IfcMaterial")]
+
+
+def base_quantities(product: Any, units: Units) -> dict[str, float]:
+    """Return the file's own base quantities of a product in SI, by name."""
+    found: dict[str, float] = {}
+    for relation in getattr(product, "IsDefinedBy", None) or ():
+        if not relation.is_a("IfcRelDefinesByProperties"):
+            continue
+        sets: Any = relation.RelatingPropertyDefinition
+        if not sets.is_a("IfcElementQuantity") or not (
+            (sets.Name or "").startswith("Qto_") or (sets.Name or "") == "BaseQuantities"
+        ):
+            continue
+        for quantity in sets.Quantities or ():
+            if quantity.is_a("IfcPhysicalSimpleQuantity"):
+                found[quantity.Name] = units.quantity(quantity)[1]
+    return found

@@ -1,0 +1,94 @@
+"""As-built quantities in a cost schedule of their own, which mirrors the planned one."""
+
+from __future__ import annotations
+
+import math
+from datetime import date
+from typing import Any
+
+from asbuilt_bim.ifc.cost import AS_BUILT
+from asbuilt_bim.ifc.marks import Marker
+from asbuilt_bim.progress.report import CostProgress
+
+_QUANTITIES = {
+    "volume": ("IfcQuantityVolume", "VolumeValue"),
+    "area": ("IfcQuantityArea", "AreaValue"),
+    "length": ("IfcQuantityLength", "LengthValue"),
+    "count": ("IfcQuantityCount", "CountValue"),
+}
+
+
+def write_costs(marker: Marker, lines: tuple[CostProgress, ...], visit: date) -> None:
+    """Add a second IfcCostSchedule (USERDEFINED, object type ASBUILT) with one item a line; IFC2X3 can't hold one.
+
+    The item's quantity is the LOWER bound, which is what can be certified; the best estimate stands in our set.
+    """
+    file = marker.file
+    if file.schema == "IFC2X3" or not lines:
+        return
+    schedule = marker.rooted(
+        "IfcCostSchedule",
+        f"cost/{AS_BUILT}",
+        Name="As-built quantities",
+        ObjectType=AS_BUILT,
+        PredefinedType="USERDEFINED",
+        UpdateDate=f"{visit.isoformat()}T00:00:00",
+    )
+    items = [_item(marker, line) for line in lines]
+    marker.rooted("IfcRelAssignsToControl", f"cost/{AS_BUILT}/rel", RelatedObjects=items, RelatingControl=schedule)
+    projects = file.by_type("IfcProject")
+    if projects:
+        marker.rooted(
+            "IfcRelDeclares", f"cost/{AS_BUILT}/declares", RelatingContext=projects[0], RelatedDefinitions=[schedule]
+        )
+
+
+def _item(marker: Marker, line: CostProgress) -> Any:
+    file, key = marker.file, f"cost/{line.global_id}"
+    ifc_class, attribute = _QUANTITIES[line.measure]
+    unit = _unit_of(_by_guid(file, line.global_id))
+    count: float | int = line.as_built_lower
+    if line.measure == "count" and file.schema == "IFC4X3":
+        count = math.floor(count + 1e-9)  # whole pieces only there, and none that isn't finished
+    quantity = file.create_entity(ifc_class, Name="AsBuiltLower", Unit=unit, **{attribute: count})
+    rate = file.create_entity(
+        "IfcCostValue", Name="Rate", AppliedValue=file.create_entity("IfcMonetaryMeasure", line.rate)
+    )
+    item = marker.rooted(
+        "IfcCostItem",
+        key,
+        Name=line.name or None,
+        Identification=line.identification or None,
+        ObjectType=AS_BUILT,
+        PredefinedType="USERDEFINED",
+        CostValues=[rate],
+        CostQuantities=[quantity],
+    )
+    products = [product for name in line.elements if (product := _by_guid(file, name)) is not None]
+    if products:
+        marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=products, RelatingControl=item)
+    best = "not known" if line.as_built_best is None else f"{line.as_built_best:g} {line.unit}"
+    marker.properties(
+        item,
+        {
+            "CompletionBest": line.completion.best,
+            "CompletionLower": line.completion.lower,
+            "CompletionUpper": line.completion.upper,
+            "Coverage": line.completion.coverage,
+            "Basis": f"lower bound of the as-built quantity; best {best} of {line.planned_quantity:g} {line.unit}",
+        },
+    )
+    return item
+
+
+def _unit_of(planned: Any) -> Any:
+    """Return the unit that a planned item's quantities are in, None where that is the project's."""
+    quantities = getattr(planned, "CostQuantities", None) or ()
+    return next((one.Unit for one in quantities if one.is_a("IfcPhysicalSimpleQuantity")), None)
+
+
+def _by_guid(file: Any, global_id: str) -> Any:
+    try:
+        return file.by_guid(global_id)
+    except RuntimeError:
+        return None

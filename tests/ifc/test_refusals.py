@@ -1,0 +1,112 @@
+"""Files that are no design are refused by name, with what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.reader import read_design
+from tests.ifc.models import ModelBuilder
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"", "empty"),
+        (b"dear site office,\nhere is the model", "not an IFC file"),
+        (b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", "binary"),
+        (b"PK\x03\x04rest of a zip", "zip archive"),
+        (b"<?xml version='1.0'?><ifcXML/>", "XML"),
+        (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=IFCWALL(", "cut short"),
+    ],
+)
+def test_what_is_no_ifc_is_refused_and_named(content: bytes, expected: str, tmp_path: Path) -> None:
+    path = tmp_path / "Entwurf größer.ifc"
+    path.write_bytes(content)
+    with pytest.raises(DesignError, match=expected) as caught:
+        read_design(path)
+    assert str(path) in str(caught.value)
+
+
+def test_a_missing_file_is_named_with_the_key_to_check(tmp_path: Path) -> None:
+    with pytest.raises(DesignError, match=r"no such file; check `ifc:`"):
+        read_design(tmp_path / "nowhere.ifc")
+
+
+def test_an_unsupported_schema_is_named(tmp_path: Path) -> None:
+    path = ModelBuilder(schema="IFC4").write(tmp_path / "old.ifc")
+    path.write_bytes(path.read_bytes().replace(b"'IFC4'", b"'IFC2X_FINAL'"))
+    with pytest.raises(DesignError, match=r"IFC2X_FINAL.*export it as IFC2X3, IFC4, IFC4X3"):
+        read_design(path)
+
+
+def test_a_file_without_a_storey_is_refused(tmp_path: Path) -> None:
+    builder = ModelBuilder(storeys=0)
+    builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    with pytest.raises(DesignError, match="no IfcBuildingStorey"):
+        read_design(builder.write(tmp_path / "flat.ifc"))
+
+
+def test_a_file_without_walls_and_columns_is_refused(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    builder.box("IfcSlab", "S", (0.0, 0.0, 0.0), (2.0, 2.0, 0.2))
+    with pytest.raises(DesignError, match="no IfcWall or IfcColumn"):
+        read_design(builder.write(tmp_path / "slabs.ifc"))
+
+
+def test_walls_without_any_body_are_refused(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    builder.bare("IfcWall", "ghost")
+    with pytest.raises(DesignError, match=r"ghost.*export it with its geometry"):
+        read_design(builder.write(tmp_path / "ghost.ifc"))
+
+
+def test_two_elements_with_one_global_id_are_refused(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    first = builder.box("IfcWall", "one", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    second = builder.box("IfcWall", "two", (5.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    path = builder.write(tmp_path / "twins.ifc")
+    path.write_text(path.read_text().replace(second.GlobalId, first.GlobalId))
+    with pytest.raises(DesignError, match=r"one.*two.*couldn't be told apart"):
+        read_design(path)
+
+
+def test_a_scope_that_matches_nothing_or_cannot_be_read_is_named(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    path = builder.write(tmp_path / "w.ifc")
+    with pytest.raises(DesignError, match="in the scope 'IfcColumn'; widen it"):
+        read_design(path, scope="IfcColumn")
+    with pytest.raises(DesignError, match="can't be read"):
+        read_design(path, scope="IfcWall, (((")
+
+
+def test_a_wall_of_three_kilometres_is_noted_as_a_wrong_unit(tmp_path: Path) -> None:
+    builder = ModelBuilder(millimetres=False)
+    builder.box("IfcWall", "mm", (0.0, 0.0, 0.0), (3000.0, 200.0, 2500.0))
+    builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    notes = read_design(builder.write(tmp_path / "unit.ifc")).notes
+    assert any("check the file's length unit" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("IFCBUILDINGSTOREY(", "IFCBUILDINGSTOREY($,$,$,$,$,$,$,$,$,$);\n#9999=IFCBUILDINGSTOREY("),
+        ("IFCLOCALPLACEMENT(#", "IFCLOCALPLACEMENT($);\n#9998=IFCLOCALPLACEMENT(#"),
+        ("IFCAXIS2PLACEMENT3D(#", "IFCAXIS2PLACEMENT3D('x',#"),
+    ],
+)
+def test_a_damaged_file_is_refused_or_read_but_never_ends_in_a_trace(before: str, after: str, tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    path = builder.write(tmp_path / "damaged.ifc")
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after, 1))
+    try:
+        assert read_design(path).elements
+    except DesignError as error:
+        assert str(path) in str(error)
