@@ -1,0 +1,130 @@
+"""Says in words what changed from one result to the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport
+from asbuilt_bim.report.tables import station_rows, storey_names
+from asbuilt_bim.report.wording import area, percent
+
+SAME_SHARE = 0.005  # half a percent: below, the words would read the same
+SAME_AREA_M2 = 0.005  # half of the last decimal shown
+
+
+def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
+    """Return one line a change: visit, stations, storeys, elements; nothing where nothing changed."""
+    return (
+        *_visits(before, after),
+        *_stations(before, after),
+        *_storeys(before, after),
+        *_elements(before, after),
+    )
+
+
+def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say that it is another visit, or that the same files were computed by another version."""
+    if before.visit_date != after.visit_date:
+        yield f"visit: {before.visit_date.isoformat()} -> {after.visit_date.isoformat()}"
+    old, new = before.provenance, after.provenance
+    if old is None or new is None:
+        return
+    inputs = {
+        "IFC file": (old.ifc_digest, new.ifc_digest),
+        "rig": (old.rig_digest, new.rig_digest),
+        "survey": (old.survey_digest, new.survey_digest),
+        "options": (old.options_digest, new.options_digest),
+    }
+    yield from (f"{name}: another than before" for name, (a, b) in inputs.items() if a != b)
+    if old.program_version != new.program_version:
+        yield f"program: {old.program_version} -> {new.program_version}"
+
+
+def _stations(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say which stations came, went, or changed their status or their photos."""
+    old = {row.name: row for row in station_rows(before)}
+    new = {row.name: row for row in station_rows(after)}
+    photos_old = {s.name: (s.left_digest, s.right_digest) for s in before.stations}
+    photos_new = {s.name: (s.left_digest, s.right_digest) for s in after.stations}
+    for name in sorted(old.keys() | new.keys()):
+        if name not in old:
+            yield f"station {name}: new, {_status(new[name].status, new[name].reasons)}"
+        elif name not in new:
+            yield f"station {name}: no longer there"
+        elif old[name].status != new[name].status:
+            yield f"station {name}: {old[name].status} -> {_status(new[name].status, new[name].reasons)}"
+        elif photos_old.get(name, ()) != photos_new.get(name, ()):
+            yield f"station {name}: other photos"
+
+
+def _status(status: str, reasons: tuple[object, ...]) -> str:
+    """Write a status; one that loses the station gives its reasons."""
+    return status if status == "placed" or not reasons else f"{status} ({'; '.join(map(str, reasons))})"
+
+
+def _storeys(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say how storeys and the whole moved."""
+    names = storey_names(before) | storey_names(after)
+    old = {group.key: group for group in before.storeys}
+    for group in after.storeys:
+        if group.key in old:
+            yield from _group(f"storey {names[group.key]}", old[group.key], group)
+        else:
+            yield f"storey {names[group.key]}: new"
+    gone = old.keys() - {group.key for group in after.storeys}
+    yield from (f"storey {names[key]}: no longer there" for key in sorted(gone))
+    yield from _group("whole", before.whole, after.whole)
+
+
+def _group(what: str, old: GroupProgress, new: GroupProgress) -> Iterator[str]:
+    """Say how one group moved."""
+    parts = [
+        _share("completion", old.completion.best, new.completion.best),
+        _share("seen", old.completion.coverage, new.completion.coverage),
+    ]
+    if text := ", ".join(part for part in parts if part):
+        yield f"{what}: {text}"
+
+
+def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say which elements came, went, or changed."""
+    old = {element.global_id: element for element in before.elements}
+    new = {element.global_id: element for element in after.elements}
+    for key, element in new.items():
+        if key not in old:
+            yield f"{_named(element)}: new in the design, {element.state}"
+        elif text := ", ".join(_element(old[key], element)):
+            yield f"{_named(element)}: {text}"
+    yield from (f"{_named(old[key])}: no longer in the design" for key in old if key not in new)
+
+
+def _element(old: ElementProgress, new: ElementProgress) -> Iterator[str]:
+    """Yield what changed on one element."""
+    if old.state != new.state:
+        yield f"{old.state} -> {new.state}"
+    yield from filter(None, [_share("completion", old.completion.best, new.completion.best)])
+    yield from filter(None, [_share("seen", old.completion.coverage, new.completion.coverage)])
+    if _differ(old.as_built_area_m2, new.as_built_area_m2, SAME_AREA_M2):
+        was, now = area(old.as_built_area_m2), area(new.as_built_area_m2, new.as_built_sigma_m2)
+        yield f"as-built area {was} -> {now}"
+
+
+def _share(what: str, old: float | None, new: float | None) -> str:
+    """Write a moved share, "" where it stayed."""
+    if not _differ(old, new, SAME_SHARE):
+        return ""
+    was, now = percent(old), percent(new)
+    return f"{what} {was} -> {now}" if was != now else ""
+
+
+def _differ(old: float | None, new: float | None, same: float) -> bool:
+    """Say whether two values differ by more than `same`; unknown differs from every number."""
+    if old is None or new is None:
+        return old is not new
+    return not math.isclose(old, new, rel_tol=0.0, abs_tol=same)
+
+
+def _named(element: ElementProgress) -> str:
+    """Name an element."""
+    return f"{element.kind} {element.name or element.global_id}"

@@ -1,0 +1,78 @@
+"""Writes every view of a result into a folder: overlays, table, workbook, page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.report.csv import write_csv
+from asbuilt_bim.report.overlay import draw_overlay
+from asbuilt_bim.report.page import write_page
+from asbuilt_bim.report.tables import station_rows
+from asbuilt_bim.report.workbook import write_workbook
+
+MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
+
+
+def write_outputs(report: ProgressReport, folder: Path, pictures_folder: Path) -> tuple[Path, ...]:
+    """Write `overlays/*.jpg`, `quantities.csv`, `quantities.xlsx` and `report.html` into `folder`; return their paths.
+
+    `pictures_folder` is the run folder that `StationRecord.picture` is relative to, or the folder of the visit's
+    pictures itself. A station whose picture is missing gets no overlay, and the page says so.
+
+    Raises:
+        OutputError: something can't be written, or a picture is damaged.
+    """
+    pictures = read_pictures(report, pictures_folder)
+    written = list(_write_overlays(report, pictures, folder / "overlays"))
+    table, workbook, page = folder / "quantities.csv", folder / "quantities.xlsx", folder / "report.html"
+    write_csv(report, table)
+    write_workbook(report, workbook)
+    write_page(report, pictures, page)
+    return (*written, table, workbook, page)
+
+
+def read_pictures(report: ProgressReport, pictures_folder: Path) -> dict[str, bytes]:
+    """Return station -> JPEG bytes of the pictures that are there, rejected stations' too; none from outside.
+
+    Raises:
+        OutputError: a picture is there but can't be read.
+    """
+    root = pictures_folder.resolve()
+    named = {station.name: station.picture for station in report.stations}
+    pictures: dict[str, bytes] = {}
+    for row in station_rows(report):
+        picture = named.get(row.name) or f"pictures/{report.visit_date.isoformat()}/{row.name}.jpg"
+        for path in ((root / picture).resolve(), (root / Path(picture).name).resolve()):
+            data = _read(path) if row.name not in pictures and path.is_relative_to(root) else None
+            if data is not None:
+                pictures[row.name] = data
+    return pictures
+
+
+def _read(path: Path) -> bytes | None:
+    """Return a picture's bytes, None where there is none."""
+    try:
+        if path.is_file() and path.stat().st_size <= MAX_PICTURE_BYTES:
+            return path.read_bytes()
+    except OSError as error:
+        raise OutputError(f"{path}: can't be read: {error.strerror or error}; run the visit again") from error
+    return None
+
+
+def _write_overlays(report: ProgressReport, pictures: dict[str, bytes], folder: Path) -> tuple[Path, ...]:
+    """Write one overlay a station that has a picture, under the picture's own file name."""
+    written = []
+    for station in report.stations:
+        if station.name not in pictures:
+            continue
+        path = folder / Path(station.picture).name
+        data = draw_overlay(pictures[station.name], station, report)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        except OSError as error:
+            raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space") from error
+        written.append(path)
+    return tuple(written)

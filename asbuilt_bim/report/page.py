@@ -1,0 +1,152 @@
+"""`report.html`: one file that holds everything, without scripts and without requests."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport, StationRecord
+from asbuilt_bim.report import wording
+from asbuilt_bim.report.elevation import element_drawings
+from asbuilt_bim.report.overlay import decode_picture, encode_picture, narrowed
+from asbuilt_bim.report.overlay_layout import OverlayLayout, overlay_layout
+from asbuilt_bim.report.plan import storey_plans
+from asbuilt_bim.report.states import ORDER, TARGET_COLOUR
+from asbuilt_bim.report.tables import (
+    NO_STOREY,
+    StationRow,
+    group_rows,
+    lost_stations,
+    station_rows,
+    storey_names,
+    subject_of,
+)
+
+TEMPLATES = Path(__file__).parent / "templates"
+FULL_WIDTH_PX, SMALL_WIDTH_PX = 1280, 720
+MANY_STATIONS = 40  # from here on smaller pictures, so that the page can still be mailed (about 6 MB)
+_QUALITY = 80
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationCard:
+    """A station on the page: its row, its record where it was measured, its picture with what is drawn over it."""
+
+    row: StationRow
+    record: StationRecord | None
+    picture: str  # data: address, "" where there is none
+    layout: OverlayLayout | None
+
+
+def page_html(report: ProgressReport, pictures: Mapping[str, bytes]) -> str:
+    """Return the page; `pictures` maps a station's name to its rectified left photo as JPEG.
+
+    Raises:
+        OutputError: a picture can't be decoded.
+    """
+    names = storey_names(report)
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            report=report,
+            storeys=group_rows(report),
+            elements=_by_storey(report, names),
+            storey_names=names,
+            no_storey=NO_STOREY,
+            plans=storey_plans(report),
+            drawings=element_drawings(report),
+            stations=_cards(report, pictures),
+            lost=lost_stations(report),
+            other_rejections=_others(report),
+            conflicts=[element for element in report.elements if element.cells_conflict > 0],
+            cost_groups=_cost_groups(report),
+            order=ORDER,
+            target_colour=TARGET_COLOUR,
+        )
+    )
+
+
+def write_page(report: ProgressReport, pictures: Mapping[str, bytes], path: Path) -> None:
+    """Write the page.
+
+    Raises:
+        OutputError: it can't be written, or a picture can't be decoded.
+    """
+    data = page_html(report, pictures).encode("utf-8", "replace")
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error
+
+
+def _environment() -> Environment:
+    """Make the template environment: everything escaped, nothing undefined."""
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    filters: dict[str, Callable[..., str]] = {
+        "percent": wording.percent,
+        "number": wording.number,
+        "area": wording.area,
+        "metres": wording.length,
+        "millimetres": wording.millimetres,
+        "plumb": wording.millimetres_per_metre,
+        "day": wording.day,
+        "unit": wording.unit_sign,
+        "plain": wording.plain,
+    }
+    environment.filters.update(filters)
+    environment.globals["percent_range"] = wording.percent_range
+    return environment
+
+
+def _by_storey(report: ProgressReport, names: dict[str, str]) -> list[tuple[str, list[ElementProgress]]]:
+    """Return the elements by storey from below, within it by class and name."""
+    groups: dict[str, list[ElementProgress]] = {key: [] for key in names}
+    for element in sorted(report.elements, key=lambda e: (e.ifc_class, e.name, e.global_id)):
+        groups.setdefault(element.storey, []).append(element)
+    return [(names.get(key, NO_STOREY), elements) for key, elements in groups.items() if elements]
+
+
+def _cards(report: ProgressReport, pictures: Mapping[str, bytes]) -> list[StationCard]:
+    """Make the stations' cards with their pictures inside."""
+    width = SMALL_WIDTH_PX if len(report.stations) > MANY_STATIONS else FULL_WIDTH_PX
+    records = {station.name: station for station in report.stations}
+    cards = []
+    for row in station_rows(report):
+        record, layout, address = records.get(row.name), None, ""
+        if data := pictures.get(row.name):
+            image = narrowed(decode_picture(data, f"station {row.name}"), width)
+            address = f"data:image/jpeg;base64,{base64.b64encode(encode_picture(image, _QUALITY)).decode('ascii')}"
+            layout = overlay_layout(record, report, image.shape[1], image.shape[0]) if record else None
+        cards.append(StationCard(row=row, record=record, picture=address, layout=layout))
+    return cards
+
+
+def _others(report: ProgressReport) -> list[str]:
+    """Return what was left out besides whole stations; faces and other discs stand with their stations."""
+    named = {id(reason) for row in lost_stations(report) for reason in row.reasons}
+    rest = [rejection for rejection in report.rejections if id(rejection) not in named]
+    return [str(r) for r in rest if subject_of(r)[0] != "face" and ", red disc" not in r.what]
+
+
+def _cost_groups(report: ProgressReport) -> list[tuple[str, list[CostProgress], float, float | None, float, int]]:
+    """Return per currency: lines, planned value, earned best (of the known), earned lower, number of unknown."""
+    groups = []
+    for currency in sorted({line.currency for line in report.cost_lines}):
+        lines = [line for line in report.cost_lines if line.currency == currency]
+        known = [line.earned_best for line in lines if line.earned_best is not None]
+        planned = sum(line.planned_quantity * line.rate for line in lines)
+        lower = sum(line.earned_lower for line in lines)
+        groups.append((currency, lines, planned, sum(known) if known else None, lower, len(lines) - len(known)))
+    return groups

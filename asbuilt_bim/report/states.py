@@ -1,0 +1,38 @@
+"""The colours of the report: told apart by colour-blind eyes too, and never the only sign of a state."""
+
+from __future__ import annotations
+
+from asbuilt_bim.progress.report import ProgressReport, State
+
+STATE_COLOURS: dict[State, str] = {
+    "complete": "#12a878",
+    "part": "#f0a202",
+    "not started": "#4f8edc",
+    "unknown": "#9aa3ad",
+}
+UNMATCHED = "unmatched"
+UNMATCHED_COLOUR = "#c9ced4"
+TARGET_COLOUR = "#ff3b5c"
+ORDER: tuple[State, ...] = ("complete", "part", "not started", "unknown")
+
+
+def element_states(report: ProgressReport) -> dict[str, State]:
+    """Return GlobalId -> state."""
+    return {element.global_id: element.state for element in report.elements}
+
+
+def element_names(report: ProgressReport) -> dict[str, str]:
+    """Return GlobalId -> name; an element without a name goes by its GlobalId."""
+    return {element.global_id: element.name or element.global_id for element in report.elements}
+
+
+def joint_state(states: list[State]) -> State:
+    """Return the state of several elements that share a face: the same, or `part` where they differ."""
+    distinct = set(states)
+    return distinct.pop() if len(distinct) == 1 else "part" if distinct else "unknown"
+
+
+def bgr(colour: str) -> tuple[int, int, int]:
+    """Return `#rrggbb` in OpenCV's order."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return blue, green, red

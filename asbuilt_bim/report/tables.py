@@ -1,0 +1,177 @@
+"""The rows of every table, worked out once: csv, workbook and page only write them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import date
+
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, State, StationRecord
+
+NO_STOREY = "(no storey)"
+_PART_OF_STATION = re.compile(", (?:marker|target|red disc|control point|left|right|photo)\\b")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ElementRow:
+    """One wall or column; None is unknown, and is never written as 0."""
+
+    storey: str
+    global_id: str
+    ifc_class: str
+    name: str
+    state: State
+    design_area_m2: float
+    as_built_area_m2: float | None
+    sigma_m2: float | None
+    best: float | None
+    lower: float
+    upper: float
+    coverage: float
+    surface_coverage: float
+    offset_mm: float | None
+    visit: date
+    last_seen: date | None
+    stations: str
+    notes: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationRow:
+    """One station that was measured, or `rejected` with its reasons."""
+
+    name: str
+    status: str  # "placed", "not placed", "rejected"
+    markers: str
+    residual_px: float | None
+    target_range_m: float | None
+    target_depth_m: float | None
+    target_depth_sigma_m: float | None
+    faces: int
+    matched: int
+    reasons: tuple[Rejection, ...]  # of the station itself, its target and its markers
+    left_out: tuple[Rejection, ...]  # of its faces
+
+
+def element_rows(report: ProgressReport) -> tuple[ElementRow, ...]:
+    """Return the elements by storey from below, within it by name."""
+    names = storey_names(report)
+    order = {key: index for index, key in enumerate(names)}
+    elements = sorted(
+        report.elements, key=lambda e: (order.get(e.storey, len(order)), e.ifc_class, e.name, e.global_id)
+    )
+    return tuple(_element_row(element, names.get(element.storey, NO_STOREY), report.visit_date) for element in elements)
+
+
+def _element_row(element: ElementProgress, storey: str, visit: date) -> ElementRow:
+    """Lay out one element."""
+    return ElementRow(
+        storey=storey,
+        global_id=element.global_id,
+        ifc_class=element.ifc_class,
+        name=element.name,
+        state=element.state,
+        design_area_m2=element.design_area_m2,
+        as_built_area_m2=element.as_built_area_m2,
+        sigma_m2=element.as_built_sigma_m2,
+        best=element.completion.best,
+        lower=element.completion.lower,
+        upper=element.completion.upper,
+        coverage=element.completion.coverage,
+        surface_coverage=element.surface_coverage,
+        offset_mm=None if element.offset_m is None else element.offset_m * 1000.0,
+        visit=visit,
+        last_seen=element.last_seen,
+        stations=", ".join(element.stations),
+        notes="; ".join(element.notes),
+    )
+
+
+def storey_names(report: ProgressReport) -> dict[str, str]:
+    """Return GlobalId -> name of the storeys; two of the same name get a number."""
+    names: dict[str, str] = {}
+    for storey in report.storeys:
+        name = storey.name or NO_STOREY
+        same = sum(1 for other in names.values() if other == name or other.startswith(f"{name} ("))
+        names[storey.key] = f"{name} ({same + 1})" if same else name
+    return names
+
+
+def group_rows(report: ProgressReport) -> tuple[tuple[str, GroupProgress], ...]:
+    """Return (name, progress) of each storey from below, then of the whole."""
+    names = storey_names(report)
+    return (*((names[storey.key], storey) for storey in report.storeys), ("Whole", report.whole))
+
+
+def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:
+    """Return the stations that were measured, then those rejected before that."""
+    reasons: dict[str, list[Rejection]] = {}
+    left_out: dict[str, list[Rejection]] = {}
+    for rejection in report.rejections:
+        kind, name = subject_of(rejection)
+        if kind == "station":
+            reasons.setdefault(name, []).append(rejection)
+        elif kind == "face":
+            left_out.setdefault(name, []).append(rejection)
+    measured = [
+        _station_row(station, tuple(reasons.pop(station.name, ())), tuple(left_out.get(station.name, ())))
+        for station in report.stations
+    ]
+    lost = [_rejected_row(name, tuple(found), tuple(left_out.get(name, ()))) for name, found in sorted(reasons.items())]
+    return (*measured, *lost)
+
+
+def station_of(rejection: Rejection) -> str | None:
+    """Return the station that a rejection counts against, None where it is about a face or something else."""
+    kind, name = subject_of(rejection)
+    return name if kind == "station" else None
+
+
+def subject_of(rejection: Rejection) -> tuple[str, str]:
+    """Return what a rejection is about: ("station" or "face", the station's name), or ("", "") for anything else."""
+    kind, _, rest = rejection.what.partition(" ")
+    if kind == "station" and rest:
+        return kind, _PART_OF_STATION.split(rest)[0]
+    if kind == "face" and "/" in rest:
+        return kind, rest.split(" (")[0].rpartition("/")[0]
+    return "", ""
+
+
+def _station_row(station: StationRecord, reasons: tuple[Rejection, ...], left_out: tuple[Rejection, ...]) -> StationRow:
+    """Lay out one measured station."""
+    return StationRow(
+        name=station.name,
+        status="placed" if station.world_from_left is not None else "not placed",
+        markers=", ".join(map(str, station.markers_used)),
+        residual_px=station.pose_residual_px,
+        target_range_m=station.target_range_m,
+        target_depth_m=station.target_depth_m,
+        target_depth_sigma_m=station.target_depth_sigma_m,
+        faces=len(station.faces),
+        matched=sum(1 for face in station.faces if face.design_faces),
+        reasons=reasons,
+        left_out=left_out,
+    )
+
+
+def _rejected_row(name: str, reasons: tuple[Rejection, ...], left_out: tuple[Rejection, ...]) -> StationRow:
+    """Lay out one station that gave nothing."""
+    return StationRow(
+        name=name,
+        status="rejected",
+        markers="",
+        residual_px=None,
+        target_range_m=None,
+        target_depth_m=None,
+        target_depth_sigma_m=None,
+        faces=0,
+        matched=0,
+        reasons=reasons,
+        left_out=left_out,
+    )
+
+
+def lost_stations(report: ProgressReport) -> tuple[StationRow, ...]:
+    """Return the stations that count for nothing: rejected, or not placed."""
+    return tuple(row for row in station_rows(report) if row.status != "placed")

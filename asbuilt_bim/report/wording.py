@@ -1,0 +1,82 @@
+"""Numbers and states as people read them: the one place that says how the report writes a value."""
+
+from __future__ import annotations
+
+import math
+import re
+from datetime import date, datetime
+
+UNKNOWN = "unknown"
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+_THIN = "\u202f"  # narrow no-break space: groups digits without being read as a decimal mark
+
+
+def percent(share: float | None) -> str:
+    """Write a share in 0..1 as whole percents; nearly all is never `100 %`, nearly nothing never `0 %`."""
+    if share is None:
+        return UNKNOWN
+    if 0.0 < share < 0.005:
+        return "<1 %"
+    if 0.995 <= share < 1.0 - 1e-9:
+        return ">99 %"
+    return f"{share * 100:.0f} %"
+
+
+def percent_range(lower: float, upper: float) -> str:
+    """Write two bounds as `35 to 80 %`, or as one number where they read the same."""
+    low, high = percent(lower), percent(upper)
+    return low if low == high else f"{low.removesuffix(' %')} to {high}"
+
+
+def number(value: float | None, decimals: int = 2) -> str:
+    """Write a number with its digits in groups of three; None is `unknown`."""
+    return UNKNOWN if value is None else f"{value:,.{decimals}f}".replace(",", _THIN)
+
+
+def area(area_m2: float | None, sigma_m2: float | None = None) -> str:
+    """Write an area as `1.35 ± 0.02 m²`, with a third decimal where sigma is below 5 cm²."""
+    if area_m2 is None:
+        return UNKNOWN
+    if sigma_m2 is None:
+        return f"{number(area_m2)} m²"
+    decimals = 3 if 0.0 < sigma_m2 < 0.005 else 2
+    sigma = number(sigma_m2, decimals) if sigma_m2 >= 0.0005 or sigma_m2 == 0.0 else "<0.001"
+    return f"{number(area_m2, decimals)} ± {sigma} m²"
+
+
+def length(length_m: float | None, sigma_m: float | None = None) -> str:
+    """Write a length as `4.213 ± 0.011 m`."""
+    if length_m is None:
+        return UNKNOWN
+    return f"{number(length_m, 3)} m" if sigma_m is None else f"{number(length_m, 3)} ± {number(sigma_m, 3)} m"
+
+
+def millimetres(length_m: float | None, sigma_m: float | None = None) -> str:
+    """Write a signed length as `+13 ± 4 mm`."""
+    if length_m is None:
+        return UNKNOWN
+    sigma = "" if sigma_m is None else f" ± {sigma_m * 1000:.0f}"
+    rounded = round(length_m * 1000)
+    return f"{'−' if rounded < 0 else '+'}{abs(rounded)}{sigma} mm"
+
+
+def millimetres_per_metre(angle_rad: float | None) -> str:
+    """Write an angle from plumb as `2.0 mm/m`."""
+    return UNKNOWN if angle_rad is None else f"{math.tan(angle_rad) * 1000:.1f} mm/m"
+
+
+def day(moment: date | datetime | None) -> str:
+    """Write a date as year-month-day; None is a dash."""
+    if moment is None:
+        return "–"
+    return (moment.date() if isinstance(moment, datetime) else moment).isoformat()
+
+
+def unit_sign(unit: str) -> str:
+    """Write m2 and m3 with their signs."""
+    return {"m2": "m²", "m3": "m³"}.get(unit, unit)
+
+
+def plain(text: str) -> str:
+    """Return text without the control characters that XML and spreadsheets refuse."""
+    return _CONTROL.sub("", text)

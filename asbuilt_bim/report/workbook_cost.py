@@ -1,0 +1,82 @@
+"""The sheet `Cost`: cost lines in their own unit, with formulas that go on calculating."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from xlsxwriter.worksheet import Worksheet
+
+from asbuilt_bim.progress.report import CostProgress, ProgressReport
+from asbuilt_bim.report.sheet import Cell, Formula, Styles, finish_table, page_setup, write_cell, write_head, write_row
+from asbuilt_bim.report.wording import UNKNOWN
+from asbuilt_bim.report.workbook_columns import COST
+
+_INPUTS = (4, 5, 8, 9)  # planned quantity, rate, completion: typed values that formulas stand on
+_NO_CURRENCY = "(no currency)"
+
+
+def write_cost(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
+    """Write the cost lines by currency, each group with its sums."""
+    write_head(sheet, 0, COST, styles)
+    if not report.cost_lines:
+        write_cell(sheet, 1, 0, "The IFC file has no cost lines for walls or columns.", "text", styles)
+        page_setup(sheet)
+        return
+    row = 1
+    for currency in sorted({line.currency for line in report.cost_lines}):
+        lines = [line for line in report.cost_lines if line.currency == currency]
+        for index, line in enumerate(lines):
+            _line(sheet, row + index, line, styles)
+        _total(sheet, row + len(lines), row, currency, lines, styles)
+        row += len(lines) + 2
+    finish_table(sheet, 0, 0, COST, keep=2)
+
+
+def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> None:
+    """Write one line with its formulas."""
+    n = row + 1
+    best: Cell = _known(f'=IF(ISNUMBER(I{n}),I{n}*E{n},"{UNKNOWN}")', line.as_built_best)
+    earned: Cell = _known(f'=IF(ISNUMBER(K{n}),K{n}*F{n},"{UNKNOWN}")', line.earned_best)
+    cells: tuple[Cell, ...] = (
+        line.identification,
+        line.name,
+        len(line.elements),
+        line.unit,
+        line.planned_quantity,
+        line.rate,
+        line.currency or _NO_CURRENCY,
+        Formula(f"=E{n}*F{n}", line.planned_quantity * line.rate),
+        line.completion.best,
+        line.completion.lower,
+        best,
+        Formula(f"=J{n}*E{n}", line.as_built_lower),
+        earned,
+        Formula(f"=L{n}*F{n}", line.earned_lower),
+        line.completion.coverage,
+    )
+    write_row(sheet, row, cells, COST, styles)
+    for column in _INPUTS:
+        if cells[column] is not None:
+            write_cell(sheet, row, column, cells[column], COST[column].kind, styles, "input")
+
+
+def _total(
+    sheet: Worksheet, row: int, first: int, currency: str, lines: Sequence[CostProgress], styles: Styles
+) -> None:
+    """Write the sums of one currency; a sum of nothing known is unknown, and what is left out is said."""
+    known = [line for line in lines if line.earned_best is not None]
+    missing = len(lines) - len(known)
+    said = f", best without {missing} unknown of {len(lines)} lines" if missing else ""
+    best = sum(line.earned_best or 0.0 for line in known) if known else None
+    cells: list[Cell] = [""] * len(COST)
+    cells[0] = f"Total {currency or _NO_CURRENCY}{said}"
+    cells[6] = currency or _NO_CURRENCY
+    cells[7] = Formula(f"=SUM(H{first + 1}:H{row})", sum(line.planned_quantity * line.rate for line in lines))
+    cells[12] = _known(f'=IF(COUNT(M{first + 1}:M{row})=0,"{UNKNOWN}",SUM(M{first + 1}:M{row}))', best)
+    cells[13] = Formula(f"=SUM(N{first + 1}:N{row})", sum(line.earned_lower for line in lines))
+    write_row(sheet, row, cells, COST, styles, "total")
+
+
+def _known(text: str, value: float | None) -> Formula:
+    """Return a formula whose present value may be unknown."""
+    return Formula(text, UNKNOWN if value is None else value)

@@ -1,0 +1,56 @@
+from dataclasses import replace
+from datetime import date
+
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.report.changes import changes
+from tests.report.sample_report import renamed, sample_report
+
+
+def test_the_same_result_has_no_changes():
+    assert changes(sample_report(), sample_report()) == ()
+
+
+def test_noise_below_what_is_shown_is_no_change():
+    report = sample_report()
+    area = report.elements[0].as_built_area_m2
+    assert changes(report, renamed(report, 0, as_built_area_m2=area + 0.004)) == ()
+
+
+def test_an_element_seen_for_the_first_time_goes_from_unknown_to_a_number():
+    report = sample_report()
+    done = replace(report.elements[5].completion, best=0.5, coverage=0.6)
+    after = renamed(report, 5, completion=done, state="part", as_built_area_m2=2.5, as_built_sigma_m2=0.03)
+    assert changes(report, after) == (
+        "column C-11: unknown -> part, completion unknown -> 50 %, seen 0 % -> 60 %, "
+        "as-built area unknown -> 2.50 ± 0.03 m²",
+    )
+
+
+def test_stations_that_come_and_go_are_named():
+    report = sample_report()
+    after = replace(report, stations=report.stations[1:])
+    assert (
+        changes(report, after)[0] == "station A1: placed -> rejected (station A1, marker 17: its corners don't fit "
+        "the other markers (14.2 px, limit 3.0 px); survey marker 17 again)"
+    )
+    assert "station A1: no longer there" in changes(report, replace(after, rejections=report.rejections[:1]))
+
+
+def test_a_station_that_is_new_and_rejected_gives_its_reason():
+    report = sample_report()
+    more = Rejection(what="station C9", reason="no disparity", value="3 %", limit="30 %", remedy="take it again")
+    assert changes(report, replace(report, rejections=(*report.rejections, more))) == (
+        "station C9: new, rejected (station C9: no disparity (3 %, limit 30 %); take it again)",
+    )
+
+
+def test_another_ifc_file_and_another_visit_are_said():
+    report = sample_report()
+    made = replace(report.provenance, ifc_digest="sha256:00")
+    after = replace(report, provenance=made, visit_date=date(2026, 3, 30))
+    assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30", "IFC file: another than before")
+
+
+def test_elements_that_left_the_design_are_named():
+    report = sample_report()
+    assert "column C-01: no longer in the design" in changes(report, replace(report, elements=report.elements[1:]))

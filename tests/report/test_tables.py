@@ -1,0 +1,181 @@
+import csv
+import io
+import re
+from dataclasses import replace
+
+import openpyxl
+import pytest
+
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
+from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows, subject_of
+from asbuilt_bim.report.workbook import workbook_bytes, write_workbook
+from tests.report.sample_report import HOSTILE_FORMULA, UMLAUTS, renamed, sample_report
+
+
+def rows() -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(csv_text(sample_report()))))
+
+
+def book(report=None, *, values: bool = False):
+    return openpyxl.load_workbook(io.BytesIO(workbook_bytes(report or sample_report())), data_only=values)
+
+
+def test_elements_stand_by_storey_from_below():
+    assert [row["Storey"] for row in rows()] == ["Ground floor"] * 5 + ["First floor"] * 3
+
+
+def test_an_element_never_seen_has_empty_cells_and_no_zero():
+    row = next(row for row in rows() if row["Name"] == "C-11")
+    assert (row["State"], row["AsBuiltArea_m2"], row["Sigma_m2"], row["CompletionBest"]) == ("unknown", "", "", "")
+    assert (row["CompletionLower"], row["CompletionUpper"], row["LastSeen"]) == ("0.0000", "1.0000", "")
+
+
+def test_the_csv_begins_with_the_mark_for_utf8(tmp_path):
+    write_csv(sample_report(), tmp_path / "q.csv")
+    data = (tmp_path / "q.csv").read_bytes()
+    assert data.startswith(b"\xef\xbb\xbf")
+    assert UMLAUTS in data.decode("utf-8-sig")
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", " =1", "\x00=1", "\u00a0=1"])
+def test_text_that_a_spreadsheet_would_run_gets_an_apostrophe(text):
+    assert safe_cell(text).startswith("'")
+
+
+def test_no_text_cell_of_the_csv_runs():
+    numbers = {"Offset_mm"}
+    for row in rows():
+        assert all(
+            not value.startswith(("=", "+", "-", "@", "\t", "\r")) for k, value in row.items() if k not in numbers
+        )
+
+
+def test_no_name_becomes_a_formula_in_the_workbook():
+    sheet = book()["Elements"]
+    cell = next(c for row in sheet.iter_rows() for c in row if c.value == HOSTILE_FORMULA)
+    assert cell.data_type == "s"
+
+
+def test_formulas_stand_in_the_cost_sheet_only():
+    where = {s.title for s in book() for row in s.iter_rows() for c in row if c.data_type == "f"}
+    assert where == {"Cost"}
+
+
+def test_cached_values_are_what_the_formulas_give():
+    formulas, cached = book()["Cost"], book(values=True)["Cost"]
+    checked = 0
+    for line in range(2, formulas.max_row + 1):
+        if formulas.cell(line, 4).value is None or isinstance(formulas.cell(line, 8).value, str) is False:
+            continue
+        get = lambda column, line=line: cached[f"{column}{line}"].value  # noqa: E731
+        if not isinstance(get("E"), int | float):
+            continue
+        assert get("H") == pytest.approx(get("E") * get("F"))
+        assert get("L") == pytest.approx(get("J") * get("E"))
+        assert get("N") == pytest.approx(get("L") * get("F"))
+        if get("I") == "unknown":
+            assert (get("K"), get("M")) == ("unknown", "unknown")
+        else:
+            assert get("K") == pytest.approx(get("I") * get("E"))
+            assert get("M") == pytest.approx(get("K") * get("F"))
+        checked += 1
+    assert checked == 4
+
+
+def test_each_currency_has_its_own_sum_over_its_own_lines():
+    sheet = book()["Cost"]
+    totals = {
+        sheet.cell(r, 7).value: r for r in range(2, sheet.max_row + 1) if str(sheet.cell(r, 1).value)[:5] == "Total"
+    }
+    assert set(totals) == {"EUR", "CHF"}
+    for currency, row in totals.items():
+        first, last = map(int, re.findall(r"N(\d+)", sheet.cell(row, 14).value))
+        assert {sheet.cell(r, 7).value for r in range(first, last + 1)} == {currency}
+        assert last == row - 1
+
+
+def test_a_total_says_which_lines_it_leaves_out():
+    sheet = book()["Cost"]
+    texts = [str(sheet.cell(r, 1).value) for r in range(2, sheet.max_row + 1)]
+    assert any("best without 1 unknown of 3 lines" in text for text in texts)
+
+
+def test_unknown_is_a_word_in_the_workbook_never_zero():
+    sheet = book()["Elements"]
+    row = next(r for r in sheet.iter_rows(min_row=2) if r[3].value == "C-11")
+    assert [c.value for c in row[6:9]] == ["unknown"] * 3
+
+
+def test_rejected_stations_stand_on_the_summary_with_value_limit_and_remedy():
+    text = "\n".join(str(c.value) for row in book()["Summary"].iter_rows() for c in row if c.value)
+    assert "B2: rejected" in text
+    assert "0 discs" in text and "limit 1 disc" in text and "target.required" in text
+
+
+def test_control_characters_do_not_break_the_workbook():
+    sheet = book(renamed(sample_report(), 0, name="A\x01B\x0bC\ud800"))["Elements"]
+    assert any(c.value == "ABC" for row in sheet.iter_rows() for c in row)
+
+
+def test_a_very_long_name_does_not_break_the_workbook():
+    assert book(renamed(sample_report(), 0, name="x" * 50_000))["Elements"].max_row == 9
+
+
+def test_stations_that_only_stand_in_rejections_are_listed():
+    found = {row.name: row.status for row in station_rows(sample_report())}
+    assert found == {"A1": "placed", "A2": "placed", "Süd 3": "not placed", "B2": "rejected"}
+
+
+def test_a_marker_left_out_does_not_lose_its_station():
+    assert {row.name for row in lost_stations(sample_report())} == {"Süd 3", "B2"}
+
+
+def test_two_storeys_of_one_name_can_be_told_apart():
+    report = sample_report()
+    report = replace(report, storeys=tuple(replace(s, name="Level") for s in report.storeys))
+    assert {row.storey for row in element_rows(report)} == {"Level", "Level (2)"}
+
+
+def test_a_report_without_cost_lines_tasks_and_stations_makes_a_workbook(tmp_path):
+    report = replace(sample_report(), cost_lines=(), tasks=(), stations=(), rejections=(), provenance=None)
+    write_workbook(report, tmp_path / "q.xlsx")
+    assert openpyxl.load_workbook(tmp_path / "q.xlsx").sheetnames == [
+        "Summary",
+        "Elements",
+        "Cost",
+        "Tasks",
+        "Stations",
+        "Notes",
+    ]
+
+
+def test_every_column_is_explained_on_the_notes_sheet():
+    workbook = book()
+    explained = {(r[0].value, r[1].value) for r in workbook["Notes"].iter_rows(min_row=2) if r[2].value}
+    for name in ("Elements", "Cost", "Tasks", "Stations"):
+        assert {(name, cell.value) for cell in workbook[name][1]} <= explained
+
+
+@pytest.mark.parametrize(
+    ("what", "subject"),
+    [
+        ("station A1", ("station", "A1")),
+        ("station A1, marker 17", ("station", "A1")),
+        ("station Haus 3, Nord, target", ("station", "Haus 3, Nord")),
+        ("station A1, red disc at (3, 4) px", ("station", "A1")),
+        ("face A/1/3 (wall, 2.10 m2 at 5.0 m)", ("face", "A/1")),
+        ("board pair 03", ("", "")),
+        ("marker 7", ("", "")),
+    ],
+)
+def test_what_a_rejection_is_about(what, subject):
+    assert subject_of(Rejection(what=what, reason="r")) == subject
+
+
+def test_a_face_left_out_does_not_make_its_station_look_rejected():
+    report = sample_report()
+    left_out = Rejection(what="face A1/9 (wall, 0.40 m2 at 9.0 m)", reason="too narrow", value="20 px", limit="40 px")
+    rows = station_rows(replace(report, rejections=(*report.rejections, left_out)))
+    row = next(row for row in rows if row.name == "A1")
+    assert (row.status, row.left_out) == ("placed", (left_out,))
