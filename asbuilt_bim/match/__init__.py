@@ -1,0 +1,1 @@
+"""Measured faces to design faces; nothing is lost."""

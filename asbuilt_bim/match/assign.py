@@ -1,0 +1,143 @@
+"""Gives each measured face to the design faces that it lies on; what fits none is named with the nearest miss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from asbuilt_bim.bim.candidates import candidates
+from asbuilt_bim.bim.model import BimElement, BimModel
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.match.matches import FaceMatch, MatchResult
+from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.match.regions import to_frame
+from asbuilt_bim.match.score import Comparison, WorldFace, compare, in_world
+from asbuilt_bim.register.pose import PlacedStation, Placement
+
+WHOLE_SHARE = 0.9
+"""A face lies on one design face alone when no more than a tenth of it, its mask's noise, lies elsewhere."""
+
+STRAY_SHARE, STRAY_M2 = 0.3, 0.5
+"""A matched face of which more than this lies on no design face is worth a word."""
+
+MAX_TILT_SIGMA_RAD = float(np.radians(0.5))
+"""Tilt from plumb is told where it is better known than half a degree (2.5 cm over a storey)."""
+
+
+def match_faces(placement: Placement, design: BimModel, options: MatchOptions) -> MatchResult:
+    """Match every measured face of the placed stations to the design, nothing lost.
+
+    A face that runs over several design faces is divided along their borders; where two design faces claim the same
+    region of an outline, the one that fits better has it. `unobserved` are the design faces that no station faces.
+    """
+    elements = {element.global_id: element for element in design.elements}
+    matches: list[FaceMatch] = []
+    unmatched: list[Rejection] = []
+    in_view: set[str] = set()
+    for placed in placement.stations:
+        pose = placed.pose
+        nearby = candidates(design, pose.world_from_left, placed.measurement.camera, options.max_distance_m)
+        in_view.update(face.face_id for face in nearby)
+        for face in placed.measurement.faces:
+            seen = in_world(face, pose)
+            pairs = [compare(seen, one, elements[one.element].kind, options) for one in nearby]
+            compared = [pair for pair in pairs if pair is not None]
+            found = _divide(placed, seen, [pair for pair in compared if not pair.fault], options)
+            matches.extend(found)
+            unmatched.extend(_left_over(seen, found, compared, elements))
+    unobserved = [face.face_id for e in design.elements for face in e.faces if face.face_id not in in_view]
+    return MatchResult(
+        stations=placement.stations, matches=tuple(matches), unmatched=tuple(unmatched), unobserved=tuple(unobserved)
+    )
+
+
+def _divide(
+    placed: PlacedStation, seen: WorldFace, fitting: Sequence[Comparison], options: MatchOptions
+) -> list[FaceMatch]:
+    """Give each region of an outline to the best design face there: first inside the borders, then what passes them."""
+    ranked = sorted(fitting, key=lambda pair: (-pair.score, pair.design.face_id))
+    parts: list[Region] = []
+    taken: Region = polygon.EMPTY
+    for pair in ranked:
+        parts.append(polygon.difference(pair.strict, taken))
+        taken = polygon.union([taken, pair.strict])
+    for index, pair in enumerate(ranked):
+        if not parts[index]:
+            continue  # nothing of it lies inside this one's border: what passes is a neighbour's
+        passing = polygon.difference(pair.loose, taken)
+        parts[index] = polygon.union([parts[index], passing])
+        taken = polygon.union([taken, pair.loose])
+    whole_area = max(polygon.area(seen.outline), 1e-9)
+    least = max(options.min_area_m2, options.min_share * whole_area)
+    kept = [(pair, part) for pair, part in zip(ranked, parts, strict=True) if polygon.area(part) > least]
+    return [_match(placed, seen, pair, part, whole_area, len(kept) == 1) for pair, part in kept]
+
+
+def _match(
+    placed: PlacedStation, seen: WorldFace, pair: Comparison, part: Region, whole_area: float, alone: bool
+) -> FaceMatch:
+    share = polygon.area(part) / whole_area
+    face = seen.face
+    return FaceMatch(
+        station=placed.pose.station,
+        face_id=face.face_id,
+        design_face=pair.design.face_id,
+        element=pair.design.element,
+        outline_uv_m=to_frame(part, seen.frame, pair.design.frame),
+        area_m2=face.area_m2 * share,
+        area_sigma_calibration_m2=face.area_sigma_calibration_m2 * share,
+        area_sigma_image_m2=face.area_sigma_image_m2 * share,
+        whole=face.whole and alone and share >= WHOLE_SHARE,
+        overlap=share,
+        offset_m=pair.offset_m,
+        offset_sigma_m=pair.offset_sigma_m,
+        angle_rad=pair.angle_rad,
+        tilt_rad=_tilt(seen),
+        score=pair.score,
+    )
+
+
+def _tilt(seen: WorldFace) -> float | None:
+    """Return how far the face leans out of plumb (positive: its top overhangs), None where that isn't known well."""
+    up = np.array([0.0, 0.0, 1.0])
+    if isinstance(seen.frame, PlaneFrame):
+        lean = -float(np.arcsin(np.clip(seen.frame.normal @ up, -1.0, 1.0)))
+        level: FloatArray = seen.frame.u
+    else:
+        axis = seen.frame.axis * np.sign(seen.frame.axis @ up or 1.0)
+        lean = float(np.arccos(np.clip(axis @ up, -1.0, 1.0)))
+        level = seen.frame.zero
+    turned = float(level @ seen.pose.covariance[:3, :3] @ level)
+    sigma = float(np.sqrt(max(turned + float(seen.face.covariance[1, 1]), 0.0)))
+    return lean if sigma <= MAX_TILT_SIGMA_RAD else None
+
+
+def _left_over(
+    seen: WorldFace, found: Sequence[FaceMatch], compared: Sequence[Comparison], elements: dict[str, BimElement]
+) -> list[Rejection]:
+    face = seen.face
+    if found:
+        stray = 1.0 - sum(match.overlap for match in found)
+        if stray > STRAY_SHARE and stray * face.area_m2 > STRAY_M2:
+            reason = f"matched, but {stray * face.area_m2:.2f} m2 of its {face.area_m2:.2f} m2 lie on no design face"
+            return [Rejection(what=f"face {face.face_id}", reason=reason, remedy="look at its outline in the overlay")]
+        return []
+    what = f"face {face.face_id}"
+    failed = [pair for pair in compared if pair.fault]
+    if not failed:
+        return [Rejection(what=what, reason="no design face in view has its shape and direction")]
+    nearest = min(failed, key=lambda pair: (pair.excess, abs(pair.offset_m)))
+    name = elements[nearest.design.element].name or nearest.design.element
+    return [
+        Rejection(
+            what=what,
+            reason=f"fits no design face; the nearest, of {name}: it {nearest.fault}",
+            value=nearest.value,
+            limit=nearest.limit,
+        )
+    ]

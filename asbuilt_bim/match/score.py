@@ -1,0 +1,167 @@
+"""How well a measured face fits a design face: direction, distance, overlap, kind; with the sigma of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.model import DesignFace, ElementClass
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.match.regions import Frame, design_region
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.register.pose import StationPose
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WorldFace:
+    """A measured face carried into the world by its station's pose; `outline` in its own (u, v) metres."""
+
+    face: MeasuredFace
+    frame: Frame
+    outline: Region
+    centroid_m: FloatArray  # (3,) world
+    pose: StationPose
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Comparison:
+    """One measured face against one design face.
+
+    `strict` and `loose` are the parts of the measured outline, in ITS (u, v), on the design face and within the border
+    tolerance of it. `fault` is "" where the pair may stand, else what failed; `excess` by how much (1 = at the limit).
+    """
+
+    design: DesignFace
+    strict: Region
+    loose: Region
+    angle_rad: float
+    offset_m: float
+    offset_sigma_m: float
+    score: float
+    fault: str = ""
+    value: str = ""
+    limit: str = ""
+    excess: float = 0.0
+
+
+def in_world(face: MeasuredFace, pose: StationPose) -> WorldFace:
+    """Carry a measured face into the world."""
+    frame = face.frame.moved(pose.world_from_left)
+    outline = polygon.polygon(face.outline_uv_m)
+    middle = polygon.centroid(outline) if outline else np.zeros(2)
+    return WorldFace(face=face, frame=frame, outline=outline, centroid_m=frame.from_uv(middle), pose=pose)
+
+
+def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: MatchOptions) -> Comparison | None:
+    """Judge a pair; None where the two are of different shape (plane, cylinder) or face away from each other."""
+    if isinstance(seen.frame, PlaneFrame) and isinstance(design.frame, PlaneFrame):
+        angle = _angle(seen.frame.normal, design.frame.normal)
+    elif isinstance(seen.frame, CylinderFrame) and isinstance(design.frame, CylinderFrame):
+        angle = _angle(seen.frame.axis, design.frame.axis)
+        angle = min(angle, np.pi - angle)
+    else:
+        return None
+    if angle > np.pi / 2:
+        return None
+    border = design_region(design, seen.frame)
+    strict = polygon.intersection(seen.outline, border)
+    loose = polygon.intersection(seen.outline, polygon.grown(border, options.border_m)) if border else polygon.EMPTY
+    offset, sigma = _offset(seen, design, strict or loose)
+    angle_sigma = _angle_sigma(seen)
+    score = _score(seen.face.label == kind, angle, angle_sigma, offset, sigma, options)
+    fault, value, limit, excess = _fault(seen, design, loose, (angle, angle_sigma), (offset, sigma), options)
+    return Comparison(
+        design=design, strict=strict, loose=loose, angle_rad=angle, offset_m=offset, offset_sigma_m=sigma,
+        score=score, fault=fault, value=value, limit=limit, excess=excess,
+    )  # fmt: skip
+
+
+def point_sigma_m(pose: StationPose, points_m: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return the pose's share (...) in the sigma of world points (..., 3) along unit directions (..., 3), in metres."""
+    arms = points_m - pose.world_from_left[:3, 3]
+    jacobian = np.concatenate([np.cross(arms, directions), directions], axis=-1)
+    sigma: FloatArray = np.sqrt(np.einsum("...i,ij,...j->...", jacobian, pose.covariance, jacobian))
+    return sigma
+
+
+def plane_offset_sigma_m(seen: WorldFace, at_m: FloatArray) -> float:
+    """Return the standard deviation of the measured surface at a world point (3,): picture noise and calibration."""
+    du, dv = seen.frame.to_uv(at_m) - seen.frame.to_uv(seen.centroid_m)
+    if isinstance(seen.frame, CylinderFrame):
+        du = 0.0
+    arm = np.array([1.0, dv, -du])
+    image = float(arm @ seen.face.covariance @ arm)
+    # Area goes with the square of depth: half the relative error of one is that of the other.
+    relative = 0.5 * seen.face.area_sigma_calibration_m2 / max(seen.face.area_m2, 1e-6)
+    distance = float(np.linalg.norm(at_m - seen.pose.world_from_left[:3, 3]))
+    return float(np.sqrt(max(image, 0.0) + (relative * distance) ** 2))
+
+
+def _angle(a: FloatArray, b: FloatArray) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+
+def _angle_sigma(seen: WorldFace) -> float:
+    tilts = np.diag(seen.face.covariance)[1:]
+    turns = np.linalg.eigvalsh(seen.pose.covariance[:3, :3])
+    return float(np.sqrt(max(float(np.max(tilts)), 0.0) + max(float(turns[-1]), 0.0)))
+
+
+def _offset(seen: WorldFace, design: DesignFace, where: Region) -> tuple[float, float]:
+    at = seen.frame.from_uv(polygon.centroid(where)) if where else seen.centroid_m
+    if isinstance(design.frame, PlaneFrame):
+        normal = design.frame.normal
+        offset = float(design.frame.plane.distance_m(at))
+    else:
+        assert isinstance(seen.frame, CylinderFrame)
+        axis = design.frame.axis
+        across = seen.frame.origin_m + seen.frame.axis * ((at - seen.frame.origin_m) @ seen.frame.axis)
+        across = across - design.frame.origin_m
+        across = across - (across @ axis) * axis
+        normal = design.frame.outward(design.frame.to_uv(at))
+        # Along the line of sight's normal, with its sign, where the measured axis is off; else what the axis is off.
+        offset = float(across @ normal) + seen.frame.radius_m - design.frame.radius_m
+        sideways = float(np.linalg.norm(across))
+        offset = offset if abs(offset) >= sideways else float(np.copysign(sideways, offset))
+    pose_part = float(point_sigma_m(seen.pose, at, normal))
+    return offset, float(np.hypot(pose_part, plane_offset_sigma_m(seen, at)))
+
+
+def _score(
+    same_kind: bool, angle: float, angle_sigma: float, offset: float, offset_sigma: float, options: MatchOptions
+) -> float:
+    cost = (angle / np.hypot(np.radians(options.angle_scale_deg), angle_sigma)) ** 2
+    cost += (offset / np.hypot(options.offset_scale_m, offset_sigma)) ** 2
+    cost += 0.0 if same_kind else options.class_penalty
+    return float(np.exp(-0.5 * cost))
+
+
+def _fault(
+    seen: WorldFace,
+    design: DesignFace,
+    loose: Region,
+    angle: tuple[float, float],
+    offset: tuple[float, float],
+    options: MatchOptions,
+) -> tuple[str, str, str, float]:
+    widest = np.radians(options.max_angle_deg) + min(options.sigmas * angle[1], np.radians(options.max_angle_deg))
+    if angle[0] > widest:
+        return "is turned against it", f"{np.degrees(angle[0]):.0f} deg", f"{np.degrees(widest):.0f} deg", 20.0
+    if polygon.area(loose) < max(options.min_area_m2, options.min_share * seen.face.area_m2):
+        return "doesn't overlap it", f"{polygon.area(loose):.2f} m2", f"{options.min_area_m2:.2f} m2", 10.0
+    if isinstance(seen.frame, CylinderFrame) and isinstance(design.frame, CylinderFrame):
+        share = abs(seen.frame.radius_m / design.frame.radius_m - 1.0)
+        if share > options.max_radius_share:
+            excess = share / options.max_radius_share
+            return "has another radius", f"{share:.0%} off", f"{options.max_radius_share:.0%}", excess
+    furthest = options.max_offset_m + options.sigmas * offset[1]
+    if abs(offset[0]) > furthest:
+        where = "stands before it" if offset[0] > 0.0 else "lies behind it"
+        return where, f"{abs(offset[0]):.2f} m", f"{furthest:.2f} m", abs(offset[0]) / furthest
+    return "", "", "", 0.0

@@ -1,0 +1,1 @@
+"""Built, open, unknown; completion of elements, storeys, tasks; what it is worth."""

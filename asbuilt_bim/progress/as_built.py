@@ -1,0 +1,118 @@
+"""The as-built area of a design face: the union of all stations' outlines in its plane, never their sum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.match.matches import FaceMatch
+from asbuilt_bim.progress.surface import SurfaceState
+
+APART_SIGMAS = 3.0
+"""Stations whose areas of one whole face differ by more than this are flagged."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AsBuilt:
+    """What was measured of one design face; None and 0 where nothing was."""
+
+    outline_uv_m: Region
+    area_m2: float | None
+    sigma_calibration_m2: float
+    sigma_image_m2: float
+    offset_m: float | None
+    offset_sigma_m: float | None
+    tilt_rad: float | None
+    notes: tuple[str, ...] = ()
+
+
+def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None) -> AsBuilt:
+    """Put a face's measurements together, this visit's and what earlier visits left.
+
+    Measured whole by several stations: the mean by inverse variance of the image part, the calibration part in common.
+    Otherwise the area of the outlines' union, each outline with its own plane's area.
+    """
+    if not matches:
+        return _as_it_was(earlier)
+    before = earlier.outline_uv_m if earlier is not None else polygon.EMPTY
+    outline = polygon.union([before, *(match.outline_uv_m for match in matches)])
+    union = _union_area(outline, matches)
+    image = _joint_sigma([match.area_sigma_image_m2 for match in matches], [m.area_m2 for m in matches], union)
+    calibration = union * _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in matches])
+    notes: tuple[str, ...] = ()
+    whole = [match for match in matches if match.whole]
+    if whole:
+        area, sigma, notes = _combined(whole)
+        # Seen whole, the rest adds its border noise only, unless it is clearly more: then "whole" was mistaken.
+        allowed = APART_SIGMAS * float(np.hypot(sigma, image)) + 0.05 * area
+        if union - area <= allowed:
+            relative = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in whole])
+            union, image, calibration = area, sigma, area * relative
+    offset, offset_sigma, tilt = _offset(matches)
+    return AsBuilt(
+        outline_uv_m=outline, area_m2=union, sigma_calibration_m2=calibration, sigma_image_m2=image,
+        offset_m=offset, offset_sigma_m=offset_sigma, tilt_rad=tilt, notes=notes,
+    )  # fmt: skip
+
+
+def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
+    if earlier is None:
+        return AsBuilt(
+            outline_uv_m=(), area_m2=None, sigma_calibration_m2=0.0, sigma_image_m2=0.0,
+            offset_m=None, offset_sigma_m=None, tilt_rad=None,
+        )  # fmt: skip
+    return AsBuilt(
+        outline_uv_m=earlier.outline_uv_m,
+        area_m2=earlier.as_built_area_m2,
+        sigma_calibration_m2=earlier.as_built_sigma_calibration_m2,
+        sigma_image_m2=earlier.as_built_sigma_image_m2,
+        offset_m=earlier.offset_m,
+        offset_sigma_m=earlier.offset_sigma_m,
+        tilt_rad=earlier.tilt_rad,
+    )
+
+
+def _union_area(outline: Region, matches: Sequence[FaceMatch]) -> float:
+    """Return the union's area, scaled from the design's plane to the measured planes, which it is a projection of."""
+    projected = sum(polygon.area(match.outline_uv_m) for match in matches)
+    own = sum(match.area_m2 for match in matches)
+    return polygon.area(outline) * own / max(projected, 1e-9)
+
+
+def _combined(whole: Sequence[FaceMatch]) -> tuple[float, float, tuple[str, ...]]:
+    areas = np.array([match.area_m2 for match in whole])
+    sigmas = np.maximum([match.area_sigma_image_m2 for match in whole], 1e-4 * areas)
+    weights = 1.0 / sigmas**2
+    mean = float(weights @ areas / weights.sum())
+    apart = np.abs(areas - mean) > APART_SIGMAS * sigmas
+    notes = tuple(
+        f"station {match.station}: {match.area_m2:.3f} m2, over {APART_SIGMAS:.0f} sigma from the mean {mean:.3f} m2"
+        for match, far in zip(whole, apart, strict=True)
+        if far
+    )
+    spread = float(np.sqrt(weights @ (areas - mean) ** 2 / weights.sum())) if notes else 0.0
+    return mean, max(float(weights.sum() ** -0.5), spread), notes
+
+
+def _joint_sigma(sigmas: Sequence[float], areas: Sequence[float], total: float) -> float:
+    return float(np.linalg.norm(sigmas)) * total / max(float(np.sum(areas)), 1e-9)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values))
+
+
+def _offset(matches: Sequence[FaceMatch]) -> tuple[float, float, float | None]:
+    sigmas = np.maximum([match.offset_sigma_m for match in matches], 1e-4)
+    weights = 1.0 / sigmas**2
+    offset = float(weights @ [match.offset_m for match in matches] / weights.sum())
+    tilted = [match for match in matches if match.tilt_rad is not None]
+    tilt = None
+    if tilted:
+        areas = np.array([match.area_m2 for match in tilted])
+        tilt = float(areas @ [match.tilt_rad or 0.0 for match in tilted] / areas.sum())
+    return offset, float(weights.sum() ** -0.5), tilt

@@ -1,0 +1,180 @@
+"""Puts the stations' evidence together: each sample of an element's surface is built, open or unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.cells import CellSamples, cell_samples
+from asbuilt_bim.bim.model import BimElement, DesignFace
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.match.matches import FaceMatch
+from asbuilt_bim.progress.as_built import as_built
+from asbuilt_bim.progress.evidence import StationView, Verdict, judge
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.surface import SurfaceState
+
+OVERLAP_M = 1e-6
+"""Sample boxes are grown by this, so that neighbours join without a crack."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Votes:
+    """Weights (N,) for built and for open of an element's samples, and who decided what (station -> bool (N,))."""
+
+    built: FloatArray
+    open: FloatArray
+    decided_by: dict[str, BoolArray]
+    before: BoolArray  # something stands before it, at one station at least
+
+
+def decide_element(
+    element: BimElement,
+    views: Sequence[StationView],
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    earlier: Sequence[SurfaceState | None],
+    options: ProgressOptions,
+) -> list[SurfaceState]:
+    """Return the state of each face of an element, `earlier` being what earlier visits made of them."""
+    samples = cell_samples(element, options.spacing_m)
+    votes = gather(element, samples, views, by_face, options)
+    return [
+        _face_state(face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], options)
+        for index, face in enumerate(element.faces)
+    ]
+
+
+def gather(
+    element: BimElement,
+    samples: CellSamples,
+    views: Sequence[StationView],
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> Votes:
+    """Ask every station about every sample; a matched outline speaks for its samples where depth doesn't contradict."""
+    count = len(samples.points_m)
+    built, opened, before = np.zeros(count), np.zeros(count), np.zeros(count, dtype=bool)
+    decided_by: dict[str, BoolArray] = {}
+    for view in views:
+        evidence = judge(view, samples.points_m, samples.normals, options)
+        outlined, sigma = _outlined(element, samples, view.pose.station, by_face, options)
+        behind = evidence.verdict == Verdict.BEHIND
+        hidden = evidence.verdict == Verdict.BEFORE
+        there = (evidence.verdict == Verdict.NEAR) | (outlined & ~behind & ~hidden)
+        weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
+        built += np.where(there, weight, 0.0)
+        opened += np.where(behind, weight, 0.0)
+        before |= hidden
+        if np.any(there | behind):
+            decided_by[view.pose.station] = there | behind
+    return Votes(built=built, open=opened, decided_by=decided_by, before=before)
+
+
+def _outlined(
+    element: BimElement,
+    samples: CellSamples,
+    station: str,
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> tuple[BoolArray, FloatArray]:
+    """Say which samples lie in a station's matched outlines, and how well those planes are known (m).
+
+    A surface that stands further before the design than concrete may is formwork or a stack, and speaks for nothing.
+    """
+    inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
+    for index, face in enumerate(element.faces):
+        own = np.flatnonzero(samples.face == index)
+        for match in by_face.get(face.face_id, ()) if len(own) else ():
+            if match.station != station or stands_before(match, options):
+                continue
+            hit = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
+            inside[hit] = True
+            sigma[hit] = np.minimum(sigma[hit], match.offset_sigma_m)
+    return inside, sigma
+
+
+def stands_before(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face stands further before its design face than built concrete may."""
+    return match.offset_m > options.building_tolerance_m + 2.0 * match.offset_sigma_m
+
+
+def _face_state(
+    face: DesignFace,
+    samples: CellSamples,
+    own: BoolArray,
+    votes: Votes,
+    matches: Sequence[FaceMatch],
+    earlier: SurfaceState | None,
+    options: ProgressOptions,
+) -> SurfaceState:
+    was_built = np.zeros(len(own), dtype=bool)
+    if earlier is not None and earlier.built_uv_m and own.any():
+        was_built[own] = polygon.contains(earlier.built_uv_m, samples.uv_m[own])
+    now_built = own & (votes.built > 0.0) & (votes.built >= votes.open)
+    now_open = own & (votes.open > votes.built)
+    built = now_built | (was_built & own)
+    opened = now_open & ~was_built
+    conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | (now_open & was_built))
+    regions = [_region(samples, one, face) for one in (built, opened)]
+    standing = [match for match in matches if not stands_before(match, options)]
+    measured = as_built(standing, earlier)
+    areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
+    built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
+    return SurfaceState(
+        face_id=face.face_id,
+        element=face.element,
+        built_uv_m=regions[0],
+        open_uv_m=regions[1],
+        unknown_uv_m=polygon.difference(face.exposed_uv_m, polygon.union(regions)),
+        outline_uv_m=measured.outline_uv_m,
+        built_area_m2=built_area,
+        open_area_m2=open_area,
+        unknown_area_m2=max(face.exposed_area_m2 - built_area - open_area, 0.0),
+        as_built_area_m2=measured.area_m2,
+        as_built_sigma_calibration_m2=measured.sigma_calibration_m2,
+        as_built_sigma_image_m2=measured.sigma_image_m2,
+        offset_m=measured.offset_m,
+        offset_sigma_m=measured.offset_sigma_m,
+        tilt_rad=measured.tilt_rad,
+        stations={name: value for name, value in areas.items() if value > 0.0},
+        conflict_area_m2=float(samples.area_m2[conflict].sum()),
+        notes=(*measured.notes, *_notes(samples, own, votes, built | opened, now_open & was_built, matches, options)),
+    )
+
+
+def _region(samples: CellSamples, chosen: BoolArray, face: DesignFace) -> Region:
+    if not chosen.any():
+        return polygon.EMPTY
+    half = 0.5 * samples.step_m[chosen] + OVERLAP_M
+    low, high = np.round(samples.uv_m[chosen] - half, 6), np.round(samples.uv_m[chosen] + half, 6)
+    joined = polygon.boxes(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    return polygon.intersection(joined, face.exposed_uv_m)
+
+
+def _notes(
+    samples: CellSamples,
+    own: BoolArray,
+    votes: Votes,
+    decided: BoolArray,
+    undone: BoolArray,
+    matches: Sequence[FaceMatch],
+    options: ProgressOptions,
+) -> list[str]:
+    notes = []
+    hidden = float(samples.area_m2[own & votes.before & ~decided].sum())
+    if hidden >= 0.1:
+        notes.append(f"something stands before {hidden:.1f} m2 of it")
+    gone = float(samples.area_m2[own & undone].sum())
+    if gone >= 0.1:
+        notes.append(f"{gone:.1f} m2 that an earlier visit saw built look open now")
+    for match in matches:
+        if stands_before(match, options):
+            notes.append(
+                f"station {match.station}: a surface stands {match.offset_m * 100:.0f} cm before it and was not "
+                "counted as built"
+            )
+    return notes

@@ -1,0 +1,74 @@
+"""Money: the as-built quantity of each cost line in its own unit, and what it has earned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from asbuilt_bim.bim.model import BimElement, CostLine
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import Completion, CostProgress, ElementProgress
+from asbuilt_bim.progress.rollup import weighted
+
+
+def cost_progress(
+    line: CostLine,
+    design: Mapping[str, BimElement],
+    elements: Mapping[str, ElementProgress],
+    options: ProgressOptions,
+) -> CostProgress:
+    """Return a cost line's progress: completion x planned quantity, in the line's OWN unit, best and lower bound.
+
+    The lower bound is the certificate's: what wasn't seen is not paid. Elements that the line pays for and the model
+    doesn't hold as walls or columns count as unseen, with the mean weight of the others.
+    """
+    known = [key for key in line.elements if key in elements]
+    completion = line_completion(line, [design[key] for key in known], [elements[key] for key in known], options)
+    best = completion.best
+    as_built = None if best is None else best * line.planned_quantity
+    lower = completion.lower * line.planned_quantity
+    return CostProgress(
+        global_id=line.global_id,
+        name=line.name,
+        identification=line.identification,
+        elements=line.elements,
+        unit=line.unit,
+        measure=line.measure,
+        planned_quantity=line.planned_quantity,
+        rate=line.rate,
+        currency=line.currency,
+        completion=completion,
+        as_built_best=as_built,
+        as_built_lower=lower,
+        earned_best=None if as_built is None else as_built * line.rate,
+        earned_lower=lower * line.rate,
+    )
+
+
+def line_completion(
+    line: CostLine, members: Sequence[BimElement], progress: Sequence[ElementProgress], options: ProgressOptions
+) -> Completion:
+    """Return the completion of what a line pays for, weighted by what its measure says."""
+    if not members:
+        return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
+    weights = [_weight(line, element) for element in members]
+    seen = weighted(progress, weights, options)
+    share = len(members) / len(line.elements)  # of the line's elements that can be measured at all
+    if share >= 1.0:
+        return seen
+    coverage = seen.coverage * share
+    return Completion(
+        best=seen.best if coverage >= options.known_from else None,
+        lower=seen.lower * share,
+        upper=seen.upper * share + (1.0 - share),
+        coverage=coverage,
+    )
+
+
+def _weight(line: CostLine, element: BimElement) -> float:
+    if line.measure == "volume":
+        return element.volume_m3
+    if line.measure == "area":
+        return element.exposed_area_m2
+    if line.measure == "length":
+        return element.height_m if element.kind == "column" else element.length_m
+    return 1.0

@@ -1,0 +1,140 @@
+"""What one station's depth says of points of the design's surface: there, seen through, hidden, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.transform import apply, inverse, rotate
+from asbuilt_bim.match.score import point_sigma_m
+from asbuilt_bim.measure.depth_reference import unpack
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.register.pose import PlacedStation, StationPose
+
+RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+"""A sample's own reference pixel and eight round it, in units of the margin."""
+
+FEWEST, DISSENT = 5, 1
+"""Of these nine at least five must be measured, and one of them may differ: a speckle is no edge."""
+
+
+class Verdict(IntEnum):
+    """What a station's depth says of one sample."""
+
+    NOT_FACED = 0  # out of the frame, too far, or turned away
+    NOT_MEASURED = 1
+    NEAR = 2  # the measured surface is there
+    BEHIND = 3  # one sees through where it should be
+    BEFORE = 4  # something stands before it
+    MIXED = 5  # a depth edge runs through here
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationView:
+    """A placed station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels."""
+
+    pose: StationPose
+    camera: RectifiedCamera
+    disparity_px: Float32Array
+    sigma_px: Float32Array
+    scale: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evidence:
+    """Verdicts (N,) uint8 of `Verdict`, and how well each surface point is known along its normal (N,) in metres."""
+
+    verdict: NDArray[np.uint8]
+    sigma_m: FloatArray
+
+
+def view_of(placed: PlacedStation) -> StationView:
+    """Read a placed station's depth reference."""
+    disparity, sigma, scale = unpack(placed.measurement.depth_ref)
+    return StationView(
+        pose=placed.pose, camera=placed.measurement.camera, disparity_px=disparity, sigma_px=sigma, scale=scale
+    )
+
+
+def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options: ProgressOptions) -> Evidence:
+    """Ask a station about world points (N, 3) of design surface with outward normals (N, 3).
+
+    Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one for each pixel
+    of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose.
+    """
+    left_from_world = inverse(view.pose.world_from_left)
+    points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
+    verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
+    sigma = np.full(len(points), np.inf)
+    pixels = view.camera.project(points)
+    asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
+    if len(asked) == 0:
+        return Evidence(verdict=verdict, sigma_m=sigma)
+    pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
+    votes, sigma[asked] = _votes(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+    verdict[asked] = _decided(votes)
+    blurred = (verdict == Verdict.NEAR) & (options.sigmas * sigma > options.max_blur_m)
+    verdict[blurred] = Verdict.NOT_MEASURED
+    return Evidence(verdict=verdict, sigma_m=sigma)
+
+
+def _faced(
+    view: StationView, points: FloatArray, facing: FloatArray, pixels: FloatArray, options: ProgressOptions
+) -> BoolArray:
+    distance = np.linalg.norm(points, axis=1)
+    towards = -np.sum(points * facing, axis=1) / np.maximum(distance, 1e-9)
+    with np.errstate(invalid="ignore"):
+        inside = np.all((pixels >= -0.5) & (pixels < [view.camera.width_px - 0.5, view.camera.height_px - 0.5]), axis=1)
+    turned = towards > np.cos(np.radians(options.max_incidence_deg))
+    faced: BoolArray = inside & turned & (distance < options.max_distance_m)
+    return faced
+
+
+def _votes(
+    view: StationView,
+    points: FloatArray,
+    facing: FloatArray,
+    pixels: FloatArray,
+    pose_sigma: FloatArray,
+    options: ProgressOptions,
+) -> tuple[NDArray[np.uint8], FloatArray]:
+    """Return what each pixel of the ring says (N, 9), and the sigma along the normal (N,) in metres."""
+    height, width = view.disparity_px.shape
+    own = np.floor((pixels + 0.5) / view.scale).astype(int)
+    around = own[:, None, :] + RING * options.margin_px
+    inside = np.all((around >= 0) & (around < [width, height]), axis=-1)
+    column, row = np.clip(around[..., 0], 0, width - 1), np.clip(around[..., 1], 0, height - 1)
+    measured = np.where(inside, view.disparity_px[row, column], np.nan).astype(np.float64)
+    noise = np.hypot(view.sigma_px[row, column], options.rig_sigma_px)
+    rays = view.camera.rays(np.stack([column, row], axis=-1) * float(view.scale) + 0.5 * (view.scale - 1))
+    rays[:, 0] = view.camera.rays(pixels)  # its own pixel is judged at the sample itself
+    along = np.einsum("nki,ni->nk", rays, facing)
+    to_plane = np.sum(points * facing, axis=1)[:, None]
+    power = view.camera.f_px * view.camera.baseline_m
+    predicted = power * along / to_plane  # the tangent plane is linear in disparity
+    with np.errstate(divide="ignore", invalid="ignore"):
+        px_per_m = predicted**2 / (power * np.abs(along))  # of disparity, for a metre along the normal
+        allowed = options.sigmas * np.hypot(noise, pose_sigma[:, None] * px_per_m)
+        allowed += options.building_tolerance_m * px_per_m
+        off = measured - predicted
+        sigma = np.hypot(noise / px_per_m, pose_sigma[:, None])
+    votes = np.full(measured.shape, Verdict.NEAR, dtype=np.uint8)
+    votes[off < -allowed] = Verdict.BEHIND
+    votes[off > allowed] = Verdict.BEFORE
+    votes[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
+    return votes, sigma[:, 0]
+
+
+def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    counts = {kind: np.sum(votes == kind, axis=1) for kind in (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE)}
+    known = sum(counts.values())
+    decided = np.full(len(votes), Verdict.MIXED, dtype=np.uint8)
+    for kind, count in counts.items():
+        decided[(count >= known - DISSENT) & (count >= FEWEST)] = kind
+    decided[known < FEWEST] = Verdict.NOT_MEASURED
+    return decided

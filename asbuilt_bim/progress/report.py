@@ -1,0 +1,216 @@
+"""The result of a visit: one typed value, of which every file is a view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date, datetime
+from typing import Literal
+
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.surface import SurfaceState
+
+State = Literal["complete", "part", "not started", "unknown"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Completion:
+    """Completion in 0..1: best = built / (built + open), None when coverage is under 10 %.
+
+    In `lower` unknown counts as open, in `upper` as built.
+    """
+
+    best: float | None
+    lower: float
+    upper: float
+    coverage: float  # decided cells / all cells
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ElementProgress:
+    """One wall or column after the visit."""
+
+    global_id: str
+    ifc_class: str
+    kind: str
+    name: str
+    storey: str
+    state: State
+    completion: Completion
+    cells_built: float  # volume-weighted cell counts would hide: plain counts of cells
+    cells_open: float
+    cells_unknown: float
+    cells_conflict: float
+    surface_coverage: float  # decided exposed surface / exposed surface
+    design_area_m2: float  # exposed lateral surface
+    design_volume_m3: float
+    built_area_m2: float  # exposed surface seen built
+    as_built_area_m2: float | None  # union of measured outlines over its faces; None where none was measured
+    as_built_sigma_m2: float | None
+    offset_m: float | None  # the largest by amount of its faces
+    offset_sigma_m: float | None
+    tilt_rad: float | None
+    stations: tuple[str, ...]
+    last_seen: date | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupProgress:
+    """A storey, a task or the whole: completion weighted by the elements' exposed design area."""
+
+    key: str  # GlobalId, or "" for the whole
+    name: str
+    elements: tuple[str, ...]
+    completion: Completion
+    complete: int  # numbers of elements by state
+    part: int
+    not_started: int
+    unknown: int
+    design_area_m2: float
+    as_built_area_m2: float
+    as_built_sigma_m2: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskProgress:
+    """A task: its elements' completion and its dates."""
+
+    progress: GroupProgress
+    schedule_start: datetime | None
+    schedule_finish: datetime | None
+    actual_start: date | None  # first visit that saw something built; None where unknown
+    actual_finish: date | None  # only when all its elements are complete
+    late: bool | None  # schedule_finish passed and not complete; None where unknown
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostProgress:
+    """A cost line: as-built quantity = completion x planned quantity, in the line's OWN unit."""
+
+    global_id: str
+    name: str
+    identification: str
+    elements: tuple[str, ...]
+    unit: str
+    measure: str
+    planned_quantity: float
+    rate: float
+    currency: str
+    completion: Completion  # weighted by what the line's measure says: volume, area, length or count of each element
+    as_built_best: float | None
+    as_built_lower: float
+    earned_best: float | None
+    earned_lower: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceRecord:
+    """A measured face as it is kept in the result: what an overlay draws, and what it was matched to."""
+
+    face_id: str
+    label: str
+    kind: Literal["plane", "cylinder"]
+    outline_px: tuple[FloatArray, ...]  # rings in rectified left pixels
+    outline_world_m: tuple[FloatArray, ...]  # rings (N, 3)
+    area_m2: float
+    area_sigma_calibration_m2: float
+    area_sigma_image_m2: float
+    whole: bool
+    cut_by_frame: bool
+    occluded: bool
+    width_m: float
+    height_m: float
+    width_px: float
+    design_faces: tuple[str, ...]  # DesignFace.face_ids, empty when unmatched
+    elements: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationRecord:
+    """One station as it is kept in the result."""
+
+    name: str
+    day: date
+    left_photo: str  # path relative to the project folder
+    right_photo: str
+    left_digest: str
+    right_digest: str
+    f_px: float
+    cx_px: float
+    cy_px: float
+    baseline_m: float
+    width_px: int
+    height_px: int
+    rectified_from_left: FloatArray
+    world_from_left: FloatArray | None  # None where it could not be placed
+    pose_covariance: FloatArray | None
+    pose_residual_px: float | None
+    pose_method: str
+    markers_used: tuple[int, ...]
+    target_left_px: FloatArray | None
+    target_right_px: FloatArray | None
+    target_radius_px: float | None
+    target_depth_m: float | None
+    target_depth_sigma_m: float | None
+    target_range_m: float | None
+    target_diameter_m: float | None
+    faces: tuple[FaceRecord, ...]
+    picture: str  # overlay's base picture, relative to the run folder: "pictures/<station>.jpg", without EXIF
+    seconds: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """What the numbers were made from."""
+
+    program_version: str
+    created: str  # ISO date and time, UTC
+    project_name: str
+    ifc_name: str
+    ifc_digest: str
+    rig_digest: str
+    survey_digest: str
+    options_digest: str
+    networks: dict[str, str]  # name -> digest
+    libraries: dict[str, str]  # name -> version
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DesignFaceRecord:
+    """A design face as it is kept: its frame and exposed polygons.
+
+    `frame_m` rows: origin, u, v; for a cylinder origin, axis, zero.
+    """
+
+    face_id: str
+    element: str
+    kind: Literal["plane", "cylinder"]
+    role: str
+    frame_m: FloatArray  # (3, 3)
+    radius_m: float  # 0 for a plane
+    area_m2: float
+    exposed_area_m2: float
+    exposed_uv_m: tuple[tuple[FloatArray, ...], ...]
+    surface: SurfaceState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ProgressReport:
+    """All that a run found out, for one visit and what earlier ones had decided."""
+
+    project_name: str
+    visit_date: date
+    earlier_visits: tuple[date, ...]
+    elements: tuple[ElementProgress, ...]
+    storeys: tuple[GroupProgress, ...]
+    whole: GroupProgress
+    tasks: tuple[TaskProgress, ...]
+    cost_lines: tuple[CostProgress, ...]
+    faces: tuple[DesignFaceRecord, ...]
+    stations: tuple[StationRecord, ...]
+    rejections: tuple[Rejection, ...]
+    unmatched: tuple[Rejection, ...]
+    unobserved: tuple[str, ...]  # design face ids
+    notes: tuple[str, ...]
+    provenance: Provenance | None = None  # the edge fills it in

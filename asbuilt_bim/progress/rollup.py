@@ -1,0 +1,47 @@
+"""Storeys, tasks and the whole: the elements' completion put together, weighted by what they weigh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from asbuilt_bim.progress.element import completion_of
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import Completion, ElementProgress, GroupProgress
+from asbuilt_bim.progress.surface import SurfaceState
+
+
+def weighted(elements: Sequence[ElementProgress], weights: Sequence[float], options: ProgressOptions) -> Completion:
+    """Return the completion of a group: each element's built, open and unknown shares by its weight."""
+    total = float(sum(weights))
+    built = sum(w * e.completion.lower for e, w in zip(elements, weights, strict=True))
+    opened = sum(w * (1.0 - e.completion.upper) for e, w in zip(elements, weights, strict=True))
+    return completion_of(built, opened, total, options)
+
+
+def group(
+    key: str,
+    name: str,
+    members: Sequence[ElementProgress],
+    surfaces: Mapping[str, Sequence[SurfaceState]],
+    options: ProgressOptions,
+) -> GroupProgress:
+    """Return a group's progress, weighted by the elements' exposed design area; `surfaces` is by GlobalId."""
+    states = [element.state for element in members]
+    measured = [s for e in members for s in surfaces.get(e.global_id, ()) if s.as_built_area_m2 is not None]
+    calibration = sum(surface.as_built_sigma_calibration_m2 for surface in measured)
+    image = float(np.linalg.norm([surface.as_built_sigma_image_m2 for surface in measured])) if measured else 0.0
+    return GroupProgress(
+        key=key,
+        name=name,
+        elements=tuple(element.global_id for element in members),
+        completion=weighted(members, [element.design_area_m2 for element in members], options),
+        complete=states.count("complete"),
+        part=states.count("part"),
+        not_started=states.count("not started"),
+        unknown=states.count("unknown"),
+        design_area_m2=sum(element.design_area_m2 for element in members),
+        as_built_area_m2=sum(surface.as_built_area_m2 or 0.0 for surface in measured),
+        as_built_sigma_m2=float(np.hypot(calibration, image)),
+    )

@@ -1,0 +1,78 @@
+"""The three states of each design face after a visit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from asbuilt_bim.bim.model import BimModel, DesignFace
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.match.matches import FaceMatch, MatchResult
+from asbuilt_bim.progress.evidence import view_of
+from asbuilt_bim.progress.options import ProgressOptions
+
+if TYPE_CHECKING:
+    from asbuilt_bim.progress.history import VisitHistory
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SurfaceState:
+    """Built, open and unknown pieces of one design face's EXPOSED surface: polygons in its (u, v) metres.
+
+    Areas in m2; `stations` maps a station's name to the area (m2) of this face it decided. `as_built_area_m2` is the
+    area of the UNION of all stations' outlines in this face's plane, None where no face was matched.
+    """
+
+    face_id: str
+    element: str
+    built_uv_m: tuple[tuple[FloatArray, ...], ...]
+    open_uv_m: tuple[tuple[FloatArray, ...], ...]
+    unknown_uv_m: tuple[tuple[FloatArray, ...], ...]
+    outline_uv_m: tuple[tuple[FloatArray, ...], ...]  # union of all measured outlines, this visit's and earlier ones'
+    built_area_m2: float
+    open_area_m2: float
+    unknown_area_m2: float
+    as_built_area_m2: float | None
+    as_built_sigma_calibration_m2: float
+    as_built_sigma_image_m2: float
+    offset_m: float | None
+    offset_sigma_m: float | None
+    tilt_rad: float | None
+    stations: dict[str, float]
+    conflict_area_m2: float  # seen built by one station and open by another
+    notes: tuple[str, ...]
+
+
+def classify_surface(
+    matched: MatchResult, design: BimModel, history: VisitHistory, options: ProgressOptions
+) -> tuple[SurfaceState, ...]:
+    """Say of each design face what of its exposed surface is built, what is open, and what nobody knows.
+
+    What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
+    been built since.
+    """
+    from asbuilt_bim.progress.decide import decide_element
+
+    views = [view_of(placed) for placed in matched.stations]
+    by_face: dict[str, list[FaceMatch]] = {}
+    for match in matched.matches:
+        by_face.setdefault(match.design_face, []).append(match)
+    unobserved = set(matched.unobserved)
+    states: list[SurfaceState] = []
+    for element in design.elements:
+        earlier = [history.earlier(element.global_id, face) for face in element.faces]
+        if all(face.face_id in unobserved for face in element.faces) and not any(earlier):
+            states.extend(unseen(face) for face in element.faces)
+            continue
+        states.extend(decide_element(element, views, by_face, earlier, options))
+    return tuple(states)
+
+
+def unseen(face: DesignFace) -> SurfaceState:
+    """Return the state of a face of which nothing is known."""
+    return SurfaceState(
+        face_id=face.face_id, element=face.element, built_uv_m=(), open_uv_m=(), unknown_uv_m=face.exposed_uv_m,
+        outline_uv_m=(), built_area_m2=0.0, open_area_m2=0.0, unknown_area_m2=face.exposed_area_m2,
+        as_built_area_m2=None, as_built_sigma_calibration_m2=0.0, as_built_sigma_image_m2=0.0, offset_m=None,
+        offset_sigma_m=None, tilt_rad=None, stations={}, conflict_area_m2=0.0, notes=(),
+    )  # fmt: skip

@@ -1,0 +1,55 @@
+"""The work schedule's tasks: their elements' completion, and the dates that the visits can vouch for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+
+from asbuilt_bim.bim.model import Task
+from asbuilt_bim.progress.history import VisitHistory
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import ElementProgress, TaskProgress
+from asbuilt_bim.progress.rollup import group
+from asbuilt_bim.progress.surface import SurfaceState
+
+
+def task_progress(
+    task: Task,
+    elements: Mapping[str, ElementProgress],
+    surfaces: Mapping[str, Sequence[SurfaceState]],
+    history: VisitHistory,
+    visit_date: date,
+    options: ProgressOptions,
+) -> TaskProgress:
+    """Return a task's progress. Its start is the first visit that saw something of it built; its finish the first one
+    that found all of its elements complete. A task with elements that aren't measured here is never finished here.
+    """
+    members = [elements[key] for key in task.elements if key in elements]
+    every_known = len(members) == len(task.elements) and bool(members)
+    complete = every_known and all(element.state == "complete" for element in members)
+    return TaskProgress(
+        progress=group(task.global_id, task.name, members, surfaces, options),
+        schedule_start=task.schedule_start,
+        schedule_finish=task.schedule_finish,
+        actual_start=_start(members, history, visit_date),
+        actual_finish=_finish(members, history, visit_date) if complete else None,
+        late=_late(task, members, complete, visit_date),
+    )
+
+
+def _start(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date | None:
+    days = [history.first_built[e.global_id] for e in members if e.global_id in history.first_built]
+    days += [visit_date for e in members if e.cells_built > 0.0]
+    return min(days, default=None)
+
+
+def _finish(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date:
+    return max(history.complete_on.get(element.global_id, visit_date) for element in members)
+
+
+def _late(task: Task, members: Sequence[ElementProgress], complete: bool, visit_date: date) -> bool | None:
+    if task.schedule_finish is None or not members:
+        return None
+    if complete or task.schedule_finish.date() >= visit_date:
+        return False
+    return True if any(element.state in ("part", "not started") for element in members) else None

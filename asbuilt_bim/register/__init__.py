@@ -1,0 +1,1 @@
+"""Where each station stood: world_from_left."""

@@ -1,0 +1,233 @@
+"""The surveyed markers: a table of corners in world metres, checked before a pose is built on it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.errors import Rejection, SurveyError
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.register.pose import SurveyedMarker
+
+CORNERS = ("top-left", "top-right", "bottom-right", "bottom-left")
+"""The corners of a print, in the order of `SurveyedMarker.corners_m`."""
+
+COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
+
+UNIT_MISTAKES = {
+    1000.0: "millimetres",
+    100.0: "centimetres",
+    1.0 / 0.3048: "feet",
+    1.0 / 0.0254: "inches",
+    0.001: "kilometres",
+}
+"""What the side's length says when it is this many times the print's size in metres."""
+
+SHAPE_SHARE = 0.05
+SHAPE_M = 0.010
+"""A print is square: sides and diagonals differ by no more than this, whichever is larger."""
+
+FAR_M = 200.0
+"""A marker further than this from the building is not on its site."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Row:
+    line: int
+    marker_id: int
+    corner: str
+    xyz_m: tuple[float, float, float]
+
+
+def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMarker, ...]:
+    """Read markers from a CSV table `id,corner,x_m,y_m,z_m`; comma, or semicolon with decimal comma or point.
+
+    `size_m` is the side of the printed black square, `sigma_m` each surveyed coordinate's standard deviation.
+
+    Raises:
+        SurveyError: the file can't be read, or a row, a shape or a unit is wrong; all of them are listed.
+    """
+    rows, problems = _rows(path)
+    by_marker: dict[int, dict[str, _Row]] = {}
+    for row in rows:
+        corners = by_marker.setdefault(row.marker_id, {})
+        if row.corner in corners:
+            first = corners[row.corner].line
+            problems.append(f"line {row.line}: marker {row.marker_id} has its {row.corner} corner twice (line {first})")
+        corners.setdefault(row.corner, row)
+    markers = []
+    for marker_id, corners in sorted(by_marker.items()):
+        missing = [name for name in CORNERS if name not in corners]
+        if missing:
+            problems.append(f"marker {marker_id}: {', '.join(missing)} missing")
+            continue
+        xyz = np.array([corners[name].xyz_m for name in CORNERS])
+        fault = _shape_fault(xyz, size_m)
+        if fault:
+            problems.append(f"marker {marker_id}: {fault}")
+        markers.append(SurveyedMarker(marker_id=marker_id, corners_m=frozen(xyz), sigma_m=sigma_m))
+    if not problems and not markers:
+        problems.append("it holds no marker; give four corners for each marker")
+    if problems:
+        raise SurveyError(f"{path}: the survey can't be used:\n" + "\n".join(f"  - {one}" for one in problems))
+    return tuple(markers)
+
+
+def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Rejection, ...]:
+    """Name the markers that lie far from the design's building.
+
+    Raises:
+        SurveyError: most of the markers do; survey and model are in two coordinate systems or units.
+    """
+    vertices = [e.vertices_m for e in design.elements if len(e.vertices_m)]
+    if not vertices or not survey:
+        return ()
+    low = np.min([v.min(axis=0) for v in vertices], axis=0)
+    high = np.max([v.max(axis=0) for v in vertices], axis=0)
+    found = []
+    for marker in survey:
+        middle = marker.corners_m.mean(axis=0)
+        away = float(np.linalg.norm(middle - np.clip(middle, low, high)))
+        if away > FAR_M:
+            found.append((marker, away))
+    if 2 * len(found) > len(survey):
+        marker, away = found[0]
+        raise SurveyError(
+            f"the survey: {len(found)} of {len(survey)} markers lie further than {FAR_M:.0f} m from the building of "
+            f"{design.file_name} (marker {marker.marker_id}: {_metres(away)}; the building spans "
+            f"{_xyz(low)} to {_xyz(high)} m){_offset_hint(survey, low, high)}; give the survey in the IFC's world "
+            "coordinates, in metres (site placement applied, no map conversion)"
+        )
+    return tuple(
+        Rejection(
+            what=f"marker {marker.marker_id}",
+            reason="its surveyed place is far from the building",
+            value=f"{away:.0f} m",
+            limit=f"{FAR_M:.0f} m",
+            remedy="check its row in the survey",
+        )
+        for marker, away in found
+    )
+
+
+def _rows(path: Path) -> tuple[list[_Row], list[str]]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise SurveyError(f"{path}: the survey can't be read: {error.strerror or error}; check the path") from error
+    except UnicodeDecodeError as error:
+        raise SurveyError(f"{path}: the survey is no UTF-8 text; save it as CSV UTF-8") from error
+    head = next((line for line in text.splitlines() if line.strip()), "")
+    delimiter = ";" if ";" in head else "," if "," in head else "\t"
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    rows: list[_Row] = []
+    problems: list[str] = []
+    header: list[str] | None = None
+    for fields in reader:
+        cells = [field.strip() for field in fields]
+        if not any(cells) or cells[0].startswith("#"):
+            continue
+        if header is None:
+            header = [cell.lower() for cell in cells]
+            _check_header(header, path)
+            continue
+        row = _row(dict(zip(header, cells, strict=False)), reader.line_num, delimiter == ";")
+        if isinstance(row, _Row):
+            rows.append(row)
+        else:
+            problems.append(row)
+    return rows, problems
+
+
+def _check_header(header: list[str], path: Path) -> None:
+    missing = [name for name in COLUMNS if name not in header]
+    if missing:
+        raise SurveyError(
+            f"{path}: the survey's first line lacks {', '.join(missing)}; it must be `{','.join(COLUMNS)}`, "
+            f"and is `{','.join(header)}`"
+        )
+
+
+def _row(cells: dict[str, str], line: int, decimal_comma: bool) -> _Row | str:
+    faults = []
+    marker_id = cells.get("id", "")
+    if not (marker_id.isascii() and marker_id.isdigit()):
+        faults.append(f"id {marker_id!r} is no whole number")
+    corner = cells.get("corner", "").lower().replace("_", "-").replace(" ", "-")
+    if corner not in CORNERS:
+        faults.append(f"unknown corner {cells.get('corner', '')!r} (it is one of {', '.join(CORNERS)})")
+    numbers = []
+    for name in COLUMNS[2:]:
+        text = cells.get(name, "")
+        value = _number(text.replace(",", ".") if decimal_comma else text)
+        if value is None:
+            faults.append(f"{name} {text!r} is no number")
+        else:
+            numbers.append(value)
+    if faults:
+        return f"line {line}: " + "; ".join(faults)
+    return _Row(line=line, marker_id=int(marker_id), corner=corner, xyz_m=(numbers[0], numbers[1], numbers[2]))
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if np.isfinite(value) else None
+
+
+def _shape_fault(xyz: FloatArray, size_m: float) -> str:
+    sides = np.linalg.norm(np.roll(xyz, -1, axis=0) - xyz, axis=1)
+    side = float(np.mean(sides))
+    if side <= 0.0:
+        return "its corners lie in one place"
+    for factor, unit in UNIT_MISTAKES.items():
+        if abs(side / (size_m * factor) - 1.0) < SHAPE_SHARE:
+            return (
+                f"its side is {side:g} m where the print is {size_m:g} m: the survey looks like {unit}; "
+                "give it in metres"
+            )
+    allowed = max(SHAPE_SHARE * side, SHAPE_M)
+    diagonals = np.linalg.norm(xyz[2:] - xyz[:2], axis=1) / np.sqrt(2.0)
+    worst = float(np.max(np.abs(np.concatenate([sides, diagonals]) - side)))
+    if worst > allowed:
+        return (
+            f"its corners are no square in the order {', '.join(CORNERS)}: sides {_list(sides)} m, "
+            f"off by {worst:.3f} m (limit {allowed:.3f} m)"
+        )
+    normal = np.cross(xyz[2] - xyz[0], xyz[3] - xyz[1])
+    warp = float(abs((xyz[1] - xyz[0]) @ normal) / np.linalg.norm(normal))
+    if warp > allowed:
+        return f"its corners lie in no plane: {warp:.3f} m off (limit {allowed:.3f} m)"
+    if abs(side - size_m) > max(SHAPE_SHARE * size_m, SHAPE_M):
+        return f"its side is {side:.3f} m where the print is {size_m:.3f} m; check markers.size_m, or the survey"
+    return ""
+
+
+def _offset_hint(survey: Sequence[SurveyedMarker], low: FloatArray, high: FloatArray) -> str:
+    middle = np.mean([m.corners_m.mean(axis=0) for m in survey], axis=0)
+    target = 0.5 * (low + high)
+    for factor, unit in UNIT_MISTAKES.items():
+        scaled = middle / factor
+        if np.all(np.abs(scaled - target) < FAR_M) and not np.all(np.abs(middle - target) < FAR_M):
+            return f"; the numbers look like {unit}"
+    return ""
+
+
+def _list(values: Iterable[float]) -> str:
+    return ", ".join(f"{value:.3f}" for value in values)
+
+
+def _xyz(point: FloatArray) -> str:
+    return "(" + ", ".join(f"{value:.1f}" for value in point) + ")"
+
+
+def _metres(value: float) -> str:
+    return f"{value:.0f} m" if value < 10_000 else f"{value / 1000:.0f} km"

@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.measure.depth_reference import DepthReference
+from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.register.control_points import ControlPoint
+from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.placement import given_pose, register
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.solve import project_both
+from asbuilt_bim.vision.markers import MarkerSighting
+from tests.register.test_solve import PLACES, camera, looking_north, marker_corners
+
+MORE = (*PLACES, (-0.3, 0.5, 3.6), (1.8, -0.2, 5.5))
+
+
+def site(count: int, seed: int = 0) -> tuple[StationMeasurement, list[SurveyedMarker]]:
+    rng = np.random.default_rng(seed)
+    pose = looking_north()
+    markers, survey = [], []
+    for index, place in enumerate(MORE[:count]):
+        corners = marker_corners(pose, *place)
+        pixels = project_both(camera(), pose, corners)[0] + rng.normal(0, 0.1, (4, 4))
+        survey.append(
+            SurveyedMarker(marker_id=index, corners_m=frozen(corners + rng.normal(0, 0.001, (4, 3))), sigma_m=0.002)
+        )
+        markers.append(
+            MarkerSighting(marker_id=index, left_px=frozen(pixels[:, :2]), right_px=frozen(pixels[:, 2:]), sigma_px=0.1)
+        )
+    station = StationMeasurement(
+        station="A1", camera=camera(), faces=(), target=None, markers=tuple(markers),
+        depth_ref=DepthReference(png=b"", sigma_png=b"", scale=2), vertical=None, rejections=(), seconds={},
+        left_digest="", right_digest="", thumbnail_jpeg=b"",
+    )  # fmt: skip
+    return station, survey
+
+
+def test_markers_place_the_station_within_a_few_millimetres() -> None:
+    station, survey = site(3)
+    placement = register((station,), survey, RegisterOptions())
+    assert placement.rejections == ()
+    pose = placement.stations[0].pose
+    assert np.linalg.norm(pose.world_from_left[:3, 3] - looking_north()[:3, 3]) < 0.01
+    assert pose.markers_used == (0, 1, 2)
+    assert pose.residual_px < 0.6
+
+
+def test_two_markers_are_enough_and_one_is_too_few() -> None:
+    assert len(register((site(2)[0],), site(2)[1], RegisterOptions()).stations) == 1
+    placement = register((site(1)[0],), site(1)[1], RegisterOptions())
+    assert placement.stations == ()
+    assert "too few surveyed markers" in str(placement.rejections[0])
+    assert "1, limit at least 2" in str(placement.rejections[0])
+
+
+def test_a_wrongly_surveyed_marker_is_named_and_the_station_kept() -> None:
+    station, survey = site(4)
+    true = register((station,), survey, RegisterOptions()).stations[0].pose
+    survey[2] = replace(survey[2], corners_m=frozen(survey[2].corners_m + np.array([0.06, 0.0, 0.0])))
+    placement = register((station,), survey, RegisterOptions())
+    assert [r.what for r in placement.rejections] == ["station A1, marker 2"]
+    assert placement.stations[0].pose.markers_used == (0, 1, 3)
+    moved = placement.stations[0].pose.world_from_left[:3, 3] - true.world_from_left[:3, 3]
+    assert np.linalg.norm(moved) < 0.01
+
+
+def test_a_marker_surveyed_with_its_corners_turned_is_named() -> None:
+    station, survey = site(3)
+    survey[1] = replace(survey[1], corners_m=frozen(np.roll(survey[1].corners_m, 1, axis=0)))
+    placement = register((station,), survey, RegisterOptions())
+    assert [r.what for r in placement.rejections] == ["station A1, marker 1"]
+    assert len(placement.stations) == 1
+
+
+def test_two_markers_that_contradict_each_other_refuse_the_station() -> None:
+    station, survey = site(2)
+    survey[1] = replace(survey[1], corners_m=frozen(survey[1].corners_m + np.array([0.0, 0.0, 0.3])))
+    placement = register((station,), survey, RegisterOptions())
+    assert placement.stations == ()
+    assert "agree" in placement.rejections[0].reason
+
+
+def test_a_mirrored_survey_is_refused() -> None:
+    station, survey = site(3)
+    mirrored = [replace(m, corners_m=frozen(m.corners_m * [1.0, -1.0, 1.0])) for m in survey]
+    placement = register((station,), mirrored, RegisterOptions())
+    assert placement.stations == ()
+    assert "handedness" in placement.rejections[0].remedy
+
+
+def test_an_id_that_the_survey_lacks_is_named_and_the_station_kept() -> None:
+    station, survey = site(3)
+    placement = register((station,), survey[:2], RegisterOptions())
+    assert len(placement.stations) == 1
+    assert "the survey has no such marker" in str(placement.rejections[0])
+
+
+def test_markers_close_together_and_far_away_are_too_uncertain() -> None:
+    pose = looking_north()
+    station, survey = site(2)
+    markers = []
+    for index, x in enumerate((5.0, 5.3)):
+        corners = marker_corners(pose, x, 0.0, 14.0, size=0.1)
+        pixels = project_both(camera(), pose, corners)[0]
+        markers.append(MarkerSighting(marker_id=index, left_px=pixels[:, :2], right_px=None, sigma_px=0.5))
+        survey[index] = SurveyedMarker(marker_id=index, corners_m=frozen(corners), sigma_m=0.005)
+    placement = register((replace(station, markers=tuple(markers)),), survey, RegisterOptions())
+    assert placement.stations == ()
+    assert "too uncertain" in placement.rejections[0].reason
+
+
+def test_a_given_pose_is_taken_as_it_is() -> None:
+    station, survey = site(1)
+    given = given_pose("A1", looking_north(), 0.001, 0.01)
+    placement = register((station,), survey, RegisterOptions(), given={"A1": given})
+    assert placement.stations[0].pose is given
+    assert placement.rejections == ()
+
+
+def test_control_points_place_the_station_and_a_wrong_click_is_named() -> None:
+    station, _ = site(1)
+    pose = looking_north()
+    local = np.array(
+        [[-2, -1, 6], [2, -1.2, 5], [1.5, 1, 7], [-1.5, 1.1, 4], [0.2, -0.9, 8], [0.5, 0.6, 5], [-0.7, 0.1, 9.0]]
+    )
+    world = local @ pose[:3, :3].T + pose[:3, 3]
+    pixels = project_both(camera(), pose, world)[0][:, :2]
+    pixels[4] += [25.0, 0.0]
+    points = [
+        ControlPoint(name=f"P{i}", world_m=w, left_px=p) for i, (w, p) in enumerate(zip(world, pixels, strict=True))
+    ]
+    placement = register((station,), (), RegisterOptions(), control_points={"A1": points})
+    assert placement.stations[0].pose.method == "control_points"
+    assert [r.what for r in placement.rejections] == ["station A1, control point P4"]

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.errors import SurveyError
+from asbuilt_bim.register.survey import CORNERS, read_survey
+
+SQUARE = np.array([[0.0, 0.0, 1.28], [0.28, 0.0, 1.28], [0.28, 0.0, 1.0], [0.0, 0.0, 1.0]])
+
+
+def table(markers: dict[int, np.ndarray]) -> str:
+    lines = ["id,corner,x_m,y_m,z_m"]
+    for marker_id, corners in markers.items():
+        lines += [f"{marker_id},{name},{x},{y},{z}" for name, (x, y, z) in zip(CORNERS, corners, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def read(tmp_path: Path, text: str, encoding: str = "utf-8") -> tuple[object, ...]:
+    path = tmp_path / "markers.csv"
+    path.write_text(text, encoding=encoding)
+    return read_survey(path, 0.28, 0.002)
+
+
+def test_markers_are_read_in_the_print_s_corner_order(tmp_path: Path) -> None:
+    lines = table({7: SQUARE}).splitlines()
+    markers = read(tmp_path, "\n".join([lines[0], *reversed(lines[1:])]))
+    np.testing.assert_allclose(markers[0].corners_m, SQUARE)  # type: ignore[attr-defined]
+    assert markers[0].marker_id == 7 and markers[0].sigma_m == 0.002  # type: ignore[attr-defined]
+
+
+def test_a_german_export_with_semicolons_decimal_commas_and_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    text = table({7: SQUARE}).replace(",", ";").replace(".", ",")
+    markers = read(tmp_path, text, "utf-8-sig")
+    np.testing.assert_allclose(markers[0].corners_m, SQUARE)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres"), (1 / 0.3048, "feet"), (1 / 0.0254, "inches")]
+)
+def test_a_unit_mistake_is_named(tmp_path: Path, factor: float, unit: str) -> None:
+    with pytest.raises(SurveyError, match=unit):
+        read(tmp_path, table({7: SQUARE * factor}))
+
+
+def test_every_bad_row_is_listed_in_one_answer(tmp_path: Path) -> None:
+    text = table({7: SQUARE, 8: SQUARE + 2.0}) + "9,middle,1,2,3\n7,top-left,0,0,1.28\n10,top-left,abc,0,0\n"
+    with pytest.raises(SurveyError) as caught:
+        read(tmp_path, text)
+    message = str(caught.value)
+    for part in (
+        "line 10: unknown corner 'middle'",
+        "line 11: marker 7 has its top-left corner twice",
+        "line 12: x_m 'abc' is no number",
+    ):
+        assert part in message
+
+
+def test_missing_corners_are_named(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match="marker 7: bottom-left missing"):
+        read(tmp_path, "\n".join(table({7: SQUARE}).splitlines()[:-1]))
+
+
+def test_corners_in_the_wrong_order_are_no_square(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match="no square"):
+        read(tmp_path, table({7: SQUARE[[0, 2, 1, 3]]}))
+
+
+def test_a_print_of_another_size_than_told_is_named(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match=r"side is 0\.200 m where the print is 0\.280 m"):
+        read(tmp_path, table({7: SQUARE * (0.2 / 0.28)}))
+
+
+def test_a_survey_that_is_missing_or_has_no_header_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match="can't be read"):
+        read_survey(tmp_path / "none.csv", 0.28, 0.002)
+    with pytest.raises(SurveyError, match="first line lacks"):
+        read(tmp_path, "1,top-left,0,0,0\n")
