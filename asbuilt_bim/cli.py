@@ -1,0 +1,132 @@
+"""The command line: thin, friendly, and never a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import click
+
+from asbuilt_bim.terminal.screen import Screen
+from asbuilt_bim.version import __version__
+
+FAILED = 1
+_FILE = click.Path(path_type=Path)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="asbuilt-bim")
+@click.option("--debug", is_flag=True, help="Show where in the program an unexpected error arose.")
+@click.pass_context
+def app(context: click.Context, debug: bool) -> None:
+    """Know from photographs what has been built: as-built areas and progress of concrete walls and columns.
+
+    Exit codes: 0 a result was written (stations that were left out are named), 1 it failed and says why,
+    2 the command line is wrong, 3 with --strict: a result was written, but a station was left out.
+    """
+    context.obj = debug
+
+
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where the results go.")
+@click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
+@click.option("--visit", type=click.DateTime(["%Y-%m-%d"]), default=None, help="The state as of this visit.")
+@click.option("--strict", is_flag=True, help="Exit with 3 where a station was left out.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.option("--scheduler", default="", metavar="tcp://HOST:PORT", help="Measure on a Dask cluster.")
+@click.option("--no-cache", is_flag=True, help="Measure every station again.")
+@click.option("--quiet", is_flag=True, help="Say only what was left out and what went wrong.")
+@click.pass_context
+def run(context: click.Context, /, **options: Any) -> None:
+    """Measure the stations of PROJECT.yaml and report what has been built."""
+    asked = options.pop("visit")
+    screen = Screen(quiet=options["quiet"])
+
+    def action() -> int:
+        from asbuilt_bim.terminal.commands import RunRequest, run_command
+
+        request = RunRequest(until=asked.date() if asked else None, **options)
+        return run_command(request, screen, datetime.now(UTC))
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("folder", type=_FILE)
+@click.option("--ifc", type=_FILE, default=None, help="The IFC file, where it has been moved since the run.")
+@click.pass_context
+def report(context: click.Context, folder: Path, ifc: Path | None) -> None:
+    """Make every output in FOLDER again, from its result.json and the IFC file alone."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.commands import report_command
+
+        return report_command(folder, ifc, screen, datetime.now(UTC))
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option("--out", type=_FILE, required=True, metavar="RIG.yaml", help="The rig file to write.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.pass_context
+def calibrate(context: click.Context, project: Path, out: Path, allow_outside: bool) -> None:
+    """Calibrate the rig from the board photos of PROJECT.yaml."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.commands import calibrate_command
+
+        return calibrate_command(project, out, allow_outside, screen)
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("file", type=_FILE, metavar="FILE.ifc")
+@click.pass_context
+def inspect(context: click.Context, file: Path) -> None:
+    """Show what the program understands of an IFC file."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.commands import inspect_command
+
+        return inspect_command(file, screen)
+
+    _guarded(context, screen, action)
+
+
+def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -> None:
+    """Run an action (it imports what it needs: `--help` stays quick); what goes wrong is a message and an exit code."""
+    from asbuilt_bim.errors import AsBuiltError
+    from asbuilt_bim.terminal.crash import write_crash_log
+
+    try:
+        code = action()
+    except AsBuiltError as problem:
+        screen.error(str(problem))
+        code = FAILED
+    except KeyboardInterrupt:
+        screen.error("stopped; nothing of this run was kept, the earlier result stands")
+        code = FAILED
+    except BrokenPipeError:  # the reader of our output went away
+        code = FAILED
+    except Exception as problem:
+        if context.find_root().obj:
+            raise
+        log = write_crash_log(problem)
+        where = f"; the details are in {log}" if log else "; run again with --debug to see where"
+        screen.error(f"asbuilt-bim failed, and the fault is its own: {type(problem).__name__}: {problem}{where}")
+        code = FAILED
+    context.exit(code)
+
+
+def main() -> None:
+    """Run the command line; the entry point of `asbuilt-bim`."""
+    app(prog_name="asbuilt-bim")

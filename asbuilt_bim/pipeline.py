@@ -1,0 +1,123 @@
+"""The whole flow on one screen: photos and an IFC file in, one report a visit out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import date
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.camera.calibrate import Calibration
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.match.adjust import adjust_with_design
+from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.options import Options
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.summary import summarise
+from asbuilt_bim.progress.surface import classify_surface
+from asbuilt_bim.project import Project, Visit
+from asbuilt_bim.register.placement import register
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.survey import check_survey, read_survey
+from asbuilt_bim.rig_source import rig_of
+from asbuilt_bim.stations import Progress, Workplace, measure_visit, picture_name
+from asbuilt_bim.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunResult:
+    """What a run found: a report a visit, and the pictures (JPEG without EXIF) that the reports name."""
+
+    rig: StereoRig
+    calibration: Calibration | None  # None where the rig was read from a file
+    design: BimModel
+    reports: tuple[ProgressReport, ...]  # in the order of the visits; the last one is THE result
+    pictures: dict[str, bytes]
+    seconds: dict[str, float]  # by step of the whole run
+    from_cache: int  # stations that had been measured before
+
+
+def monitor(
+    measured: Sequence[StationMeasurement],
+    rejections: Sequence[Rejection],
+    survey: tuple[SurveyedMarker, ...],
+    design: BimModel,
+    history: VisitHistory,
+    day: date,
+    options: Options,
+) -> ProgressReport:
+    """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals."""
+    placement = register(tuple(measured), survey, options.register)
+    matched = match_faces(placement, design, options.match)
+    adjusted = adjust_with_design(matched, design, options.match)
+    surfaces = classify_surface(adjusted, design, history, options.progress)
+    placed = {station.measurement.station for station in placement.stations}
+    return summarise(
+        surfaces,
+        adjusted,
+        design,
+        history,
+        day,
+        rejections=(*rejections, *placement.rejections),
+        options=options.progress,
+        unplaced=[station for station in measured if station.station not in placed],
+    )
+
+
+def run_project(project: Project, place: Workplace, progress: Progress) -> RunResult:
+    """Run every visit of a project in the order of dates, each with the history of those before.
+
+    A bad station is a rejection in its visit's report; a visit without one good station still gives a report, in
+    which everything is as the visits before left it.
+
+    Raises:
+        AsBuiltError: the IFC, the rig, the boards or the survey can't be used.
+    """
+    watch = Stopwatch()
+    with watch.step("read the IFC"):
+        design = read_design(project.ifc, project.scope)
+        survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+        stray = check_survey(survey, design)
+    with watch.step("rig"):
+        rig, calibration = rig_of(project, place.cache, progress)
+    history, known = EMPTY_HISTORY, 0
+    reports: list[ProgressReport] = []
+    pictures: dict[str, bytes] = {}
+    for visit in project.visits:
+        with watch.step("measure"):
+            seen = measure_visit(visit, project, rig, place, progress)
+        with watch.step("register, match, judge"):
+            rejections = (*stray, *seen.rejections)
+            report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
+            history = remember(history, report)
+        reports.append(_named(report, project, visit))
+        pictures.update({picture_name(visit.date, name): picture for name, picture in seen.pictures.items()})
+        known += seen.from_cache
+    return RunResult(
+        rig=rig,
+        calibration=calibration,
+        design=design,
+        reports=tuple(reports),
+        pictures=pictures,
+        seconds=watch.seconds,
+        from_cache=known,
+    )
+
+
+def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:
+    """Return a report with the project's name and the stations' photo paths, which pure code doesn't know."""
+    photos = {station.name: station for station in visit.stations}
+    stations = tuple(
+        replace(
+            record,
+            left_photo=project.relative(photos[record.name].left),
+            right_photo=project.relative(photos[record.name].right),
+            picture=picture_name(visit.date, record.name),
+        )
+        for record in report.stations
+    )
+    return replace(report, project_name=project.name, stations=stations)

@@ -1,0 +1,164 @@
+"""The project: what the user wrote in its YAML file, checked, with every path made real."""
+
+from __future__ import annotations
+
+import unicodedata
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.options import Options
+from asbuilt_bim.project_file import BoardsFile, MarkersFile, ProjectFile, TargetFile, VisitFile
+from asbuilt_bim.project_paths import PathChecker, safe_name
+from asbuilt_bim.strict_yaml import read_yaml
+from asbuilt_bim.structure import Problem, Problems, structure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Station:
+    """One photo pair of a visit. The photos may be missing: that rejects the station, not the project."""
+
+    name: str
+    left: Path
+    right: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Visit:
+    """The stations of one date, in the file's order."""
+
+    date: date
+    stations: tuple[Station, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigSource:
+    """Where the rig comes from: `file`, or photos of `boards` in pairs (left, right)."""
+
+    file: Path | None
+    boards: BoardsFile | None
+    pairs: tuple[tuple[Path, Path], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Project:
+    """A checked project: every path absolute, visits in the order of their dates."""
+
+    path: Path  # of the project file
+    name: str
+    ifc: Path
+    scope: str | None
+    rig: RigSource
+    target: TargetFile
+    markers: MarkersFile
+    survey: Path
+    visits: tuple[Visit, ...]
+    options: Options
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder that relative paths start from."""
+        return self.path.parent
+
+    @property
+    def sources(self) -> tuple[Path, ...]:
+        """Return every file that the project reads; none of them is ever written."""
+        photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
+        boards = [p for pair in self.rig.pairs for p in pair]
+        rig = [self.rig.file] if self.rig.file else []
+        return (self.path, self.ifc, self.survey, *rig, *boards, *photos)
+
+    def relative(self, path: Path) -> str:
+        """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
+        try:
+            return path.relative_to(self.folder).as_posix()
+        except ValueError:
+            return path.name
+
+
+def read_project(path: Path, *, allow_outside: bool = False) -> Project:
+    """Read and check a project file; paths that leave its folder need `allow_outside`.
+
+    Raises:
+        ProjectError: with EVERY mistake: where, what was expected, what is there.
+    """
+    path = path.absolute()
+    document = read_yaml(path)
+    problems = Problems()
+    written: ProjectFile | None = structure(document.value, ProjectFile, problems)
+    if written is None or problems.found:
+        raise ProjectError(_message(path, problems.found, document.lines))
+    checker = PathChecker(folder=path.parent, allow_outside=allow_outside, problems=problems)
+    project = _resolve(path, written, checker)
+    if problems.found:
+        raise ProjectError(_message(path, problems.found, document.lines))
+    return project
+
+
+def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
+    boards = written.rig.boards
+    rig = RigSource(
+        file=checker.file(written.rig.file, "rig.file") if written.rig.file else None,
+        boards=boards,
+        pairs=checker.pairs(boards.left, boards.right, "rig.boards") if boards else (),
+    )
+    visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(written.visits)]
+    _check_dates(written.visits, checker.problems)
+    return Project(
+        path=path,
+        name=written.name,
+        ifc=checker.file(written.ifc, "ifc"),
+        scope=written.scope,
+        rig=rig,
+        target=written.target,
+        markers=written.markers,
+        survey=checker.file(written.markers.survey, "markers.survey"),
+        visits=tuple(sorted(visits, key=lambda visit: visit.date)),
+        options=written.options,
+    )
+
+
+def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
+    seen: dict[str, str] = {}
+    stations = []
+    if not visit.stations:
+        checker.problems.add(f"{where}.stations", "is empty: a visit has at least one station")
+    for index, station in enumerate(visit.stations):
+        at = f"{where}.stations[{index}]"
+        if reason := safe_name(station.name):
+            checker.problems.add(f"{at}.name", reason)
+        key = unicodedata.normalize("NFC", station.name).casefold()
+        if key in seen:
+            checker.problems.add(f"{at}.name", f"'{station.name}' is the name of {seen[key]} too; names are unique")
+        seen.setdefault(key, at)
+        left, right = checker.file(station.left, f"{at}.left"), checker.file(station.right, f"{at}.right")
+        if left == right:
+            checker.problems.add(f"{at}.right", f"is the same file as left ({station.left})")
+        stations.append(Station(name=station.name, left=left, right=right))
+    return Visit(date=visit.date, stations=tuple(stations))
+
+
+def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:
+    if not visits:
+        problems.add("visits", "is empty: a project has at least one visit")
+    seen: dict[date, int] = {}
+    for index, visit in enumerate(visits):
+        if visit.date in seen:
+            problems.add(f"visits[{index}].date", f"{visit.date} is the date of visits[{seen[visit.date]}] too")
+        seen.setdefault(visit.date, index)
+
+
+def _message(path: Path, found: list[Problem], lines: dict[str, int]) -> str:
+    count = "one mistake" if len(found) == 1 else f"{len(found)} mistakes"
+    rows = [f"{path}: {count}; nothing was run:"]
+    for problem in sorted(found, key=lambda p: _line(p.path, lines)):
+        rows.append(f"  line {_line(problem.path, lines)}: {problem.path or 'the file'}: {problem.text}")
+    return "\n".join(rows)
+
+
+def _line(where: str, lines: dict[str, int]) -> int:
+    while where and where not in lines:  # a missing key has no line: its parent's
+        cut = max(where.rfind("."), where.rfind("["))
+        where = where[:cut] if cut > 0 else ""
+    return lines.get(where, 1)

@@ -1,0 +1,108 @@
+"""What may stand in a project file, key by key; `project.py` makes paths and photos of it.
+
+The names here are the keys of the file and of `schemas/project-1.json`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import date
+from typing import Annotated, Literal
+
+from asbuilt_bim.options import Options
+from asbuilt_bim.structure import Within
+
+_MM = "a length in millimetres? metres are wanted here"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardsFile:
+    """`rig.boards`: photos of a calibration board, and what the board is."""
+
+    kind: Literal["charuco", "chessboard"]
+    columns: Annotated[int, Within(low=3, high=60)]  # charuco: squares; chessboard: inner corners
+    rows: Annotated[int, Within(low=3, high=60)]
+    square_m: Annotated[float, Within(low=0.002, high=1.0, unit="m", hint=_MM)]
+    left: str  # a pattern with one or more *
+    right: str
+    marker_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
+    dictionary: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check what only two keys together can say.
+
+        Raises:
+            ValueError: a charuco board lacks its markers, or a marker is larger than its square.
+        """
+        if self.kind == "charuco" and (self.marker_m is None or self.dictionary is None):
+            raise ValueError("a charuco board needs marker_m and dictionary (such as DICT_5X5_100)")
+        if self.marker_m is not None and self.marker_m >= self.square_m:
+            raise ValueError(f"marker_m {self.marker_m:g} m must be smaller than square_m {self.square_m:g} m")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigFile:
+    """`rig`: a rig file, or photos of boards to make one from; one of the two."""
+
+    file: str | None = None
+    boards: BoardsFile | None = None
+
+    def __post_init__(self) -> None:
+        """Check that there is one source of the rig.
+
+        Raises:
+            ValueError: none or both are given.
+        """
+        if (self.file is None) == (self.boards is None):
+            raise ValueError("needs either file (a rig.yaml) or boards (photos of a calibration board), one of the two")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetFile:
+    """`target`: the red disc."""
+
+    diameter_m: Annotated[float, Within(low=0.05, high=2.0, unit="m", hint=_MM)] | None = None
+    required: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkersFile:
+    """`markers`: the AprilTags and their survey."""
+
+    survey: str
+    size_m: Annotated[float, Within(low=0.02, high=3.0, unit="m", hint=_MM)]
+    family: Literal["apriltag_36h11", "apriltag_36h10", "apriltag_25h9", "apriltag_16h5"] = "apriltag_36h11"
+    sigma_m: Annotated[float, Within(low=0.0001, high=0.1, unit="m", hint=_MM)] = 0.003
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationFile:
+    """One of `visits[].stations`."""
+
+    name: str
+    left: str
+    right: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VisitFile:
+    """One of `visits`."""
+
+    date: date
+    stations: tuple[StationFile, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProjectFile:
+    """The whole project file, as it was written."""
+
+    format: Literal["asbuilt-bim/project"]
+    version: Literal[1]
+    name: str
+    ifc: str
+    rig: RigFile
+    markers: MarkersFile
+    visits: tuple[VisitFile, ...]
+    target: TargetFile = field(default_factory=TargetFile)
+    options: Options = field(default_factory=Options)
+    scope: str | None = None

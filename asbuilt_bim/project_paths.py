@@ -1,0 +1,103 @@
+"""Paths and names out of a project file: kept inside its folder, and safe to make files of."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from asbuilt_bim.structure import Problems
+
+_RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in "123456789")}
+_FORBIDDEN = re.compile(r'[\\/:*?"<>|\x00-\x1f\x7f]')
+MAX_NAME = 64
+"""A station's name becomes part of file names; longer ones meet Windows' 260 characters."""
+
+
+def safe_name(name: str) -> str:
+    """Return why a name can't be part of a file name, on any system, or "" where it can."""
+    if len(name) > MAX_NAME:
+        return f"is longer than {MAX_NAME} characters"
+    if bad := _FORBIDDEN.search(name):
+        return f"'{name}' holds {bad.group()!r}, which file names can't; use letters, digits, - and _"
+    if name != name.strip() or name.startswith(".") or name.endswith("."):
+        return f"'{name}' starts or ends with a space or a dot, which file names can't"
+    if any(unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Cn") for c in name):
+        return "holds a character that can't be seen"
+    if name.split(".")[0].upper() in _RESERVED:
+        return f"'{name}' is a name that Windows keeps for itself"
+    return ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathChecker:
+    """Makes absolute paths of the file's texts; what leaves `folder` is a problem unless `allow_outside`."""
+
+    folder: Path
+    allow_outside: bool
+    problems: Problems
+
+    def file(self, text: str, where: str) -> Path:
+        """Return the absolute path of `text`, whether or not the file is there."""
+        path = self._join(text, where)
+        self._inside(path, where, text)
+        return path
+
+    def pairs(self, left: str, right: str, where: str) -> tuple[tuple[Path, Path], ...]:
+        """Return the files of two patterns, paired by what stands for their `*`; each must have its partner."""
+        lefts, rights = self._matches(left, f"{where}.left"), self._matches(right, f"{where}.right")
+        if lefts and rights:
+            self._name_alone(lefts, rights, f"{where}.left", "right")
+            self._name_alone(rights, lefts, f"{where}.right", "left")
+        return tuple((lefts[key], rights[key]) for key in sorted(lefts.keys() & rights.keys()))
+
+    def _name_alone(self, ones: dict[str, Path], others: dict[str, Path], where: str, side: str) -> None:
+        alone = [ones[key].name for key in sorted(ones.keys() - others.keys())]
+        if alone:
+            names = ", ".join(alone[:5]) + (f" and {len(alone) - 5} more" if len(alone) > 5 else "")
+            self.problems.add(
+                where, f"{names}: no {side} photo of that name ({len(ones)} here, {len(others)} {side}); add or remove"
+            )
+
+    def _matches(self, pattern: str, where: str) -> dict[str, Path]:
+        plain = pattern.replace("\\", "/")
+        fixed = PurePosixPath(*[p for p in PurePosixPath(plain).parts[:-1] if "*" not in p])
+        if not self._inside(self._join(str(fixed), where), where, pattern):
+            return {}
+        name = PurePosixPath(plain).name
+        base = self._join(str(PurePosixPath(plain).parent), where)
+        if "*" in str(base) or "**" in name:
+            self.problems.add(where, f"'{pattern}': only the file's name may hold a *")
+            return {}
+        key = re.compile("(.*)".join(re.escape(part) for part in name.split("*")), re.IGNORECASE)
+        files = sorted(base.iterdir()) if base.is_dir() else []
+        found = {m.groups(): f for f in files if (m := key.fullmatch(f.name)) and f.is_file()}
+        if not found:
+            self.problems.add(where, f"'{pattern}': no file fits it in {base}")
+        inside = {k: f for k, f in found.items() if self._inside(f, where, f.name)}
+        return {"\0".join(k).casefold(): f for k, f in inside.items()}
+
+    def _join(self, text: str, where: str) -> Path:
+        if "\0" in text:
+            self.problems.add(where, "holds a character that no path can")
+            return self.folder
+        return self.folder / text.replace("\\", "/")
+
+    def _inside(self, path: Path, where: str, text: str) -> bool:
+        if self.allow_outside:
+            return True
+        absolute = PureWindowsPath(text).drive or text.startswith(("/", "\\"))
+        parts = text.replace("\\", "/").split("/")
+        try:
+            real = path.resolve()
+            outside = not real.is_relative_to(self.folder.resolve())
+        except (OSError, RuntimeError) as problem:
+            self.problems.add(where, f"'{text}' can't be followed: {problem}")
+            return False
+        if absolute or ".." in parts or outside:
+            link = "" if absolute or ".." in parts else " by a link"
+            what = f"'{text}' leads out of the project folder{link}"
+            self.problems.add(where, f"{what}; move the file into it, or pass --allow-outside")
+            return False
+        return True

@@ -1,0 +1,69 @@
+"""The rig of a project: read from its file, or calibrated from photos of boards (once, then from the cache)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from asbuilt_bim.camera.board import Board
+from asbuilt_bim.camera.calibrate import Calibration, calibrate_stereo
+from asbuilt_bim.camera.photo import Photo, read_photo
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_file import read_rig
+from asbuilt_bim.errors import CalibrationError, PhotoError
+from asbuilt_bim.project import Project
+from asbuilt_bim.scale.cache import Cache, digest_of
+from asbuilt_bim.stations import Progress
+from asbuilt_bim.version_info import library_versions, measuring_code_digest
+
+
+def rig_of(project: Project, cache: Cache, progress: Progress) -> tuple[StereoRig, Calibration | None]:
+    """Return the project's rig, and its calibration where it was made from boards.
+
+    Raises:
+        RigError: the rig file can't be used.
+        CalibrationError: the boards' photos can't be read or give no rig.
+    """
+    if project.rig.file is not None:
+        return read_rig(project.rig.file), None
+    calibration = calibrate(project, cache, progress)
+    return calibration.rig, calibration
+
+
+def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration:
+    """Calibrate from the project's board photos.
+
+    Raises:
+        CalibrationError: the project has no boards, their photos can't be read, or they give no rig.
+    """
+    boards = project.rig.boards
+    if boards is None:
+        raise CalibrationError(f"{project.path}: rig.boards is not given, so there is nothing to calibrate from")
+    board = Board(
+        kind=boards.kind,
+        columns=boards.columns,
+        rows=boards.rows,
+        square_m=boards.square_m,
+        marker_m=boards.marker_m or 0.0,
+        dictionary=boards.dictionary or "",
+    )
+    pairs = _photos(project)
+    libraries = [f"{name} {version}" for name, version in sorted(library_versions().items())]
+    digests = [photo.digest for pair in pairs for photo in pair]
+    key = digest_of(["calibration", repr(board), measuring_code_digest(), *libraries, *digests])
+    found = cache.get(key, Calibration)
+    if found is not None:
+        return found
+    made = calibrate_stereo(pairs, board, progress=lambda done, total: progress("calibrate", done, total))
+    cache.put(key, made, Calibration)
+    return made
+
+
+def _photos(project: Project) -> list[tuple[Photo, Photo]]:
+    def named(path: Path) -> Photo:
+        return replace(read_photo(path), name=project.relative(path))
+
+    try:
+        return [(named(left), named(right)) for left, right in project.rig.pairs]
+    except PhotoError as problem:
+        raise CalibrationError(f"calibration: {problem}") from problem

@@ -1,0 +1,247 @@
+"""The output folder: each run written whole into a folder of its own, then made current in one step.
+
+A run that fails half-way (disk full, no right to write, the power cut) leaves the earlier one current, and nothing
+of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.run_lock import run_lock
+
+CURRENT = "current.json"
+COPIED = ("result.json", "quantities.csv", "quantities.xlsx", "report.html")
+"""What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""
+COPIED_FOLDERS = ("overlays",)
+_PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+_RUN_NAME = re.compile(r"runs/[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurrentRun:
+    """What `current.json` says: the run's folder, and the IFC file (relative to the output folder) it was made from."""
+
+    folder: Path
+    ifc: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Published:
+    """A run that is current now; `warnings` name the copies that could not be replaced."""
+
+    folder: Path
+    runs_kept: int
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputFolder:
+    """An output folder that this process holds; made by `open_output`."""
+
+    path: Path
+
+    def current(self) -> CurrentRun | None:
+        """Return the current run, None where there is none yet."""
+        return read_current(self.path)
+
+    def publish(self, write: Callable[[Path], object], *, when: datetime, digest: str, ifc: str) -> Published:
+        """Have `write` fill a new run folder, then make it current.
+
+        Raises:
+            OutputError: something could not be written; the earlier run is still current and the new folder is gone.
+        """
+        before = self.current()
+        final = self._new_name(when, digest)
+        staging = final.with_name(final.name + ".part")
+        try:
+            staging.mkdir(parents=True)
+            write(staging)
+            _flush_tree(staging)
+            staging.rename(final)
+            _flush(final.parent)
+            pointer = {
+                "format": "asbuilt-bim/current",
+                "version": 1,
+                "run": f"runs/{final.name}",
+                "ifc": ifc,
+                "written": when.astimezone(UTC).isoformat(timespec="seconds"),
+            }
+            _replace_bytes(self.path / CURRENT, (json.dumps(pointer, indent=1) + "\n").encode())
+        except BaseException as problem:
+            shutil.rmtree(staging, ignore_errors=True)
+            if not self._points_at(final):
+                shutil.rmtree(final, ignore_errors=True)
+            if isinstance(problem, OSError):
+                raise output_error(self.path, problem) from problem
+            raise
+        warnings = tuple(self._copy(final, before))
+        runs = sum(1 for run in (self.path / "runs").iterdir() if _RUN_NAME.fullmatch(f"runs/{run.name}"))
+        return Published(folder=final, runs_kept=runs, warnings=warnings)
+
+    def _points_at(self, run: Path) -> bool:
+        try:
+            current = self.current()
+        except OutputError:
+            return False
+        return current is not None and current.folder == run
+
+    def _new_name(self, when: datetime, digest: str) -> Path:
+        name = f"{when.astimezone(UTC):%Y%m%dT%H%M%SZ}-{digest[:8]}"
+        runs = self.path / "runs"
+        count, free = 1, runs / name
+        while free.exists():
+            count += 1
+            free = runs / f"{name}-{count}"
+        return free
+
+    def _copy(self, run: Path, before: CurrentRun | None) -> Iterator[str]:
+        """Bring the copies that people open up to date, one by one; say which could not be."""
+        wanted = _copies(run)
+        for relative in wanted:
+            target = self.path / relative
+            try:
+                target.parent.mkdir(exist_ok=True)
+                _replace_bytes(target, (run / relative).read_bytes())
+            except OSError as problem:
+                yield (
+                    f"{target}: is open in another program or can't be replaced ({problem.strerror}); "
+                    f"it shows an earlier run. The new one is {run / relative}"
+                )
+        gone = set(_copies(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
+        for relative in gone:
+            with contextlib.suppress(OSError):
+                (self.path / relative).unlink()
+
+
+@contextlib.contextmanager
+def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFolder]:
+    """Make and hold an output folder, so that no other run writes into it meanwhile.
+
+    Raises:
+        OutputError: it can't be written, another run holds it, it would touch a source, or holds files of others.
+    """
+    path = path.absolute()
+    _check_sources(path, sources)
+    try:
+        (path / "runs").mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as problem:
+        raise output_error(path, problem) from problem
+    with run_lock(path / "runs" / ".lock", path):
+        for left_over in (path / "runs").glob("*.part"):
+            shutil.rmtree(left_over, ignore_errors=True)
+        try:
+            with tempfile.TemporaryFile(dir=path):
+                pass
+        except OSError as problem:
+            raise output_error(path, problem) from problem
+        if read_current(path) is None:
+            strangers = [name for name in ("report.html", "result.json", "quantities.xlsx") if (path / name).exists()]
+            if strangers:
+                raise OutputError(f"{path / strangers[0]}: is there and of no earlier run; choose another --out folder")
+        yield OutputFolder(path=path)
+
+
+def read_current(path: Path) -> CurrentRun | None:
+    """Return what `current.json` in an output folder points at, None where there is none.
+
+    Raises:
+        OutputError: the file is damaged or points out of the folder.
+    """
+    pointer = path / CURRENT
+    try:
+        plain = json.loads(pointer.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as problem:
+        raise OutputError(f"{pointer}: can't be read ({problem}); delete it to start anew, the runs stay") from problem
+    run = plain.get("run") if isinstance(plain, dict) else None
+    known = isinstance(plain, dict) and plain.get("format") == "asbuilt-bim/current" and plain.get("version") == 1
+    if not known or not isinstance(run, str) or not _RUN_NAME.fullmatch(run):
+        raise OutputError(f"{pointer}: isn't a file of this program's; delete it to start anew, the runs stay")
+    return CurrentRun(folder=path / run, ifc=str(plain.get("ifc", "")))
+
+
+def output_error(path: Path, problem: BaseException) -> OutputError:
+    """Return an OSError in words: what could not be written, why, what to do."""
+    place = getattr(problem, "filename", None) or path
+    code = getattr(problem, "errno", None)
+    if code in (errno.ENOSPC, errno.EDQUOT):
+        return OutputError(
+            f"{path}: the disk is full; nothing of this run was kept and the earlier result stands. "
+            "Free some space, or choose another --out"
+        )
+    if code in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return OutputError(f"{place}: no right to write here; choose another --out, or change the folder's rights")
+    if code in (errno.ENOTDIR, errno.EEXIST):
+        return OutputError(f"{place}: is in the way (a file where a folder is wanted); choose another --out")
+    return OutputError(
+        f"{place}: can't be written ({getattr(problem, 'strerror', None) or problem}); choose another --out"
+    )
+
+
+def _check_sources(path: Path, sources: Iterable[Path]) -> None:
+    out = path.resolve()
+    for source in sources:
+        real = source.resolve()
+        if real.parent == out and real.suffix.lower() in _PICTURES:
+            raise OutputError(f"{path}: holds this project's photos; outputs go into a folder of their own (--out out)")
+        written = real.parent == out and real.name in (CURRENT, *COPIED)
+        if written or real.parent in [out / name for name in COPIED_FOLDERS]:
+            raise OutputError(f"{source}: would be overwritten by an output of that name; choose another --out")
+        if real.is_relative_to(out / "runs") or real.name.endswith(".asbuilt.ifc"):
+            raise OutputError(f"{source}: is a result of an earlier run, and can't be a source; name the original file")
+
+
+def _copies(run: Path) -> list[Path]:
+    """Return what is copied from a run folder, relative to it."""
+    models = [f.name for f in sorted(run.glob("*.asbuilt.ifc"))]
+    deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).glob("*")) if f.is_file()]
+    return [*deep, *(Path(name) for name in (*models, *COPIED) if (run / name).is_file())]  # the page last
+
+
+def _replace_bytes(path: Path, data: bytes) -> None:
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    part = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        part.chmod(0o644)
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def _flush_tree(folder: Path) -> None:
+    for path in sorted(folder.rglob("*"), reverse=True):
+        _flush(path)
+    _flush(folder)
+
+
+def _flush(path: Path) -> None:
+    """Have the system put a file or a folder on the disk now; Windows has no such thing for folders."""
+    if path.is_dir() and os.name == "nt":
+        return
+    flags = os.O_RDONLY if path.is_dir() or os.name != "nt" else os.O_RDWR
+    handle = os.open(path, flags)
+    try:
+        os.fsync(handle)
+    except OSError as problem:  # some network folders refuse it for folders
+        if problem.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(handle)

@@ -1,0 +1,139 @@
+"""What a run folder holds: written by `run` from what was measured, by `report` from `result.json` alone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_file import write_rig
+from asbuilt_bim.errors import AsBuiltError, ResultError
+from asbuilt_bim.ifc.source import file_digest
+from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.pipeline import RunResult
+from asbuilt_bim.progress.report import ProgressReport, Provenance
+from asbuilt_bim.project import Project
+from asbuilt_bim.report.document import read_result, write_result
+from asbuilt_bim.report.outputs import write_outputs
+from asbuilt_bim.run_folder import OutputFolder, Published
+from asbuilt_bim.scale.cache import digest_of
+from asbuilt_bim.scale.codec import plain_digest
+from asbuilt_bim.version import __version__
+from asbuilt_bim.version_info import library_versions
+
+
+def publish_run(out: OutputFolder, result: RunResult, project: Project, when: datetime) -> Published:
+    """Write a run's files into a run folder of its own and make it current.
+
+    Raises:
+        OutputError: something can't be written; the earlier run stays current.
+    """
+    made_from = provenance(result, project, when)
+    reports = [replace(report, provenance=made_from) for report in result.reports]
+
+    def write(folder: Path) -> None:
+        _write_pictures(folder, result.pictures)
+        write_rig(result.rig, folder / "rig.yaml")
+        (folder / "visits").mkdir()
+        for report in reports:
+            write_result(report, folder / "visits" / f"{report.visit_date.isoformat()}.json")
+        write_result(reports[-1], folder / "result.json")
+        _write_views(folder, reports[-1], project.ifc)
+
+    return out.publish(write, when=when, digest=_digest(made_from, reports), ifc=_from(out.path, project.ifc))
+
+
+def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Published:
+    """Make every output of the current run again, from its `result.json`, its pictures and the IFC file alone.
+
+    Raises:
+        ResultError: there is no run yet, its result is damaged, or the IFC is not the one that it was made from.
+        OutputError: something can't be written; the earlier run stays current.
+    """
+    current = out.current()
+    if current is None:
+        raise ResultError(f"{out.path}: holds no run; make one with: asbuilt-bim run PROJECT.yaml --out {out.path}")
+    report = read_result(current.folder / "result.json")
+    source = ifc or out.path / current.ifc
+    _check_ifc(source, report)
+
+    def write(folder: Path) -> None:
+        for name in ("pictures", "visits"):
+            if (current.folder / name).is_dir():
+                shutil.copytree(current.folder / name, folder / name)
+        for name in ("result.json", "rig.yaml"):
+            if (current.folder / name).is_file():
+                shutil.copyfile(current.folder / name, folder / name)
+        _write_views(folder, report, source)
+
+    digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
+    return out.publish(write, when=when, digest=digest, ifc=_from(out.path, source))
+
+
+def previous_result(out: OutputFolder) -> ProgressReport | None:
+    """Return the current run's report, to say what has changed; None where there is none that can be read."""
+    try:
+        current = out.current()
+        return read_result(current.folder / "result.json") if current else None
+    except AsBuiltError:  # a damaged earlier result takes nothing from the new one
+        return None
+
+
+def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
+    """Return what a run's numbers were made from."""
+    options = (project.options, project.target, project.markers, project.scope)
+    return Provenance(
+        program_version=__version__,
+        created=when.astimezone(UTC).isoformat(timespec="seconds"),
+        project_name=project.name,
+        ifc_name=project.ifc.name,
+        ifc_digest=result.design.file_digest,
+        rig_digest=plain_digest(result.rig, StereoRig),
+        survey_digest=file_digest(project.survey),
+        options_digest=digest_of([repr(options)]),
+        networks={},
+        libraries=library_versions(),
+    )
+
+
+def _write_views(folder: Path, report: ProgressReport, ifc: Path) -> None:
+    write_outputs(report, folder, folder)
+    write_asbuilt(ifc, report, folder / f"{ifc.stem}.asbuilt.ifc")
+
+
+def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
+    for name, data in pictures.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+def _check_ifc(path: Path, report: ProgressReport) -> None:
+    if not path.is_file():
+        raise ResultError(f"{path}: the IFC file of this result isn't there; name it with --ifc")
+    if report.provenance and file_digest(path) != report.provenance.ifc_digest:
+        raise ResultError(
+            f"{path}: has changed since this result was made from it; run the project again, "
+            "or name the file as it was with --ifc"
+        )
+
+
+def _digest(made_from: Provenance | None, reports: Sequence[ProgressReport]) -> str:
+    photos = [d for report in reports for s in report.stations for d in (s.left_digest, s.right_digest)]
+    inputs = (
+        [made_from.ifc_digest, made_from.rig_digest, made_from.survey_digest, made_from.options_digest]
+        if made_from
+        else []
+    )
+    return digest_of([*inputs, *photos])
+
+
+def _from(folder: Path, path: Path) -> str:
+    """Return `path` relative to the output folder, as it is when both are moved together."""
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive
+        return path.as_posix()

@@ -1,0 +1,1 @@
+"""Many stations on many processors, and what need not be done twice."""

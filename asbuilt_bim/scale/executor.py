@@ -1,0 +1,153 @@
+"""Many stations on many processors: one pure function, run in this process, in a pool, or through Dask.
+
+A worker that dies (killed for memory, a crash in a decoder) costs one station, by name, never the run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Generic, TypeVar
+
+from asbuilt_bim.errors import MissingExtraError, OutputError
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+_DIED = "the process that measured it died (out of memory?)"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkerLoss:
+    """Stands for the result of a job whose worker process died, with what is known of why."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Done(Generic[Job, Result]):
+    """One job and what came of it."""
+
+    job: Job
+    result: Result | WorkerLoss
+
+
+def run_jobs(
+    work: Callable[[Job], Result], jobs: Iterable[Job], *, workers: int = 0, scheduler: str = ""
+) -> Iterator[Done[Job, Result]]:
+    """Yield each job with its result as it is done, in no promised order.
+
+    `workers` 0 is one per processor, 1 is this process without a pool; `scheduler` names a Dask scheduler instead.
+    Jobs are drawn from the iterable only as workers are free, so that photos aren't all in memory at once. `work`
+    must be importable by name. What `work` raises is raised here.
+
+    Raises:
+        MissingExtraError: a scheduler was named and Dask isn't installed.
+        OutputError: the scheduler can't be reached.
+    """
+    if scheduler:
+        with _dask(scheduler) as (executor, size):
+            yield from _drain(executor, work, iter(jobs), 2 * size, [])
+        return
+    workers = workers or os.cpu_count() or 1
+    if workers == 1:
+        for job in jobs:
+            yield Done(job=job, result=work(job))
+        return
+    yield from _pooled(work, iter(jobs), workers)
+
+
+def _pooled(work: Callable[[Job], Result], jobs: Iterator[Job], workers: int) -> Iterator[Done[Job, Result]]:
+    while True:
+        suspects: list[Job] = []
+        with _pool(workers) as pool:
+            yield from _drain(pool, work, jobs, workers, suspects)
+        if not suspects:
+            return
+        for job in suspects:  # one of them killed its worker; alone, each shows whether it was the one
+            alone: list[Job] = []
+            with _pool(1) as pool:
+                yield from _drain(pool, work, iter([job]), 1, alone)
+            if alone:
+                yield Done(job=job, result=WorkerLoss(reason=_DIED))
+
+
+def _drain(
+    pool: Executor, work: Callable[[Job], Result], jobs: Iterator[Job], window: int, suspects: list[Job]
+) -> Iterator[Done[Job, Result]]:
+    """Keep `window` jobs in the pool; when the pool breaks, leave what was in it in `suspects`."""
+    flying: dict[Future[Result], Job] = {}
+    try:
+        while True:
+            for job in itertools.islice(jobs, window - len(flying)):
+                try:
+                    flying[pool.submit(work, job)] = job
+                except BrokenProcessPool:
+                    suspects.extend([*flying.values(), job])
+                    return
+            if not flying:
+                return
+            ready, _ = wait(flying, return_when=FIRST_COMPLETED)
+            for future in ready:
+                error = future.exception()
+                if isinstance(error, BrokenProcessPool):
+                    suspects.extend(flying.values())
+                    return
+                lost = type(error).__name__ == "KilledWorker"  # Dask's own; it has tried several workers by then
+                yield Done(job=flying.pop(future), result=WorkerLoss(reason=_DIED) if lost else future.result())
+    finally:
+        for future in flying:
+            future.cancel()
+
+
+@contextlib.contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Give a pool of spawned processes, each on one thread."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read by the libraries as they load in the child
+    pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=one_thread)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def one_thread() -> None:
+    """Hold this process's OpenCV to one thread: the processes are the parallelism."""
+    import cv2
+
+    cv2.setNumThreads(1)
+
+
+@contextlib.contextmanager
+def _dask(address: str) -> Iterator[tuple[Executor, int]]:
+    try:
+        from distributed import Client
+    except ImportError as problem:
+        raise MissingExtraError(
+            '--scheduler needs Dask, which isn\'t installed: pip install "asbuilt-bim[dask]"'
+        ) from problem
+    try:
+        client = Client(address, timeout="10s")
+    except (OSError, TimeoutError, ValueError) as problem:
+        raise OutputError(f"scheduler {address}: can't be reached ({problem}); is it running, is the port open?") from (
+            problem
+        )
+    try:
+        client.run(one_thread)
+        size = sum(client.nthreads().values()) or 1
+        yield client.get_executor(pure=False), size
+    finally:
+        client.close()

@@ -1,0 +1,162 @@
+"""What each command does, between the command line and the pipeline; returns the exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import date, datetime
+from pathlib import Path
+
+from asbuilt_bim.errors import OutputError, ProjectError
+from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.pipeline import run_project
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.project import Project, Visit, read_project
+from asbuilt_bim.report.changes import changes
+from asbuilt_bim.report.document import read_result
+from asbuilt_bim.rig_source import calibrate
+from asbuilt_bim.run_folder import Published, open_output, output_error
+from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run
+from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.stations import Workplace
+from asbuilt_bim.terminal.inspect_table import design_tables
+from asbuilt_bim.terminal.screen import Screen
+from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary_table
+
+INCOMPLETE = 3
+"""The exit code of --strict where a station was left out."""
+MAX_CHANGES = 15
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRequest:
+    """The command line of `run`, as it was given."""
+
+    project: Path
+    out: Path
+    workers: int | None = None
+    until: date | None = None
+    strict: bool = False
+    allow_outside: bool = False
+    scheduler: str = ""
+    no_cache: bool = False
+    quiet: bool = False
+
+
+def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
+    """Run a project and publish its outputs.
+
+    Raises:
+        AsBuiltError: there is no result, with the reason.
+    """
+    project = _until(read_project(request.project, allow_outside=request.allow_outside), request.until)
+    cache = Cache(folder=None if request.no_cache else default_folder())
+    place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
+    with open_output(request.out, project.sources) as out:
+        before = previous_result(out)
+        with screen.steps() as progress:
+            result = run_project(project, place, progress)
+        published = publish_run(out, result, project, when)
+    cache.prune()
+    if result.calibration is not None:
+        for line in calibration_lines(result.calibration):
+            screen.say(line)
+    incomplete = False
+    for visit, report in zip(project.visits, result.reports, strict=True):
+        incomplete |= _warn_left_out(visit, report, screen)
+    _show(result.reports[-1], before, screen)
+    if result.from_cache:
+        count = sum(len(visit.stations) for visit in project.visits)
+        screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
+    _say_where(request.out, published, screen)
+    return INCOMPLETE if request.strict and incomplete else 0
+
+
+def report_command(folder: Path, ifc: Path | None, screen: Screen, when: datetime) -> int:
+    """Make the outputs of a folder's current run again.
+
+    Raises:
+        AsBuiltError: there is no run, or its result or IFC can't be used.
+    """
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: no such folder; name the --out folder of a run")
+    with open_output(folder) as out:
+        published = publish_again(out, ifc, when)
+    _show(read_result(published.folder / "result.json"), None, screen)
+    _say_where(folder, published, screen)
+    return 0
+
+
+def calibrate_command(path: Path, target: Path, allow_outside: bool, screen: Screen) -> int:
+    """Calibrate from a project's board photos and write the rig file.
+
+    Raises:
+        AsBuiltError: the boards give no rig, or the file can't be written.
+    """
+    from asbuilt_bim.camera.rig_file import write_rig
+
+    project = read_project(path, allow_outside=allow_outside)
+    if target.resolve() in {source.resolve() for source in project.sources}:
+        raise OutputError(f"{target}: is a file of the project's; write the rig to another place")
+    with screen.steps() as progress:
+        made = calibrate(project, Cache(folder=default_folder()), progress)
+    try:
+        write_rig(made.rig, target)
+    except OSError as problem:
+        raise output_error(target, problem) from problem
+    for line in calibration_lines(made):
+        screen.say(line)
+    screen.say(f"The rig is in {target}; name it in the project file: rig: {{file: {target.name}}}")
+    return 0
+
+
+def inspect_command(path: Path, screen: Screen) -> int:
+    """Show what is understood of an IFC file.
+
+    Raises:
+        DesignError: it can't be used.
+    """
+    for table in design_tables(read_design(path)):
+        screen.say(table)
+    return 0
+
+
+def _until(project: Project, last: date | None) -> Project:
+    if last is None:
+        return project
+    visits = tuple(visit for visit in project.visits if visit.date <= last)
+    if not visits or visits[-1].date != last:
+        there = ", ".join(visit.date.isoformat() for visit in project.visits)
+        raise ProjectError(f"{project.path}: has no visit of {last.isoformat()}; it has {there}")
+    return replace(project, visits=visits)
+
+
+def _warn_left_out(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
+    names = [station.name for station in visit.stations]
+    rejected = left_out(names, report)
+    for name, reasons in rejected.items():
+        screen.warn(f"visit {visit.date.isoformat()}: station {name} was LEFT OUT: {'; '.join(reasons)}")
+    if len(rejected) == len(names):
+        day = visit.date.isoformat()
+        screen.warn(f"visit {day}: NOT ONE station could be used; nothing in this report was seen on that day")
+    return bool(rejected)
+
+
+def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen) -> None:
+    screen.say()
+    screen.say(summary_table(report))
+    if before is None:
+        return
+    lines: Sequence[str] = changes(before, report)
+    screen.say("Against the earlier run in this folder:" if lines else "Nothing has changed against the earlier run.")
+    for line in lines[:MAX_CHANGES]:
+        screen.say(f"  {line}")
+    if len(lines) > MAX_CHANGES:
+        screen.say(f"  ... and {len(lines) - MAX_CHANGES} more changes")
+
+
+def _say_where(folder: Path, published: Published, screen: Screen) -> None:
+    for warning in published.warnings:
+        screen.warn(warning)
+    kept = f" ({published.runs_kept} runs are kept in {folder / 'runs'})" if published.runs_kept > 1 else ""
+    screen.say(f"Report: {folder / 'report.html'}{kept}")

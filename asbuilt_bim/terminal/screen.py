@@ -1,0 +1,95 @@
+"""The terminal: a progress bar where there is one, plain lines where there is none, errors on stderr."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO
+
+from rich.console import Console, RenderableType
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+
+def _tolerant(stream: TextIO) -> TextIO:
+    """Have a stream replace what its encoding lacks (a Japanese wall name on a cp1252 console), never fail."""
+    reconfigure = getattr(stream, "reconfigure", None)
+    if reconfigure is not None and (getattr(stream, "encoding", "") or "").lower().replace("-", "") != "utf8":
+        reconfigure(errors="replace")
+    return stream
+
+
+def _console(stream: TextIO) -> Console:
+    """Return a console; where nobody's terminal sets the width (a pipe, a log), the tables get room."""
+    console = Console(file=_tolerant(stream), highlight=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = 130
+    return console
+
+
+class Screen:
+    """Says things to the person at the terminal."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self.quiet = quiet
+        self._out = _console(sys.stdout)
+        self._err = _console(sys.stderr)
+
+    def say(self, what: RenderableType = "", style: str = "") -> None:
+        """Print a line or a table; text is never read as markup."""
+        if not self.quiet:
+            self._out.print(Text(what, style=style) if isinstance(what, str) else what, soft_wrap=isinstance(what, str))
+
+    def warn(self, text: str) -> None:
+        """Print what must not be missed, quiet or not."""
+        self._err.print(Text(f"! {text}", style="bold yellow"), soft_wrap=True)
+
+    def error(self, text: str) -> None:
+        """Print why there is no result."""
+        self._err.print(Text(f"error: {text}", style="bold red"), soft_wrap=True)
+
+    @contextmanager
+    def steps(self) -> Iterator[StepReporter]:
+        """Show the progress of steps while the block runs."""
+        if self.quiet or not self._out.is_terminal:
+            yield StepReporter(self, None)
+            return
+        columns: list[Any] = [
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[what]}", markup=False),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        ]
+        with Progress(*columns, console=self._out) as bar:
+            yield StepReporter(self, bar)
+
+
+class StepReporter:
+    """Tells the screen how far each step is; the `Progress` that the pipeline calls."""
+
+    def __init__(self, screen: Screen, bar: Progress | None) -> None:
+        self._screen = screen
+        self._bar = bar
+        self._tasks: dict[str, TaskID] = {}
+
+    def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
+        """Show that `done` of `total` pieces of a step are done, `what` the last."""
+        if self._bar is None:
+            if done and (what or done == total):
+                self._screen.say(f"{step}: {done} of {total}" + (f" ({what})" if what else ""))
+            return
+        if step not in self._tasks:
+            self._tasks[step] = self._bar.add_task(step, total=total, what="")
+        self._bar.update(self._tasks[step], completed=done, total=total, what=what)

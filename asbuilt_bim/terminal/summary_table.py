@@ -1,0 +1,72 @@
+"""The end of a run on the terminal: storeys with completion and bounds, and which stations were left out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rich.table import Table
+from rich.text import Text
+
+from asbuilt_bim.camera.calibrate import Calibration
+from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
+from asbuilt_bim.report.tables import station_of
+
+
+def summary_table(report: ProgressReport) -> Table:
+    """Return the table: storey, elements by state, completion with bounds, coverage, as-built area with sigma."""
+    table = Table(title=f"{report.project_name}, visit {report.visit_date.isoformat()}", title_justify="left")
+    table.add_column("Storey")
+    for name in ("Elements", "complete", "part", "not started", "unknown"):
+        table.add_column(name, justify="right")
+    table.add_column("Completion (bounds)", justify="right")
+    table.add_column("Coverage", justify="right")
+    table.add_column("As-built area", justify="right")
+    for storey in report.storeys:
+        table.add_row(*_cells(storey, storey.name))
+    table.add_section()
+    table.add_row(*_cells(report.whole, "whole"), style="bold")
+    return table
+
+
+def completion_text(completion: Completion) -> str:
+    """Return completion as people read it: `64 % (41 to 79 %)`, or `unknown` with its bounds, never a bare 0 %."""
+    low, high = math.floor(completion.lower * 100 + 1e-9), math.ceil(completion.upper * 100 - 1e-9)
+    best = "unknown" if completion.best is None else f"{completion.best * 100:.0f} %"
+    return f"{best} ({low} to {high} %)"
+
+
+def left_out(stations: Sequence[str], report: ProgressReport) -> dict[str, list[str]]:
+    """Return each station of `stations` that the report doesn't count, with the reasons."""
+    placed = {record.name for record in report.stations if record.world_from_left is not None}
+    return {name: _reasons(name, report) for name in stations if name not in placed}
+
+
+def calibration_lines(calibration: Calibration) -> list[str]:
+    """Return what a calibration says of itself, and the boards that it left out."""
+    rig = calibration.rig
+    lines = [
+        f"Rig: baseline {rig.baseline_m * 1000:.2f} mm, focal length {rig.left.K[0, 0]:.1f} px (left) and "
+        f"{rig.right.K[0, 0]:.1f} px (right), {rig.views_used} board pairs, {rig.rms_px:.2f} px rms"
+    ]
+    return lines + [f"  left out: {rejection}" for rejection in calibration.left_out]
+
+
+def _cells(group: GroupProgress, name: str) -> list[Text]:
+    counts = (group.complete, group.part, group.not_started, group.unknown)
+    area = f"{group.as_built_area_m2:.2f} ± {group.as_built_sigma_m2:.2f} m²" if group.as_built_area_m2 > 0 else "none"
+    texts = [
+        name,
+        str(len(group.elements)),
+        *(str(count) for count in counts),
+        completion_text(group.completion),
+        f"{group.completion.coverage * 100:.0f} %",
+        area,
+    ]
+    return [Text(text) for text in texts]
+
+
+def _reasons(name: str, report: ProgressReport) -> list[str]:
+    about = [r for r in report.rejections if station_of(r) == name]
+    own = [r for r in about if r.what == f"station {name}"] or about  # a single marker's is not the station's
+    return [str(r).removeprefix(f"station {name}: ") for r in own] or ["no reason was given"]

@@ -1,0 +1,228 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from asbuilt_bim.cli import app
+from asbuilt_bim.terminal.screen import Screen
+from tests.project_folder import plain, write_project
+from tests.site_fixture import contents, rig_file, site, small_project, write
+
+OUTPUTS = ("result.json", "report.html", "quantities.csv", "quantities.xlsx", "design.asbuilt.ifc", "current.json")
+
+
+def invoke(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ASBUILT_BIM_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("Bürogebäude Süd")
+    return write(folder, small_project(folder, rig_file(tmp_path_factory), stations=2))
+
+
+@pytest.fixture(scope="module")
+def first_run(project: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ASBUILT_BIM_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+        out = project.parent / "out"
+        return out, invoke("run", project, "--out", out, "--workers", 1)
+
+
+def test_one_command_writes_every_output_and_sums_up(first_run: tuple[Path, Result]) -> None:
+    out, result = first_run
+    assert result.exit_code == 0, result.output
+    for name in OUTPUTS:
+        assert (out / name).stat().st_size > 0
+    assert len(list((out / "overlays").glob("*.jpg"))) == 2
+    assert "Ground floor" in result.output
+    assert "whole" in result.output
+    assert str(out / "report.html") in result.output
+    for station in contents()["visits"][-1]["stations"][:2]:
+        assert f"({station['name']})" in result.output  # progress, line by line
+
+
+def test_a_second_run_measures_nothing_again_and_says_what_changed(
+    project: Path, first_run: tuple[Path, Result]
+) -> None:
+    out, _ = first_run
+    result = invoke("run", project, "--out", out, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "2 of 2 stations were measured before" in result.output
+    assert "Nothing has changed against the earlier run" in result.output
+    assert "2 runs are kept" in result.output
+
+
+def test_every_output_can_be_made_again_from_the_result_and_the_ifc(
+    first_run: tuple[Path, Result], tmp_path: Path
+) -> None:
+    out, _ = first_run
+    moved = tmp_path / "moved"
+    shutil.copytree(out, moved / "out")
+    shutil.copyfile(out.parent / "design.ifc", moved / "design.ifc")
+    before = {name: (moved / "out" / name).read_bytes() for name in ("quantities.csv", "result.json")}
+    result = invoke("report", moved / "out")
+    assert result.exit_code == 0, result.output
+    assert {name: (moved / "out" / name).read_bytes() for name in before} == before
+    (moved / "design.ifc").write_bytes((moved / "design.ifc").read_bytes() + b"\n")
+    result = invoke("report", moved / "out")
+    assert result.exit_code == 1
+    assert "has changed since this result was made" in result.stderr
+    assert invoke("report", moved / "out", "--ifc", out.parent / "design.ifc").exit_code == 0
+
+
+def test_results_hold_no_absolute_path_and_pictures_no_exif(first_run: tuple[Path, Result]) -> None:
+    out, _ = first_run
+    for path in out.rglob("*"):
+        if path.suffix in (".json", ".html", ".csv", ".ifc", ".yaml"):
+            assert str(out.parent).encode() not in path.read_bytes(), path
+        if path.suffix == ".jpg":
+            assert b"Exif" not in path.read_bytes()[:4096], path
+
+
+def test_unknown_is_never_written_as_nought_per_cent(first_run: tuple[Path, Result]) -> None:
+    out, _ = first_run
+    rows = list(csv.DictReader(io.StringIO((out / "quantities.csv").read_text(encoding="utf-8-sig"))))
+    unknown = [row for row in rows if row["State"] == "unknown"]
+    assert unknown, "two stations can't see the whole building"
+    best = next(key for key in rows[0] if "Best" in key)
+    assert {row[best] for row in unknown} <= {"", "unknown"}
+
+
+def test_a_station_left_out_is_named_loudly_and_strict_makes_it_an_error(project: Path, tmp_path: Path) -> None:
+    shutil.copytree(project.parent, tmp_path / "p", ignore=shutil.ignore_patterns("out"))
+    station = contents()["visits"][-1]["stations"][0]["name"]
+    (tmp_path / f"p/photos/{station}_right.jpg").unlink()
+    result = invoke(
+        "run", tmp_path / "p/project.yaml", "--out", tmp_path / "out", "--strict", "--workers", 1, "--quiet"
+    )
+    assert result.exit_code == 3, result.output
+    assert f"station {station} was LEFT OUT: photo photos/{station}_right.jpg: there is no such file" in result.stderr
+    assert result.stdout == ""
+    assert (tmp_path / "out/report.html").is_file()
+
+
+def test_a_visit_without_one_good_station_still_gives_a_report(project: Path, tmp_path: Path) -> None:
+    shutil.copytree(project.parent, tmp_path / "p", ignore=shutil.ignore_patterns("out", "photos"))
+    result = invoke("run", tmp_path / "p/project.yaml", "--out", tmp_path / "out", "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "NOT ONE station could be used" in result.stderr
+    document = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))
+    assert {element["state"] for element in document["elements"]} == {"unknown"}
+    assert {element["completion"]["best"] for element in document["elements"]} == {None}
+    assert document["whole"]["completion"]["upper"] == 1.0
+
+
+def test_a_wrong_project_file_is_an_error_with_every_mistake(tmp_path: Path) -> None:
+    wrong = plain()
+    wrong["nam"] = wrong.pop("name")
+    wrong["target"]["diameter_m"] = 300
+    result = invoke("run", write_project(tmp_path, wrong), "--out", tmp_path / "out")
+    assert result.exit_code == 1
+    assert "did you mean name?" in result.stderr
+    assert "millimetres" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_visit_that_is_not_there_is_refused(project: Path, tmp_path: Path) -> None:
+    result = invoke("run", project, "--out", tmp_path, "--visit", "1999-01-01")
+    assert result.exit_code == 1
+    assert "has no visit of 1999-01-01" in result.stderr
+
+
+@pytest.mark.parametrize("name", ["report.html", "quantities.csv"])
+def test_the_photos_folder_is_no_place_for_outputs(project: Path, name: str) -> None:
+    result = invoke("run", project, "--out", project.parent / "photos")
+    assert result.exit_code == 1
+    assert "holds this project's photos" in result.stderr
+    assert not (project.parent / "photos" / name).exists()
+
+
+def test_an_output_place_that_cannot_be_written_is_refused_at_once(project: Path) -> None:
+    result = invoke("run", project, "--out", project)
+    assert result.exit_code == 1
+    assert "in the way" in result.stderr
+
+
+def test_a_folder_without_a_run_says_how_to_make_one(tmp_path: Path) -> None:
+    result = invoke("report", tmp_path)
+    assert result.exit_code == 1
+    assert "asbuilt-bim run" in result.stderr
+    assert "no such folder" in invoke("report", tmp_path / "none").stderr
+
+
+def test_inspect_shows_what_is_understood() -> None:
+    result = invoke("inspect", site() / contents()["ifc"])
+    assert result.exit_code == 0, result.output
+    assert "Ground floor" in result.output
+
+
+def test_inspect_of_what_is_no_ifc_says_so(tmp_path: Path) -> None:
+    (tmp_path / "x.ifc").write_text("hello")
+    result = invoke("inspect", tmp_path / "x.ifc")
+    assert result.exit_code == 1
+    assert "x.ifc" in result.stderr
+
+
+def test_calibrate_does_not_write_over_a_source(project: Path) -> None:
+    before = (project.parent / "rig.yaml").read_bytes()
+    result = invoke("calibrate", project, "--out", project.parent / "rig.yaml")
+    assert result.exit_code == 1
+    assert (project.parent / "rig.yaml").read_bytes() == before
+
+
+def test_an_unexpected_error_is_one_line_and_a_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import asbuilt_bim.terminal.commands as commands
+
+    def broken(*_: object) -> int:
+        raise RuntimeError("by chance")
+
+    monkeypatch.setattr(commands, "inspect_command", broken)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    result = invoke("inspect", "x.ifc")
+    assert result.exit_code == 1
+    assert "the fault is its own: RuntimeError: by chance" in result.stderr
+    assert "Traceback" not in result.output
+    (log,) = tmp_path.glob("asbuilt-bim-*.log")
+    assert "Traceback" in log.read_text(encoding="utf-8")
+    assert isinstance(invoke("--debug", "inspect", "x.ifc").exception, RuntimeError)
+
+
+def test_an_interrupted_run_says_what_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    import asbuilt_bim.terminal.commands as commands
+
+    def stopped(*_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(commands, "inspect_command", stopped)
+    result = invoke("inspect", "x.ifc")
+    assert result.exit_code == 1
+    assert "the earlier result stands" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments", [["run"], ["run", "p.yaml"], ["nonsense"], ["run", "p.yaml", "--out", "o", "--workers", "0"]]
+)
+def test_a_wrong_command_line_is_exit_2(arguments: list[str]) -> None:
+    assert invoke(*arguments).exit_code == 2
+
+
+def test_a_console_that_lacks_a_letter_shows_another_and_does_not_fail(monkeypatch: pytest.MonkeyPatch) -> None:
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="cp1252"))
+    screen = Screen()
+    screen.say("北側 1.35 ± 0.02 m² [bold]not markup[/bold]")
+    sys.stdout.flush()
+    assert raw.getvalue().decode("cp1252").strip() == "?? 1.35 ± 0.02 m² [bold]not markup[/bold]"

@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.pipeline import RunResult, run_project
+from asbuilt_bim.project import Project, read_project
+from asbuilt_bim.report.document import result_document
+from asbuilt_bim.scale.cache import Cache
+from asbuilt_bim.stations import Workplace, measure_job, options_of, picture_name
+from tests.site_fixture import contents, copy_station, rig_file, small_project, write
+
+
+class Heard:
+    """A progress that remembers."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, int, int, str]] = []
+
+    def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
+        self.calls.append((step, done, total, what))
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """Two visits of two stations."""
+    folder = tmp_path_factory.mktemp("project")
+    made = small_project(folder, rig_file(tmp_path_factory), stations=2)
+    first = contents()["visits"][0]
+    stations = [copy_station(folder, station, f"E{i}") for i, station in enumerate(first["stations"][:2])]
+    made["visits"].append({"date": first["date"], "stations": stations})  # the file's order is not the dates'
+    return read_project(write(folder, made))
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Cache:
+    return Cache(folder=tmp_path_factory.mktemp("cache"))
+
+
+@pytest.fixture(scope="module")
+def heard() -> Heard:
+    return Heard()
+
+
+@pytest.fixture(scope="module")
+def result(project: Project, cache: Cache, heard: Heard) -> RunResult:
+    return run_project(project, Workplace(workers=2, cache=cache), heard)
+
+
+def test_each_visit_has_a_report_and_knows_the_ones_before(result: RunResult, project: Project) -> None:
+    days = [visit.date for visit in project.visits]
+    assert days == sorted(days)
+    assert [report.visit_date for report in result.reports] == days
+    assert result.reports[0].earlier_visits == ()
+    assert result.reports[1].earlier_visits == (days[0],)
+    assert {r.project_name for r in result.reports} == {project.name}
+
+
+def test_stations_keep_the_files_order_and_name_their_photos(result: RunResult, project: Project) -> None:
+    for report, visit in zip(result.reports, project.visits, strict=True):
+        placed = [record.name for record in report.stations]
+        assert placed == [station.name for station in visit.stations if station.name in placed]
+        assert placed, "the sample's stations can be placed"
+        for record in report.stations:
+            assert record.left_photo == f"photos/{record.name}_left.jpg"
+            assert record.picture == picture_name(visit.date, record.name)
+            assert result.pictures[record.picture].startswith(b"\xff\xd8")
+
+
+def test_progress_counts_every_station_once(result: RunResult, heard: Heard, project: Project) -> None:
+    for visit in project.visits:
+        step = f"measure {visit.date.isoformat()}"
+        calls = [call for call in heard.calls if call[0] == step]
+        assert [call[1] for call in calls] == [0, 1, 2]
+        assert {call[3] for call in calls[1:]} == {station.name for station in visit.stations}
+
+
+def test_what_was_built_at_one_visit_stays_built_at_the_next(result: RunResult) -> None:
+    first, second = ({e.global_id: e for e in report.elements} for report in result.reports)
+    assert first.keys() == second.keys()
+    for key, element in first.items():
+        assert second[key].cells_built + second[key].cells_conflict >= element.cells_built - 1e-9, element.name
+
+
+def test_the_same_inputs_give_the_same_result_measured_again_or_taken_from_the_cache(
+    result: RunResult, project: Project, cache: Cache
+) -> None:
+    again = run_project(project, Workplace(workers=1, cache=cache), Heard())
+    assert again.from_cache == 4
+    assert [result_document(r) for r in again.reports] == [result_document(r) for r in result.reports]
+    anew = run_project(replace(project, visits=project.visits[:1]), Workplace(workers=1), Heard())
+    assert anew.from_cache == 0
+    assert _without_seconds(result_document(anew.reports[0])) == _without_seconds(result_document(result.reports[0]))
+
+
+def _without_seconds(document: dict) -> dict:  # type: ignore[type-arg]
+    stations = [{**station, "seconds": None} for station in document["stations"]]
+    return {**document, "stations": stations}
+
+
+def test_another_option_is_measured_anew(project: Project, cache: Cache, result: RunResult) -> None:
+    one = replace(project.visits[0], stations=project.visits[0].stations[:1])
+    other = replace(project, visits=(one,), target=replace(project.target, diameter_m=None))
+    assert options_of(other) != options_of(project)
+    assert run_project(other, Workplace(workers=1, cache=cache), Heard()).from_cache == 0
+
+
+def test_an_error_of_the_programs_own_rejects_one_station_by_name(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = measure_job.__globals__["measure_station"]
+    bad = project.visits[0].stations[0].name
+
+    def broken(photos, *rest):  # type: ignore[no-untyped-def]
+        if photos.name == bad:
+            raise IndexError("out of range")
+        return whole(photos, *rest)
+
+    monkeypatch.setitem(measure_job.__globals__, "measure_station", broken)
+    first = replace(project, visits=project.visits[:1])
+    report = run_project(first, Workplace(workers=1), Heard()).reports[0]
+    (reason,) = [str(r) for r in report.rejections if r.what == f"station {bad}"]
+    assert "the program failed on it (IndexError: out of range)" in reason
+    assert [record.name for record in report.stations] == [project.visits[0].stations[1].name]
+
+
+def test_sources_are_as_they_were(project: Project, result: RunResult, tmp_path: Path) -> None:
+    before = {path: path.read_bytes() for path in project.sources if path.is_file()}
+    shutil.copytree(project.folder, tmp_path / "copy")
+    run_project(read_project(tmp_path / "copy/project.yaml"), Workplace(workers=1, cache=Cache(folder=None)), Heard())
+    for path, data in before.items():
+        assert (tmp_path / "copy" / path.relative_to(project.folder)).read_bytes() == data

@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+from dataclasses import fields
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.project import read_project
+from asbuilt_bim.project_file import BoardsFile, MarkersFile, ProjectFile, RigFile, StationFile, TargetFile, VisitFile
+from asbuilt_bim.project_paths import safe_name
+from asbuilt_bim.schemas_dir import schema
+from tests.project_folder import plain, write_project
+
+
+def refusal(path: Path, **more: bool) -> str:
+    with pytest.raises(ProjectError) as caught:
+        read_project(path, **more)
+    return str(caught.value)
+
+
+def changed(**changes: Any) -> dict[str, Any]:
+    """A good project file with values at `a__0__b` put in; None takes the key out."""
+    contents = plain()
+    for where, value in changes.items():
+        *parents, last = [int(key) if key.isdigit() else key for key in where.split("__")]
+        place: Any = contents
+        for key in parents:
+            place = place[key]
+        if value is None:
+            del place[last]
+        else:
+            place[last] = value
+    return contents
+
+
+def test_a_project_is_read_with_absolute_paths_and_visits_in_the_order_of_dates(tmp_path: Path) -> None:
+    project = read_project(write_project(tmp_path))
+    assert [visit.date for visit in project.visits] == [date(2026, 3, 2), date(2026, 3, 16)]
+    assert project.ifc == tmp_path / "design.ifc"
+    assert project.visits[0].stations[1].left == tmp_path / "v/A2_left.jpg"
+    assert [(left.name, right.name) for left, right in project.rig.pairs] == [
+        (f"left_0{n}.jpg", f"right_0{n}.jpg") for n in (1, 2, 3)
+    ]
+    assert project.target.required
+    assert project.relative(project.visits[0].stations[0].left) == "v/A1_left.jpg"
+    assert project.folder / "calibration/right_02.jpg" in project.sources
+
+
+def test_a_missing_photo_is_no_fault_of_the_project(tmp_path: Path) -> None:
+    assert read_project(write_project(tmp_path)).visits  # none of the stations' photos is there
+
+
+def test_a_long_path_with_umlauts_and_spaces_is_fine(tmp_path: Path) -> None:
+    folder = tmp_path
+    while len(str(folder)) < 250:
+        folder = folder / "Bürogebäude Süd (Phase 2)"[: max(1, 250 - len(str(folder)))].strip()
+    folder.mkdir(parents=True)
+    assert read_project(write_project(folder, changed(name="Bürogebäude"))).name == "Bürogebäude"
+
+
+def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
+    contents = changed(
+        name=12, target={"diameter": 0.3, "diameter_m": 300}, visits__0__date="soon", ifc="../design.ifc"
+    )
+    contents["makers"] = contents.pop("markers")
+    text = refusal(write_project(tmp_path, contents))
+    assert "5 mistakes" in text or "6 mistakes" in text
+    for says in [
+        "line 3: name: expected text, got 12",
+        "target.diameter: unknown key; did you mean diameter_m?",
+        "target.diameter_m: expected 0.05 to 2 m, got 300 m; a length in millimetres?",
+        "visits[0].date: expected a date such as 2026-03-02, got 'soon'",
+        "makers: unknown key; did you mean markers?",
+        "markers: is missing",
+    ]:
+        assert says in text, text
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"version": 2}, "version: expected 1, got 2"),
+        ({"format": "asbuilt-bim/result"}, "format: expected 'asbuilt-bim/project'"),
+        ({"rig": {"file": "rig.yaml", "boards": plain()["rig"]["boards"]}}, "rig: needs either file"),
+        ({"rig": {}}, "rig: needs either file"),
+        ({"rig__boards__kind": "charucco"}, "did you mean charuco?"),
+        ({"rig__boards__marker_m": 0.09}, "marker_m 0.09 m must be smaller than square_m 0.08 m"),
+        ({"rig__boards__dictionary": None}, "a charuco board needs marker_m and dictionary"),
+        (
+            {"rig__boards__square_m": 80},
+            "rig.boards.square_m: expected 0.002 to 1 m, got 80 m; a length in millimetres?",
+        ),
+        ({"rig__boards__left": "calibration/none_*.jpg"}, "rig.boards.left: 'calibration/none_*.jpg': no file fits it"),
+        ({"rig__boards__left": "*/left_*.jpg"}, "only the file's name may hold a *"),
+        ({"visits": []}, "visits: is empty"),
+        ({"visits__0__stations": []}, "visits[0].stations: is empty"),
+        ({"visits__1__date": "2026-03-16"}, "visits[1].date: 2026-03-16 is the date of visits[0] too"),
+        ({"visits__1__stations__1__name": "a1"}, "'a1' is the name of visits[1].stations[0] too"),
+        ({"visits__1__stations__1__name": "../A2"}, "holds '/', which file names can't"),
+        ({"visits__1__stations__1__name": "con"}, "a name that Windows keeps for itself"),
+        ({"visits__0__stations__0__right": "v/B1_left.jpg"}, "is the same file as left"),
+        ({"visits__0__stations__0__left": 7}, "visits[0].stations[0].left: expected text, got 7; put it in quotes"),
+        ({"visits__0": "2026-03-02"}, "visits[0]: expected keys with values"),
+        ({"options": {"register": {"max_residual": 2}}}, "did you mean max_residual_px?"),
+        ({"options": {"register": {"max_residual_px": "two"}}}, "options.register.max_residual_px: expected a number"),
+    ],
+)
+def test_each_mistake_says_where_and_what_was_expected(tmp_path: Path, changes: dict[str, Any], says: str) -> None:
+    text = refusal(write_project(tmp_path, changed(**changes)))
+    assert says in text, text
+    assert "project.yaml" in text
+
+
+@pytest.mark.parametrize(
+    "outside", ["../design.ifc", "v/../../design.ifc", "/etc/design.ifc", "C:\\site\\design.ifc", "..\\design.ifc"]
+)
+def test_a_path_out_of_the_project_needs_leave(tmp_path: Path, outside: str) -> None:
+    path = write_project(tmp_path / "site", changed(ifc=outside))
+    assert "leads out of the project folder" in refusal(path)
+    assert "--allow-outside" in refusal(path)
+    assert read_project(path, allow_outside=True).ifc.name in (outside.replace("\\", "/").rsplit("/", 1)[-1],)
+
+
+def test_a_link_out_of_the_project_needs_leave(tmp_path: Path) -> None:
+    path = write_project(tmp_path / "site")
+    (tmp_path / "other").mkdir()
+    try:
+        (tmp_path / "site/v").symlink_to(tmp_path / "other")
+    except OSError:
+        pytest.skip("this system makes no links")
+    assert "leads out of the project folder by a link" in refusal(path)
+    read_project(path, allow_outside=True)
+
+
+def test_boards_outside_need_leave_too(tmp_path: Path) -> None:
+    write_project(tmp_path)
+    path = write_project(tmp_path / "site", changed(rig__boards__left="../calibration/left_*.jpg"))
+    assert "rig.boards.left: '../calibration/left_*.jpg' leads out" in refusal(path)
+    assert len(read_project(path, allow_outside=True).rig.pairs) == 3
+
+
+def test_a_board_photo_without_its_partner_is_named(tmp_path: Path) -> None:
+    path = write_project(tmp_path)
+    (tmp_path / "calibration/right_02.jpg").unlink()
+    assert "rig.boards.left: left_02.jpg: no right photo of that name (3 here, 2 right)" in refusal(path)
+
+
+def test_paths_written_on_windows_are_read_everywhere(tmp_path: Path) -> None:
+    contents = changed(rig__boards__left="calibration\\left_*.jpg", visits__0__stations__0__left="v\\B1_left.jpg")
+    project = read_project(write_project(tmp_path, contents))
+    assert project.visits[1].stations[0].left == tmp_path / "v/B1_left.jpg"
+    assert len(project.rig.pairs) == 3
+
+
+@pytest.mark.parametrize("name", ["A1", "Achse 3-4", "Süd_2", "北側", "N.3"])
+def test_ordinary_names_are_safe(name: str) -> None:
+    assert safe_name(name) == ""
+
+
+@pytest.mark.parametrize(
+    "name", ["a/b", "a\\b", "..", ".a", "a.", " a", "nul.x", "LPT1", "a\nb", "a" * 65, "a?", "\u202ea"]
+)
+def test_names_that_no_file_can_have_are_refused(name: str) -> None:
+    assert safe_name(name) != ""
+
+
+@pytest.mark.parametrize(
+    ("place", "kind"),
+    [
+        ([], ProjectFile),
+        (["rig"], RigFile),
+        (["rig", "boards"], BoardsFile),
+        (["target"], TargetFile),
+        (["markers"], MarkersFile),
+        (["visits", "[]"], VisitFile),
+        (["visits", "[]", "stations", "[]"], StationFile),
+    ],
+)
+def test_the_schema_knows_the_same_keys(place: list[str], kind: type) -> None:
+    whole = schema("project-1")
+    parts = _alternatives(whole, whole)
+    for key in place:
+        below = [part["items"] if key == "[]" else part["properties"].get(key) for part in parts]
+        parts = [alternative for part in below if part for alternative in _alternatives(part, whole)]
+    assert set().union(*(part["properties"] for part in parts)) == {f.name for f in fields(kind)}
+    assert all(part.get("additionalProperties") is False for part in parts)
+
+
+def _alternatives(part: dict[str, Any], whole: dict[str, Any]) -> list[dict[str, Any]]:
+    while "$ref" in part:
+        found: Any = whole
+        for key in part["$ref"].removeprefix("#/").split("/"):
+            found = found[key]
+        part = found
+    return (
+        [one for alternative in part["oneOf"] for one in _alternatives(alternative, whole)]
+        if "oneOf" in part
+        else [part]
+    )
+
+
+def test_the_readmes_example_is_a_good_project_file(tmp_path: Path) -> None:
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    example = readme.split("```yaml\n")[1].split("```")[0]
+    path = write_project(tmp_path)
+    path.write_text(example, encoding="utf-8")
+    assert read_project(path).name == "Sample site"
