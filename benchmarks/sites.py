@@ -1,0 +1,65 @@
+"""The sites that benchmarks run on: the shipped sample, and others made by the same generator on reporting seeds."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLE = ROOT / "sample_models" / "site"
+REPORTING_SEEDS = (100, 101, 102, 103, 104, 105)
+"""Never looked at while thresholds were chosen; with the sample's two visits 14 visits, 70 stations, 28 storeys."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SiteRun:
+    """One site's truth, the program's results by visit date, and what the run cost."""
+
+    name: str
+    truth: dict[str, Any]
+    results: dict[str, dict[str, Any]]  # visit date -> result document
+    seconds: float
+
+
+def benchmark_folder() -> Path:
+    """Return where generated sites are kept between runs: ASBUILT_BIM_BENCH, or a folder of the system's temp."""
+    folder = Path(os.environ.get("ASBUILT_BIM_BENCH", Path(tempfile.gettempdir()) / "asbuilt-bim-bench"))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def generated_site(seed: int) -> Path:
+    """Make (or find) the ray-cast site of a seed; needs `pip install -e synthetic`."""
+    site = benchmark_folder() / f"site-{seed}"
+    done = site / "complete"
+    if not done.exists():
+        command = [sys.executable, "-m", "asbuilt_synthetic", "site", "--seed", str(seed), "--out", str(site)]
+        subprocess.run(command, check=True)
+        done.touch()
+    return site
+
+
+def run_site(site: Path, name: str, workers: int | None = None) -> SiteRun:
+    """Run the program on a site as a user would, from the command line, and read what it wrote."""
+    with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
+        out = Path(scratch) / "out"
+        command = [sys.executable, "-m", "asbuilt_bim", "run", str(site / "project.yaml"), "--out", str(out), "--no-cache"]
+        if workers is not None:
+            command += ["--workers", str(workers)]
+        start = time.perf_counter()
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        seconds = time.perf_counter() - start
+        if done.returncode != 0:
+            raise SystemExit(f"{name}: the run ended with {done.returncode}:\n{done.stdout}\n{done.stderr}")
+        current = json.loads((out / "current.json").read_text(encoding="utf-8"))
+        visits = out / str(current["run"]) / "visits"
+        results = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(visits.glob("*.json"))}
+    truth = json.loads((site / "truth.json").read_text(encoding="utf-8"))
+    return SiteRun(name=name, truth=truth, results=results, seconds=seconds)
