@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from asbuilt_bim.scale.executor import one_thread_each
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.version import __version__
 
@@ -129,4 +130,5 @@ def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) 
 
 def main() -> None:
     """Run the command line; the entry point of `asbuilt-bim`."""
+    one_thread_each()
     app(prog_name="asbuilt-bim")

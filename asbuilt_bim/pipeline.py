@@ -94,6 +94,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
             rejections = (*stray, *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
             history = remember(history, report)
+        progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))
         pictures.update({picture_name(visit.date, name): picture for name, picture in seen.pictures.items()})
         known += seen.from_cache

@@ -113,7 +113,7 @@ def measure_visit(
                 note(station.name, photos)
                 continue
             key = _key(photos, rig_digest, options)
-            found = place.cache.get(key, Outcome)  # type: ignore[arg-type]
+            found = place.cache.get(key, StationMeasurement)
             if found is not None:
                 known.append(station.name)
                 note(station.name, found)
@@ -127,7 +127,8 @@ def measure_visit(
         if isinstance(done.result, WorkerLoss):
             note(name, _rejected(name, done.result.reason, "run again with fewer --workers"))
         else:
-            place.cache.put(keys[name], done.result, Outcome)
+            if isinstance(done.result, StationMeasurement):  # what failed may be mended: never kept
+                place.cache.put(keys[name], done.result, StationMeasurement)
             note(name, done.result)
     return _gathered([outcomes[station.name] for station in visit.stations], len(known))
 

@@ -1,7 +1,7 @@
 """The main job against the truth: target, face areas, states, completion, on the sample and on reporting seeds.
 
-    python benchmarks/site.py --check --json figures.json      the sample and six ray-cast sites, about half an hour
-    python benchmarks/site.py --quick                          the sample alone; lines with a small n are not judged
+python benchmarks/site.py --check --json figures.json      the sample and six ray-cast sites, about half an hour
+python benchmarks/site.py --quick                          the sample alone; lines with a small n are not judged
 """
 
 from __future__ import annotations
@@ -122,10 +122,10 @@ def area_lines(runs: list[SiteRun]) -> tuple[list[Line], list[dict[str, Any]]]:
 
 def element_lines(runs: list[SiteRun]) -> list[Line]:
     """Judge states and completion of the elements, visit by visit."""
-    right = wrong = unknown = unobserved = false_zero = 0
+    right = wrong = unknown = unobserved = false_zero = near_right = near = 0
     gaps: list[float] = []
     confusion: Counter[str] = Counter()
-    for run, truth, result in visits(runs):
+    for _, truth, result in visits(runs):
         measured = {element["global_id"]: element for element in result["elements"]}
         for element in truth["elements"]:
             said = measured[element["global_id"]]
@@ -138,6 +138,9 @@ def element_lines(runs: list[SiteRun]) -> list[Line]:
                 unknown += said["state"] == "unknown"
                 wrong += said["state"] != element["state"]
                 confusion[f"{element['state']} called {said['state']}"] += said["state"] != element["state"]
+            if element["visible_share_within_10_m"] > VISIBLE:
+                near += 1
+                near_right += said["state"] == element["state"]
             if completion["coverage"] > 0.8 and completion["best"] is not None:
                 gaps.append(abs(completion["best"] - element["completion"]))
     n = right + wrong
@@ -146,6 +149,7 @@ def element_lines(runs: list[SiteRun]) -> list[Line]:
     lines = [
         line("state right, elements over 50 % visible", f"{share:.1%}", ">= 95 %", n, share >= 0.95),
         line("  of these called unknown", f"{lost:.1%}", "<= 5 %", n, lost <= 0.05),
+        told("  state right, over 50 % visible within 10 m", f"{near_right / max(near, 1):.1%}", near),
         line("completion, mean gap where coverage > 80 %", f"{gap * 100:.1f} points", "<= 5", len(gaps), gap <= 0.05),
         line("unobserved elements reported as 0 %", str(false_zero), "0", unobserved, false_zero == 0),
     ]

@@ -50,7 +50,16 @@ def run_site(site: Path, name: str, workers: int | None = None) -> SiteRun:
     """Run the program on a site as a user would, from the command line, and read what it wrote."""
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
         out = Path(scratch) / "out"
-        command = [sys.executable, "-m", "asbuilt_bim", "run", str(site / "project.yaml"), "--out", str(out), "--no-cache"]
+        command = [
+            sys.executable,
+            "-m",
+            "asbuilt_bim",
+            "run",
+            str(site / "project.yaml"),
+            "--out",
+            str(out),
+            "--no-cache",
+        ]
         if workers is not None:
             command += ["--workers", str(workers)]
         start = time.perf_counter()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 from asbuilt_bim.camera.adjust import BoardView
@@ -26,30 +27,59 @@ def read_views(
     """
     views: list[BoardView] = []
     left_out: list[Rejection] = []
-    size: tuple[int, int] | None = None
+    size = _one_size([photo for pair in pairs for photo in pair])
+    usual = [Counter(_camera(pair[side]) for pair in pairs).most_common(1)[0][0] for side in (0, 1)] if pairs else []
     for index, (left, right) in enumerate(pairs):
-        name = f"{left.name} + {right.name}"
-        for photo in (left, right):
-            found = (photo.exif.width_px, photo.exif.height_px)
-            size = size or found
-            if found != size:
-                raise CalibrationError(
-                    f"board photo {photo.name}: {found[0]} x {found[1]} px, the others {size[0]} x {size[1]} px; "
-                    "use photos of one rig as the cameras stored them"
-                )
-        try:
-            view = _view(name, left, right, board)
-        except PhotoError as error:
-            left_out.append(Rejection(what=f"board pair {name}", reason=str(error)))
-            view = None
+        view = _view(left, right, usual, board)
+        if isinstance(view, Rejection):
+            left_out.append(view)
         else:
-            if view is None:
-                left_out.append(_no_board(name, board))
-        if view is not None:
             views.append(view)
         if progress is not None:
             progress(index + 1, len(pairs))
-    return views, size or (0, 0), left_out
+    return views, size, left_out
+
+
+def _one_size(photos: Sequence[Photo]) -> tuple[int, int]:
+    """Return the size (width, height) that all photos have; CalibrationError where one has another."""
+    sizes = [(photo.exif.width_px, photo.exif.height_px) for photo in photos]
+    usual = Counter(sizes).most_common(1)[0][0] if sizes else (0, 0)
+    for photo, size in zip(photos, sizes, strict=True):
+        if size != usual:
+            raise CalibrationError(
+                f"board photo {photo.name}: {size[0]} x {size[1]} px, the others {usual[0]} x {usual[1]} px; "
+                "use photos of one rig as the cameras stored them"
+            )
+    return usual
+
+
+Camera = tuple[str, str, float, int]
+
+
+def _camera(photo: Photo) -> Camera:
+    """Return what tells a camera, its zoom and how it was held: model, serial, focal length, orientation."""
+    exif = photo.exif
+    return exif.model, exif.serial, exif.focal_length_mm, exif.orientation
+
+
+def _is_other(found: Camera, usual: Camera) -> bool:
+    """Say whether two photos tell of different cameras; what one of them doesn't tell is no difference."""
+    return any(a != b and bool(a) and bool(b) for a, b in zip(found, usual, strict=True))
+
+
+def _odd_camera(name: str, found: list[Camera], usual: list[Camera]) -> Rejection:
+    return Rejection(
+        what=f"board pair {name}",
+        reason="its EXIF differs from the other pairs': another camera, another zoom, or left and right exchanged",
+        value="; ".join(_in_words(camera) for camera in found),
+        limit="; ".join(_in_words(camera) for camera in usual),
+        remedy="take all boards with the rig as it is used, its zoom fixed",
+    )
+
+
+def _in_words(camera: Camera) -> str:
+    model, serial, focal_mm, orientation = camera
+    return f"{model or 'no model'} {serial} {focal_mm:g} mm, orientation {orientation}"
 
 
 def _no_board(name: str, board: Board) -> Rejection:
@@ -61,11 +91,16 @@ def _no_board(name: str, board: Board) -> Rejection:
     )
 
 
-def _view(name: str, left: Photo, right: Photo, board: Board) -> BoardView | None:
-    seen_left = find_board(decode(left), board)
-    seen_right = find_board(decode(right), board) if seen_left is not None else None
+def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> BoardView | Rejection:
+    name = f"{left.name} + {right.name}"
+    if _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
+        return _odd_camera(name, [_camera(left), _camera(right)], usual)
+    try:
+        seen_left, seen_right = (find_board(decode(photo), board) for photo in (left, right))
+    except PhotoError as error:
+        return Rejection(what=f"board pair {name}", reason=str(error))
     if seen_left is None or seen_right is None:
-        return None
+        return _no_board(name, board)
     seen_right = same_way_round(seen_left, seen_right, board)
     points = board.points_m
     return BoardView(

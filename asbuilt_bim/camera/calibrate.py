@@ -84,7 +84,8 @@ def calibrate_stereo(
         ) from error
     right_from_left = right_from_left_of(adjusted.shared)
     refuse_impossible(right_from_left, board.square_m)
-    exif_left, exif_right = pairs[0][0].exif, pairs[0][1].exif
+    used = {view.name for view in views}
+    exif_left, exif_right = next((a.exif, b.exif) for a, b in pairs if f"{a.name} + {b.name}" in used)
     rig = _rig(adjusted, size, right_from_left, len(views), exif_left, exif_right)
     return Calibration(
         rig=rig,

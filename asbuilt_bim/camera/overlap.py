@@ -21,7 +21,10 @@ _RATIO = 0.85
 _FEWEST = 25  # below, chance matches could make a pattern
 _MODEL_TOLERANCE_PX = 3.0
 _ROW_BAND_SHARE = 0.12  # of the height: a rig knocked further no longer has rows to speak of
-_SWAPPED_SHARE = 0.8
+BEHIND_LIMIT = 0.2
+"""Share of features with a negative disparity: chance matches stay below a few per cent."""
+_UPRIGHT = 0.1  # correlation of disparity with the row
+_NEIGHBOURS, _NEIGHBOUR_SHARE = 6, 0.08  # of the width: nearby features differ by less, even across an edge in depth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,7 +61,9 @@ def match_pair(pair: RectifiedPair) -> PairMatches:
     if len(good) < 4:
         return PairMatches(left_px=none, right_px=none)
     fits = _one_tilt(a, a[:, 1] - b[:, 1], _ROW_BAND_SHARE * pair.camera.height_px)
-    return PairMatches(left_px=a[fits], right_px=b[fits])
+    a, b = a[fits], b[fits]
+    alike = _like_neighbours(a, a[:, 0] - b[:, 0], _NEIGHBOUR_SHARE * pair.camera.width_px)
+    return PairMatches(left_px=a[alike], right_px=b[alike])
 
 
 def overlap_share(pair: RectifiedPair, matches: PairMatches) -> float:
@@ -94,17 +99,9 @@ def check_pair(pair: RectifiedPair) -> tuple[Rejection, ...]:
                 remedy="check that both photos are of this station and in focus, and that the rig is the project's",
             ),
         )
-    behind = float(np.mean(matches.disparity_px < -1.0))
-    if behind > _SWAPPED_SHARE:
-        return (
-            Rejection(
-                what=what,
-                reason="left and right look swapped: the scene would lie behind the rig",
-                value=f"{100 * behind:.0f} % of features",
-                limit=f"{100 * _SWAPPED_SHARE:.0f} %",
-                remedy="exchange left and right of this station in the project file",
-            ),
-        )
+    behind = _behind(what, matches)
+    if behind is not None:
+        return (behind,)
     rejections = []
     rows = float(np.median(np.abs(matches.rows_px)))
     if rows > ROW_LIMIT_PX:
@@ -129,6 +126,31 @@ def check_pair(pair: RectifiedPair) -> tuple[Rejection, ...]:
             )
         )
     return tuple(rejections)
+
+
+def _behind(what: str, matches: PairMatches) -> Rejection | None:
+    """Say what is wrong where the scene would lie behind the rig: photos swapped, or the right camera turned outwards.
+
+    In a photo taken upright lower things are nearer. Swapping turns disparity's sign, so that they would be further;
+    a turned camera shifts all disparities alike.
+    """
+    share = float(np.mean(matches.disparity_px < -1.0))
+    if share <= BEHIND_LIMIT:
+        return None
+    down, disparity = matches.left_px[:, 1] - matches.left_px[:, 1].mean(), matches.disparity_px
+    rises = float(down @ (disparity - disparity.mean())) > _UPRIGHT * float(np.linalg.norm(down)) * float(
+        np.linalg.norm(disparity - disparity.mean())
+    )
+    reason, remedy = "left and right look swapped", "exchange left and right of this station in the project file"
+    if rises:
+        reason, remedy = "the rig was knocked: its right camera was turned outwards", "calibrate the rig again"
+    return Rejection(
+        what=what,
+        reason=f"{reason} (a part of the scene would lie behind the rig)",
+        value=f"{100 * share:.0f} % of features",
+        limit=f"{100 * BEHIND_LIMIT:.0f} %",
+        remedy=remedy,
+    )
 
 
 def _features(image: ByteImage, valid: BoolArray, scale: float) -> tuple[FloatArray, ByteImage]:
@@ -160,3 +182,14 @@ def _one_tilt(left: FloatArray, rows: FloatArray, band: float) -> BoolArray:
     best = misses[int(np.argmin(np.minimum(misses, _MODEL_TOLERANCE_PX).sum(axis=1)))]
     fits: BoolArray = best < _MODEL_TOLERANCE_PX
     return fits
+
+
+def _like_neighbours(left: FloatArray, disparity: FloatArray, tolerance: float) -> BoolArray:
+    """Say which matches agree in disparity (N,) with at least half of their nearest ones: chance matches are alone."""
+    if len(left) <= _NEIGHBOURS:
+        return np.ones(len(left), dtype=bool)
+    apart = np.linalg.norm(left[:, None] - left[None], axis=-1)
+    nearest = np.argpartition(apart, _NEIGHBOURS, axis=1)[:, : _NEIGHBOURS + 1]  # itself among them
+    agree = np.abs(disparity[nearest] - disparity[:, None]) < tolerance
+    alike: BoolArray = agree.sum(axis=1) - 1 >= _NEIGHBOURS / 2
+    return alike

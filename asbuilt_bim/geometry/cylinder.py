@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.transform import apply, rotate
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CylinderFrame:
-    """A cylinder and where its mantle is unrolled from: `origin_m` on the axis, `axis` up, `zero` the direction of u = 0.
+    """A cylinder and where its mantle is unrolled from: `origin_m` on the axis, `axis` up, `zero` where u is 0.
 
     Mantle coordinates (u, v): u = radius x angle from `zero`, counter-clockwise seen from above (from the tip
     of `axis`), in (-pi r, pi r]; v = height along the axis, in metres.

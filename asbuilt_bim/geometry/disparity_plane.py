@@ -30,7 +30,9 @@ def q_of(plane: Plane, focal_baseline: float) -> FloatArray:
     return np.asarray(plane.normal * (focal_baseline / plane.offset_m), dtype=np.float64)
 
 
-def fit_q(rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray, steps: int = 6) -> tuple[FloatArray, FloatArray]:
+def fit_q(
+    rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray, steps: int = 6
+) -> tuple[FloatArray, FloatArray]:
     """Fit q to rays (N, 3) and disparities (N,) by reweighted least squares (Tukey, 4 sigma); returns q, covariance.
 
     The scale of the residuals is estimated (never under the given sigma), so the covariance holds for the data as
@@ -40,17 +42,17 @@ def fit_q(rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray, step
     """
     if len(rays) < 3:
         raise ValueError(f"a plane needs 3 points, not {len(rays)}")
-    weight = 1.0 / np.square(sigma_px)
-    q = np.zeros(3)
-    normal_matrix = np.eye(3)
+    weight: FloatArray = 1.0 / np.square(sigma_px)
+    q: FloatArray = np.zeros(3)
+    normal_matrix: FloatArray = np.eye(3)
     scale = 1.0
-    tukey = np.ones_like(weight)
+    tukey: FloatArray = np.ones_like(weight)
     for _ in range(steps):
         weighted = rays * (weight * tukey)[:, None]
         normal_matrix = weighted.T @ rays + 1e-9 * np.eye(3)
-        q = np.linalg.solve(normal_matrix, weighted.T @ disparity_px)
+        q = np.asarray(np.linalg.solve(normal_matrix, weighted.T @ disparity_px))
         residual = (disparity_px - rays @ q) / sigma_px
         scale = max(1.0, 1.4826 * float(np.median(np.abs(residual))))
-        tukey = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
-    covariance: FloatArray = np.linalg.inv(normal_matrix) * scale**2
+        tukey = np.asarray(np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None)), np.float64)
+    covariance: FloatArray = np.asarray(np.linalg.inv(normal_matrix), np.float64) * scale**2
     return q, covariance

@@ -10,11 +10,11 @@ from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.geometry.level import LevelledMap
 
-HEIGHT_BIN_M = 0.05
-"""A raked slab or rolled gravel is level to this."""
-LEAST_SHARE = 0.012
+HEIGHT_BIN_M = 0.025
+"""A raked slab or rolled gravel is level to this; blinding and slab differ by more."""
+LEAST_SHARE = 0.006
 """A floor covers at least this share of the photo."""
-MOST_FLOORS = 5
+MOST_FLOORS = 6
 SAMPLES = 20_000
 """Enough that a plane is known to thousandths of a pixel."""
 
@@ -49,7 +49,7 @@ def grow_floors(level: LevelledMap, slope: Float32Array) -> list[Floor]:
         if pairs[best] < least:
             break
         height = float(edges[best + 1])
-        near = np.abs(below - height) < 3.0 * HEIGHT_BIN_M
+        near = np.abs(below - height) < 2.5 * HEIGHT_BIN_M
         picked = spots[near & free]
         picked = picked[:: max(1, len(picked) // SAMPLES)]
         rays = level.rays.reshape(-1, 3)[picked]

@@ -1,7 +1,7 @@
 """Upright planes, round columns and level surfaces grown in a disparity map.
 
-In the levelled view a building is a plan drawing: columns of pixels vote for the disparities that stand upright in them,
-votes chain up to what one walks along without a jump in depth, and a chain is cut into the fewest straight pieces
+In the levelled view a building is a plan drawing: columns of pixels vote for the disparities that stand upright in
+them, votes chain up to what one walks along without a jump in depth, and a chain is cut into the fewest straight pieces
 (planes) or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
 """
 
@@ -18,7 +18,6 @@ from asbuilt_bim.geometry.level import LevelledMap
 from asbuilt_bim.geometry.polyline import fit_line, straight_pieces
 from asbuilt_bim.geometry.profile import Chain, chains, modes
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle, fit_round
-
 
 SHORT_PX = 20.0
 """Ten columns: under it a piece's slope is mostly the matcher's bend at the edge."""
@@ -121,7 +120,13 @@ def _pieces_of_chain(chain: Chain, number: int, f_px: float, baseline_m: float, 
         slope, offset, rms = fit_line(x, d, sigma[start:stop])
         built.append(
             Piece(
-                x0_px=float(x[0]), x1_px=float(x[-1]), slope=slope, offset_px=offset, circle=None, rms_px=rms, chain=number
+                x0_px=float(x[0]),
+                x1_px=float(x[-1]),
+                slope=slope,
+                offset_px=offset,
+                circle=None,
+                rms_px=rms,
+                chain=number,
             )
         )
     straight = _straightened(built, chain, options, f_px, baseline_m)
@@ -168,7 +173,5 @@ def _joined(built: list[Piece], touch_px: float) -> list[Piece]:
         seam = np.array(0.5 * (one.x1_px + other.x0_px))
         both_flat = one.circle is None and other.circle is None
         gap = abs(float(one.at(seam) - other.at(seam))) if both_flat else np.inf
-        joined.append(
-            replace(one, touches_next=gap < touch_px, convex_next=gap < touch_px and one.slope > other.slope)
-        )
+        joined.append(replace(one, touches_next=gap < touch_px, convex_next=gap < touch_px and one.slope > other.slope))
     return joined + built[-1:]

@@ -28,7 +28,7 @@ class LevelView:
         return turned
 
     def coordinates(self, rays: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return level x and y in pixels from the principal point and the factor that divides disparities, each (...)."""
+        """Return level x and y in pixels from the principal point, and the factor that divides disparities."""
         turned = self.turn(rays)
         forward = np.maximum(turned[..., 2], 1e-3)
         return self.f_px * turned[..., 0] / forward, self.f_px * turned[..., 1] / forward, forward

@@ -7,7 +7,9 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray
 
 
-def straight_pieces(x: FloatArray, y: FloatArray, sigma: FloatArray, penalty: float, least_points: int = 4) -> list[tuple[int, int]]:
+def straight_pieces(
+    x: FloatArray, y: FloatArray, sigma: FloatArray, penalty: float, least_points: int = 4
+) -> list[tuple[int, int]]:
     """Cut points (N,) into runs [start, stop) fitted by lines, at least total chi-square + penalty per piece.
 
     Exact, by dynamic programming over all cuts. Residuals count up to 3 sigma, so a stray point doesn't force a cut.

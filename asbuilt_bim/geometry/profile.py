@@ -43,9 +43,11 @@ def modes(
     columns, rows = int(column.max()) + 1, int(largest_d_px / BIN_PX) + 1
     flat = column * rows + row
     count = np.bincount(flat, minlength=columns * rows).reshape(columns, rows).astype(np.float64)
-    total = np.bincount(flat, weights=d_px, minlength=columns * rows).reshape(columns, rows)
+    total: FloatArray = (
+        np.bincount(flat, weights=d_px, minlength=columns * rows).reshape(columns, rows).astype(np.float64)
+    )
     near_count, near_total = _windowed(count, 3), _windowed(total, 3)
-    smooth = near_count + _windowed(count, 1)
+    smooth: FloatArray = near_count + _windowed(count, 1)
     peak = smooth >= _running_max(smooth, 4)
     height = np.arange(rows) * BIN_PX
     peak &= near_count >= np.maximum(least_height * height[None, :] * COLUMN_PX, 12.0)
@@ -58,7 +60,9 @@ def modes(
     return at_column[fresh].astype(np.int32), level[fresh], support[fresh], start + 0.5 * COLUMN_PX - 0.5
 
 
-def chains(columns: IntArray, d_px: FloatArray, support: FloatArray, start_px: float, jump_px: float = 0.9) -> list[Chain]:
+def chains(
+    columns: IntArray, d_px: FloatArray, support: FloatArray, start_px: float, jump_px: float = 0.9
+) -> list[Chain]:
     """Link modes of neighbouring columns that differ from the prediction by under `jump_px`, the best links first."""
     finished: list[list[int]] = []
     active: list[list[int]] = []

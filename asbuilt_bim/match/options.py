@@ -14,7 +14,7 @@ class MatchOptions:
     max_offset_m: float = 0.10  # half a thin wall: a front is never taken for its back
     sigmas: float = 3.0  # added to both limits for what the measurement itself may err
     border_m: float = 0.10  # how far an outline may pass the design's border: pose, formwork joint, mask edge
-    max_radius_share: float = 0.15  # round columns come in steps of 50 mm or more: 300, 350, 400 ...
+    max_radius_share: float = 0.25  # the axis says which column it is; a pole or a barrel differs by more
     min_share: float = 0.02  # a smaller part of a face on a design face is its border's noise
     min_area_m2: float = 0.02  # the same, absolutely
     angle_scale_deg: float = 4.0  # how fast the score falls with the angle

@@ -17,6 +17,9 @@ from asbuilt_bim.match.regions import Frame, design_region
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.register.pose import StationPose
 
+APART, TURNED = 100.0, 1000.0
+"""Excess of faces that don't overlap, and of faces that are turned: further from a match than any offset."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WorldFace:
@@ -69,13 +72,20 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
         return None
     if angle > np.pi / 2:
         return None
+    angle_sigma = _angle_sigma(seen)
+    widest = np.radians(options.max_angle_deg) + min(options.sigmas * angle_sigma, np.radians(options.max_angle_deg))
+    if angle > widest:
+        return Comparison(
+            design=design, strict=polygon.EMPTY, loose=polygon.EMPTY, angle_rad=angle, offset_m=0.0,
+            offset_sigma_m=0.0, score=0.0, fault="is turned against it", value=f"{np.degrees(angle):.0f} deg",
+            limit=f"{np.degrees(widest):.0f} deg", excess=TURNED + angle / widest,
+        )  # fmt: skip
     border = design_region(design, seen.frame)
     strict = polygon.intersection(seen.outline, border)
     loose = polygon.intersection(seen.outline, polygon.grown(border, options.border_m)) if border else polygon.EMPTY
     offset, sigma = _offset(seen, design, strict or loose)
-    angle_sigma = _angle_sigma(seen)
     score = _score(seen.face.label == kind, angle, angle_sigma, offset, sigma, options)
-    fault, value, limit, excess = _fault(seen, design, loose, (angle, angle_sigma), (offset, sigma), options)
+    fault, value, limit, excess = _fault(seen, design, loose, offset, sigma, options)
     return Comparison(
         design=design, strict=strict, loose=loose, angle_rad=angle, offset_m=offset, offset_sigma_m=sigma,
         score=score, fault=fault, value=value, limit=limit, excess=excess,
@@ -125,9 +135,10 @@ def _offset(seen: WorldFace, design: DesignFace, where: Region) -> tuple[float, 
         across = across - design.frame.origin_m
         across = across - (across @ axis) * axis
         normal = design.frame.outward(design.frame.to_uv(at))
-        # Along the line of sight's normal, with its sign, where the measured axis is off; else what the axis is off.
+        # Of the surface that is seen, along its normal; or of the axis, across that, where this is more. The axis along
+        # the normal is no measure: it goes with the radius, which a narrow arc tells badly.
         offset = float(across @ normal) + seen.frame.radius_m - design.frame.radius_m
-        sideways = float(np.linalg.norm(across))
+        sideways = float(np.linalg.norm(across - (across @ normal) * normal))
         offset = offset if abs(offset) >= sideways else float(np.copysign(sideways, offset))
     pose_part = float(point_sigma_m(seen.pose, at, normal))
     return offset, float(np.hypot(pose_part, plane_offset_sigma_m(seen, at)))
@@ -146,22 +157,19 @@ def _fault(
     seen: WorldFace,
     design: DesignFace,
     loose: Region,
-    angle: tuple[float, float],
-    offset: tuple[float, float],
+    offset: float,
+    offset_sigma: float,
     options: MatchOptions,
 ) -> tuple[str, str, str, float]:
-    widest = np.radians(options.max_angle_deg) + min(options.sigmas * angle[1], np.radians(options.max_angle_deg))
-    if angle[0] > widest:
-        return "is turned against it", f"{np.degrees(angle[0]):.0f} deg", f"{np.degrees(widest):.0f} deg", 20.0
     if polygon.area(loose) < max(options.min_area_m2, options.min_share * seen.face.area_m2):
-        return "doesn't overlap it", f"{polygon.area(loose):.2f} m2", f"{options.min_area_m2:.2f} m2", 10.0
+        return "doesn't overlap it", f"{polygon.area(loose):.2f} m2", f"{options.min_area_m2:.2f} m2", APART
     if isinstance(seen.frame, CylinderFrame) and isinstance(design.frame, CylinderFrame):
         share = abs(seen.frame.radius_m / design.frame.radius_m - 1.0)
         if share > options.max_radius_share:
             excess = share / options.max_radius_share
             return "has another radius", f"{share:.0%} off", f"{options.max_radius_share:.0%}", excess
-    furthest = options.max_offset_m + options.sigmas * offset[1]
-    if abs(offset[0]) > furthest:
-        where = "stands before it" if offset[0] > 0.0 else "lies behind it"
-        return where, f"{abs(offset[0]):.2f} m", f"{furthest:.2f} m", abs(offset[0]) / furthest
+    furthest = options.max_offset_m + options.sigmas * offset_sigma
+    if abs(offset) > furthest:
+        where = "stands before it" if offset > 0.0 else "lies behind it"
+        return where, f"{abs(offset):.2f} m", f"{furthest:.2f} m", abs(offset) / furthest
     return "", "", "", 0.0

@@ -57,7 +57,7 @@ class Touch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Adjusted:
-    """The planes after adjustment: q (n, 3), covariances (n, 3, 3), plumb (3,) downwards, names of dropped constraints."""
+    """The planes after adjustment: q (n, 3), covariances (n, 3, 3), plumb (3,) downwards, dropped constraints."""
 
     q_px: FloatArray
     covariance: FloatArray
@@ -99,7 +99,9 @@ def adjust_planes(
         for _ in range(STEPS):
             plumb = start + tilt @ axes
             plumb = plumb / np.linalg.norm(plumb)
-            rows = _rows(sights, whiteners, edges, touches, q, plumb, axes, tilt / down_sigma_rad, down_sigma_rad, upright)
+            rows = _rows(
+                sights, whiteners, edges, touches, q, plumb, axes, tilt / down_sigma_rad, down_sigma_rad, upright
+            )
             rows = [row for row in rows if row.name not in dropped]
             matrix = np.zeros((len(rows), 3 * count + 2))
             for i, row in enumerate(rows):
@@ -146,7 +148,13 @@ def _rows(
         columns = [3 * i, 3 * i + 1, 3 * i + 2]
         whitened = whiteners[i] @ (q[i] - sight.q_px)
         rows += [
-            _Row(name=f"photos {i} {k}", residual=float(whitened[k]), columns=columns, derivatives=whiteners[i][k], tested=False)
+            _Row(
+                name=f"photos {i} {k}",
+                residual=float(whitened[k]),
+                columns=columns,
+                derivatives=whiteners[i][k],
+                tested=False,
+            )
             for k in range(3)
         ]
         if upright[i]:
@@ -170,7 +178,13 @@ def _rows(
         sigma = float(np.hypot(edge.sigma_px, EDGE_SIGMA_PX))
         miss = float(q[i] @ edge.ray) - edge.disparity_px
         rows.append(
-            _Row(name=f"edge {k}", residual=miss / sigma, columns=[3 * i, 3 * i + 1, 3 * i + 2], derivatives=edge.ray / sigma, tested=True)
+            _Row(
+                name=f"edge {k}",
+                residual=miss / sigma,
+                columns=[3 * i, 3 * i + 1, 3 * i + 2],
+                derivatives=edge.ray / sigma,
+                tested=True,
+            )
         )
     for k, touch in enumerate(touches):
         rows += _touch_rows(k, touch, q)

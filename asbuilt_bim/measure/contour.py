@@ -17,7 +17,7 @@ Course = Literal["upright", "level", "slant", "free"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Side:
-    """One side of a contour: its course on the face, the straight line drawn for it, and the contour points (N, 2) px."""
+    """One side of a contour: its course on the face, the straight line drawn for it, the contour points (N, 2) px."""
 
     course: Course
     line: Line
@@ -25,7 +25,7 @@ class Side:
 
 
 def contours(mask: BoolArray) -> list[FloatArray]:
-    """Return the mask's rings (N, 2) px around pixel AREAS: the outer one first (its inside to the left), then its holes.
+    """Return the mask's rings (N, 2) px around pixel AREAS, the outer one first, then its holes the other way round.
 
     Only the largest part is taken. Pixel centres are integers, so a lone pixel's ring has the area 1.
     """
@@ -58,8 +58,8 @@ def sides(
 ) -> list[Side]:
     """Cut a ring (N, 2) into sides.
 
-    `course_of(start, stop)` says how a segment runs on the face and gives the image direction (2,) of an exactly upright
-    or level line there. Segments that run alike and lie within `wiggle_px` of one line become one side.
+    `course_of(start, stop)` says how a segment runs on the face and gives the image direction (2,) of an exactly
+    upright or level line there. Segments that run alike and lie within `wiggle_px` of one line become one side.
     """
     corners = _corners(ring, wiggle_px)
     if len(corners) < 3:

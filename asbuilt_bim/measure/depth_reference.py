@@ -55,7 +55,7 @@ def pack(depth: DepthMap, sky: BoolArray) -> DepthReference:
 def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
     """Return disparity and sigma (h, w) float32 in FULL-size pixels, and the scale.
 
-    NaN where nothing was measured, 0.0 where there is sky; reference pixel i covers full pixels i scale .. (i + 1) scale - 1.
+    NaN where nothing was measured, 0.0 where there is sky; `DepthReference.scale` says what a pixel covers.
 
     Raises: ValueError where the bytes are no picture.
     """

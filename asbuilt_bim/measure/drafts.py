@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.edges import Gradients, gradients, pixel_plane
-from asbuilt_bim.measure.outline import Outline, find_outline
+from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.straight import Surroundings
 from asbuilt_bim.vision.scene import Scene, q_of_piece
@@ -26,6 +26,8 @@ LEAST_PIXELS = 150
 MATCHER_BLOCK_PX = 150.0
 """Pixels of a matcher's answer that err together: its window and its smoothness."""
 FRAME_MARGIN_PX = 4
+NARROW_SHARE = 0.9
+"""A face under this share of its neighbour's width in the photo takes top and foot from it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,16 +51,22 @@ class Workbench:
     both: Pictures
     slopes: Gradients
     grey_levels: tuple[Float32Array, Float32Array]
+    marks: BoolArray  # (H, W) print on boards: holds no plane and no edge
     frame: BoolArray  # (H, W) within a few px of where the left photo ends
 
 
-def workbench(pair: RectifiedPair, scene: Scene) -> Workbench:
+def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None) -> Workbench:
     """Lay out the pair for measuring: smoothed pictures, gradients, and where the frame ends."""
     left, right = grey(pair.left), grey(pair.right)
     return Workbench(
-        pair=pair, scene=scene, both=pictures(left, right), slopes=gradients(left, right, pair.valid_right), grey_levels=(left, right),
+        pair=pair,
+        scene=scene,
+        both=pictures(left, right, pair.valid_right),
+        slopes=gradients(left, right, pair.valid_right),
+        grey_levels=(left, right),
+        marks=marks if marks is not None else np.zeros(pair.valid_left.shape, dtype=bool),
         frame=_frame(pair.valid_left),
-    )  # fmt: skip
+    )
 
 
 def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
@@ -87,15 +95,38 @@ def outline_faces(bench: Workbench, drafts: Sequence[Draft], planes: FloatArray)
     scene = bench.scene
     known = {draft.piece: planes[i] for i, draft in enumerate(drafts)}
     known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(scene.floors)}
-    drawn: list[Draft] = []
-    for i, draft in enumerate(drafts):
+    widths = [_width_px(draft.mask) for draft in drafts]
+    drawn = dict(enumerate(drafts))
+    for i in sorted(drawn, key=lambda k: -widths[k]):  # the wide ones first: they tell their neighbours top and foot
+        draft = drafts[i]
         around = Surroundings(
-            colour=bench.pair.left, left_grey=bench.grey_levels[0], right_grey=bench.grey_levels[1], gradients=bench.slopes,
-            labels=scene.labels, planes=known, frame=bench.frame, valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]),
-            camera=bench.pair.camera, down=scene.level.view.down, texture_grey=_texture(bench.slopes, draft.mask),
+            colour=bench.pair.left, marks=bench.marks, left_grey=bench.grey_levels[0], right_grey=bench.grey_levels[1],
+            gradients=bench.slopes, labels=scene.labels, planes=known, frame=bench.frame,
+            valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]), camera=bench.pair.camera,
+            down=scene.level.view.down, texture_grey=_texture(bench.slopes, draft.mask),
         )  # fmt: skip
-        drawn.append(replace(draft, outline=find_outline(draft.mask, draft.piece, around)))
-    return drawn
+        ends = None
+        for j in _touching(bench, drafts, i):
+            neighbour = drawn[j].outline
+            if neighbour is not None and widths[i] < NARROW_SHARE * widths[j]:
+                ends = shared_ends(neighbour, draft.piece)
+        drawn[i] = replace(draft, outline=find_outline(draft.mask, draft.piece, around, ends))
+    return [drawn[i] for i in range(len(drafts))]
+
+
+def _touching(bench: Workbench, drafts: Sequence[Draft], i: int) -> list[int]:
+    """Return the drafts of the same instance that meet draft i in a convex edge."""
+    pieces = bench.scene.pieces
+    found: list[int] = []
+    for j, other in enumerate(drafts):
+        low, high = sorted((drafts[i].piece, other.piece))
+        if other.instance == drafts[i].instance and high == low + 1 and pieces[low].convex_next:
+            found.append(j)
+    return found
+
+
+def _width_px(mask: BoolArray) -> int:
+    return int(cv2.boundingRect(mask.astype(np.uint8))[2])
 
 
 def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
@@ -107,14 +138,16 @@ def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
             continue
         inside = filled(draft.outline.rings, draft.mask.shape)
         core = cv2.erode(inside.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
-        core &= _near(bench, draft, 1.5)
+        core &= _near(bench, draft, 1.5) & ~bench.marks
         fit = refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px)
         sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance) if fit is not None else draft.sight
         better.append(replace(draft, sight=sight, refined=draft.refined or fit is not None))
     return better
 
 
-def adjust_drafts(bench: Workbench, drafts: Sequence[Draft]) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
+def adjust_drafts(
+    bench: Workbench, drafts: Sequence[Draft]
+) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
     """Solve the drafts' planes together; returns q (n, 3), covariances (n, 3, 3), plumb (3,) and what was dropped."""
     scene = bench.scene
     vertical = scene.vertical
@@ -141,7 +174,7 @@ def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
 def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draft:
     start = q_of_piece(bench.scene.pieces[piece], bench.scene.level)
     core = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
-    core = core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask
+    core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
     fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
     if fit is not None:
         sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
@@ -160,7 +193,9 @@ def _off_plane(bench: Workbench, q_px: FloatArray) -> Float32Array:
     disparity = bench.scene.level.disparity_px
     height, width = disparity.shape
     rows = p[1] * np.arange(height, dtype=np.float32) + p[2]
-    off: Float32Array = (disparity - rows[:, None] - p[0] * np.arange(width, dtype=np.float32)[None, :]).astype(np.float32)
+    off: Float32Array = (disparity - rows[:, None] - p[0] * np.arange(width, dtype=np.float32)[None, :]).astype(
+        np.float32
+    )
     return off
 
 

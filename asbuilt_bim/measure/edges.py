@@ -17,8 +17,12 @@ from asbuilt_bim.vision.warp import sample
 
 STEP_PX = 0.25
 """Profile step: a quarter of the sensor's own blur."""
+EDGE_FLOOR_PX = 0.12
+"""What blur, tone curve and chamfer move a whole edge by: a tenth of a pixel however long it is."""
 MOST_SAMPLES = 400
 TURN_STEPS = 13
+CREST_STEPS = 13
+"""An edge's profile is some 3 px wide after the sensor's and our own blur."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,7 +142,12 @@ def find_edge(
         miss_sigma = float(np.hypot(sigma, fit_right[2])) / abs(nx)
     found = line.moved(shift - 0.5 * slope * length, shift + 0.5 * slope * length)
     return EdgeFit(
-        line=found, sigma_px=sigma, strength=strength, contrast=contrast, disparity_miss_px=miss, miss_sigma_px=miss_sigma
+        line=found,
+        sigma_px=sigma,
+        strength=strength,
+        contrast=contrast,
+        disparity_miss_px=miss,
+        miss_sigma_px=miss_sigma,
     )
 
 
@@ -161,14 +170,23 @@ def _profiles(
 
 
 def _votes(left: FloatArray, right: FloatArray, texture_grey: float) -> FloatArray:
-    """Return 0..1 per profile place: the weaker of both gradients where they agree in sign, against the face's texture."""
+    """Return 0..1 per profile place: the weaker gradient where both agree in sign, against the face's texture."""
     agreed = np.where(left * right > 0.0, np.minimum(np.abs(left), np.abs(right)), 0.0)
-    votes: FloatArray = agreed**2 / (agreed**2 + texture_grey**2)
+    # a strong edge is wide above any threshold: only its crest may vote
+    crest = cv2.dilate(agreed.astype(np.float32), np.ones((1, CREST_STEPS), np.uint8))
+    sharp = np.square(agreed / np.maximum(crest, 1e-6))
+    votes: FloatArray = sharp * agreed**2 / (agreed**2 + texture_grey**2)
     return votes
 
 
 def _strongest(
-    votes: FloatArray, along: FloatArray, across: FloatArray, length: float, reach: float, half_turn: float, prior: float
+    votes: FloatArray,
+    along: FloatArray,
+    across: FloatArray,
+    length: float,
+    reach: float,
+    half_turn: float,
+    prior: float,
 ) -> tuple[float, float, float] | None:
     """Return (offset at the middle, turn, mean vote) of the line through the profiles that collects most votes."""
     shifts = np.flatnonzero(np.abs(across) <= reach)
@@ -221,7 +239,7 @@ def _subpixel(
     scatter = float(np.sqrt(np.sum(kept * residual**2) / total))
     # neighbouring profiles share texture over about 3 px
     independent = max(total**2 / float(np.sum(kept**2)) / 3.0, 2.0)
-    sigma = float(np.hypot(scatter / np.sqrt(independent), 0.05))
+    sigma = float(np.hypot(scatter / np.sqrt(independent), EDGE_FLOOR_PX))
     turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
     offset = float(centre[0] - turn * (along[0] - 0.5 * length) + solution[0])
     return offset, float(turn + solution[1] / length), sigma, float(np.median(top[inner]))

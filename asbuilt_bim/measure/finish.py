@@ -32,7 +32,9 @@ class Settled:
     outline: Outline
 
 
-def finish_face(bench: Workbench, settled: Settled, face_id: str, instance: Instance, calibration_m2: float) -> MeasuredFace | None:
+def finish_face(
+    bench: Workbench, settled: Settled, face_id: str, instance: Instance, calibration_m2: float
+) -> MeasuredFace | None:
     """Build the metric face in the LEFT frame; None where its outline encloses nothing on its plane."""
     camera = bench.pair.camera
     frame, rings_uv = outline_on_plane(settled.outline.rings, settled.q_px, camera, bench.scene.level.view.down)
@@ -71,23 +73,21 @@ def finish_face(bench: Workbench, settled: Settled, face_id: str, instance: Inst
 def outline_on_plane(
     rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera, down_rectified: FloatArray
 ) -> tuple[PlaneFrame, tuple[FloatArray, ...]]:
-    """Carry an outline's rings to the plane: a frame in the LEFT frame, and rings (N, 2) in metres, outer one counter-clockwise."""
+    """Carry an outline to the plane: a frame in the LEFT frame, rings (N, 2) in metres, the outer counter-clockwise."""
     rectified = plane_of(q_px, camera.f_px * camera.baseline_m)
     plane = rectified.moved(rigid(camera.rectified_from_left.T, np.zeros(3)))
     up = -down_rectified @ camera.rectified_from_left
     points = [plane.intersect(np.zeros(3), camera.rays(ring)) for ring in rings_px]
     frame = frame_on_plane(plane, points[0].mean(axis=0), up)
     rings = [frame.to_uv(p) for p in points]
-    turned = [
-        frozen(ring if (ring_area(ring) > 0.0) == (i == 0) else ring[::-1]) for i, ring in enumerate(rings)
-    ]
+    turned = [frozen(ring if (ring_area(ring) > 0.0) == (i == 0) else ring[::-1]) for i, ring in enumerate(rings)]
     return frame, tuple(turned)
 
 
 def plane_covariance(
     q_px: FloatArray, covariance: FloatArray, frame: PlaneFrame, centroid_m: FloatArray, camera: RectifiedCamera
 ) -> FloatArray:
-    """Carry q's covariance to [offset along the normal (m), tilt about u, tilt about v (rad)] at the centroid (left frame)."""
+    """Carry q's covariance to [offset along the normal (m), tilts about u and v (rad)] at the centroid, left frame."""
     length = float(np.linalg.norm(q_px))
     turn = camera.rectified_from_left
     n = -q_px / length

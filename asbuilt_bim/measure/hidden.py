@@ -16,6 +16,9 @@ NEARER_PX = 1.2
 NEARER_SIGMAS = 3.0
 RISE_PER_PX = 0.35
 """How fast a surface that only touches the face may come nearer off its edge: a floor, a wall at a right angle."""
+PLAIN_STRENGTH = 0.5
+HALF_SEEN_PX = (9.0, 14.0, 20.0, 28.0, 38.0)
+"""Left of a near thing lies a strip that the right photo doesn't show: its width is the step in disparity."""
 LEAST_RUN_PX = 10.0
 LEAST_SHARE = 0.03
 
@@ -29,19 +32,36 @@ class Seen:
 
 
 def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
-    """Walk along the outline and look what lies 3 to 6 px beyond it."""
+    """Walk along the outline and look what lies 3 to 6 px beyond it, and beyond what only one photo shows."""
     cut_px = hidden_px = total_px = 0.0
     for ring in outline.rings:
         points, normals, steps = _walk(ring)
         cut_px += float(steps[_at(bench.frame, points)].sum())
         hidden_px += float(steps[_nearer(bench, points, normals, q_px)].sum())
         total_px += float(steps.sum())
+    cut_px += _beyond_right(bench, outline, q_px)
     limit = max(LEAST_RUN_PX, LEAST_SHARE * total_px)
     return Seen(cut_by_frame=cut_px > LEAST_RUN_PX, occluded=hidden_px > limit)
 
 
+def _beyond_right(bench: Workbench, outline: Outline, q_px: FloatArray) -> float:
+    """Return the length of sides where the right photo ends and that the left one alone doesn't plainly show."""
+    p = pixel_plane(q_px, bench.pair.camera)
+    length = 0.0
+    for edge in outline.edges:
+        if edge.fit is not None and edge.fit.strength > PLAIN_STRENGTH:
+            continue
+        points = edge.line.start + np.linspace(0.1, 0.9, 17)[:, None] * (edge.line.stop - edge.line.start)
+        points = points + 6.0 * edge.line.normal
+        partner = points.copy()
+        partner[:, 0] -= points @ p[:2] + p[2]
+        lost = (partner[:, 0] < 0.0) | ~_at(bench.pair.valid_right, partner)
+        length += edge.line.length_px * float(np.mean(lost))
+    return length
+
+
 def _walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return places (N, 2) about 2 px apart along a ring, the normals (N, 2) off the face, and the length each stands for."""
+    """Return places (N, 2) about 2 px apart along a ring, normals (N, 2) off the face, and the length of each."""
     ends = np.roll(ring, -1, axis=0)
     lengths = np.linalg.norm(ends - ring, axis=1)
     places, normals, steps = [], [], []
@@ -78,4 +98,23 @@ def _nearer(bench: Workbench, points: FloatArray, normals: FloatArray, q_px: Flo
         sigma = np.nan_to_num(level.sigma_px[y, x], posinf=4.0)
         votes += inside & (step > NEARER_PX + RISE_PER_PX * beyond) & (step > NEARER_SIGMAS * sigma)
     nearer: BoolArray = votes >= 2
-    return nearer
+    return nearer | _past_half_seen(bench, points, normals, p)
+
+
+def _past_half_seen(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray) -> BoolArray:
+    """Say where, to the right, nothing is measured until something nearer begins."""
+    level = bench.scene.level
+    height, width = level.measured.shape
+    open_ = normals[:, 0] > 0.5
+    found = np.zeros(len(points), dtype=bool)
+    for beyond in (3.0, 6.0, *HALF_SEEN_PX):
+        at = points + beyond * normals
+        x, y = np.round(at[:, 0]).astype(np.intp), np.round(at[:, 1]).astype(np.intp)
+        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+        measured = inside & level.measured[y, x]
+        step = np.nan_to_num(level.disparity_px[y, x], nan=-np.inf) - (at @ p[:2] + p[2])
+        # the strip is no wider than the step that makes it
+        found |= open_ & measured & (step > max(NEARER_PX, 0.5 * beyond))
+        open_ &= inside & ~measured
+    return found

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
 
 ON_PX, OFF_PX = 0.8, 1.0
-OWN, SAME, OPEN, FOREIGN = -0.3, -0.05, 0.02, 0.3
+OWN, SAME, OPEN, FOREIGN = -0.3, 0.01, 0.02, 0.3
 """Costs per pixel of calling it face: labelled so; at its depth but labelled otherwise; nothing known; another's."""
 SHADE_FREE_AB = 7.0
 """Chroma apart (Lab) that stains and a shadow's blue make on one wall."""
@@ -24,7 +24,7 @@ def face_cost(
     colour: ByteImage,
     ended: BoolArray,
 ) -> Float32Array:
-    """Return per raster pixel (h, w) what it costs to call it the face: below 0 where it looks like it, above where not.
+    """Return per raster pixel (h, w) what calling it the face costs: below 0 where it looks like it, above where not.
 
     `own`, `other`: labelled as this face, as something else that is not nearer. `off_px`: measured disparity less the
     face's plane, NaN where not measured. `difference`: left picture less right, `paired` where the right one shows it.
@@ -56,4 +56,5 @@ def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:
     scatter = 1.4826 * float(np.median(np.linalg.norm(pixels - middle, axis=1)))
     apart = np.linalg.norm(lab - middle, axis=2)
     limit = 2.0 * scatter + SHADE_FREE_AB
-    return np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)
+    strange: Float32Array = np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)
+    return strange

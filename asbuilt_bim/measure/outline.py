@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
@@ -12,7 +13,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.measure.contour import Course, Side, contours, sides
 from asbuilt_bim.measure.edges import EdgeFit, Line, find_edge, pixel_plane
-from asbuilt_bim.measure.straight import Surroundings, straight_sides
+from asbuilt_bim.measure.straight import BEHIND_PX, Surroundings, straight_sides
 
 Source = Literal["photo", "planes", "mask", "frame"]
 
@@ -20,6 +21,8 @@ LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
 MASK_SIGMA_PX = 1.5
 """How well the matcher's own border lies on the edge."""
+LEAST_KNOWN_SHARE = 0.3
+"""Of a gap's pixels must be measured before it may be called an opening."""
 SLANT_DEG = 12.0
 """A segment within this of plumb or level runs plumb or level: contours wiggle by that over a few tens of pixels."""
 
@@ -44,18 +47,41 @@ class Outline:
     edges: tuple[FaceEdge, ...]
 
 
-def find_outline(mask: BoolArray, label: int, around: Surroundings) -> Outline | None:
+def find_outline(mask: BoolArray, label: int, around: Surroundings, ends: FloatArray | None = None) -> Outline | None:
     """Draw the outline of the face `label` whose pixels are `mask` (H, W); None where nothing with an area is left.
 
-    Straight borders, plumb or level, where they explain the mask; its own contour where they don't.
+    Straight borders, plumb or level, where they explain the mask; its own contour where they don't. `ends` (2, 2) px:
+    top and foot of the edge that it shares with a wider face of the same pour.
     """
     q = around.planes[label]
-    straight = straight_sides(mask, label, around)
+    straight = straight_sides(mask, label, around, ends)
     if straight is not None:
         return _drawn([(found, found[0].points) for found in straight], label, around, reach_px=3.5, prior_px=1.5)
-    rings = contours(mask)
+    rings = [ring for i, ring in enumerate(contours(mask)) if i == 0 or _seen_through(ring, around)]
     ragged = [(sides(ring, lambda a, b: _course(a, b, q, around)), ring) for ring in rings]
     return _drawn(ragged, label, around, reach_px=7.0, prior_px=3.0)
+
+
+def _seen_through(ring: FloatArray, around: Surroundings) -> bool:
+    """Say whether a gap in a mask is an opening: what is measured in it lies behind. A dark spot is no opening."""
+    canvas = np.zeros(around.labels.shape, dtype=np.uint8)
+    cv2.fillPoly(canvas, [np.round(ring).astype(np.int32)], 1)
+    off = around.off_px[canvas > 0]
+    known = off[np.isfinite(off)]
+    return bool(known.size > LEAST_KNOWN_SHARE * off.size and np.median(known) < -BEHIND_PX)
+
+
+def shared_ends(outline: Outline, label: int) -> FloatArray | None:
+    """Return top and foot (2, 2) px of the upright side that an outline shares with the face `label`."""
+    shared = [edge for edge in outline.edges if edge.course == "upright" and edge.neighbour == label]
+    if not shared:
+        return None
+    line = max(shared, key=lambda edge: edge.line.length_px).line
+    ring = outline.rings[0]
+    on_it = ring[np.abs((ring - line.start) @ line.normal) < 4.0]
+    if len(on_it) < 2:
+        return None
+    return np.stack([on_it[np.argmin(on_it[:, 1])], on_it[np.argmax(on_it[:, 1])]])
 
 
 def _drawn(
@@ -154,7 +180,10 @@ def _crossing(line: Line, label: int, neighbour: int, around: Surroundings, reac
     if length < 1e-4:  # a disparity step of under 1 px in 10,000: the planes are one
         return None
     foot = [end - (n[0] * end[0] + n[1] * end[1] + n[2]) / length**2 * n[:2] for end in (line.start, line.stop)]
-    if max(float(np.linalg.norm(f - end)) for f, end in zip(foot, (line.start, line.stop), strict=True)) > 1.5 * reach_px:
+    if (
+        max(float(np.linalg.norm(f - end)) for f, end in zip(foot, (line.start, line.stop), strict=True))
+        > 1.5 * reach_px
+    ):
         return None
     return Line(start=foot[0], stop=foot[1])
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.disparity_plane import plane_of
 from asbuilt_bim.geometry.plane import frame_on_plane
 from asbuilt_bim.measure.edges import pixel_plane
@@ -32,19 +33,27 @@ class FaceRaster:
     height: int
     step_m: FloatArray  # (2,) metres per raster pixel along u and v
 
-    def lay(self, image: NDArray[np.generic], right: bool = False, nearest: bool = False) -> NDArray[np.generic]:
+    def lay(self, image: NDArray[Any], right: bool = False, nearest: bool = False) -> NDArray[Any]:
         """Carry a picture of the left (or right) photo's frame to the raster; the border is repeated."""
         matrix = self.right_from_raster if right else self.photo_from_raster
         flags = (cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR) | cv2.WARP_INVERSE_MAP
         return np.asarray(
-            cv2.warpPerspective(image, matrix, (self.width, self.height), flags=flags, borderMode=cv2.BORDER_REPLICATE)  # type: ignore[call-overload]
+            cv2.warpPerspective(image, matrix, (self.width, self.height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
         )
+
+    def from_photo(self, points: FloatArray) -> FloatArray:
+        """Carry places (N, 2) of the rectified left photo to the raster."""
+        return _carried(np.asarray(np.linalg.inv(self.photo_from_raster), dtype=np.float64), points)
 
     def to_photo(self, points: FloatArray) -> FloatArray:
         """Carry raster places (N, 2) to the rectified left photo."""
-        homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ self.photo_from_raster.T
-        carried: FloatArray = homogeneous[:, :2] / homogeneous[:, 2:]
-        return carried
+        return _carried(self.photo_from_raster, points)
+
+
+def _carried(matrix: FloatArray, points: FloatArray) -> FloatArray:
+    homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ matrix.T
+    carried: FloatArray = homogeneous[:, :2] / homogeneous[:, 2:]
+    return carried
 
 
 def face_raster(mask: BoolArray, q_px: FloatArray, camera: RectifiedCamera, down: FloatArray) -> FaceRaster | None:

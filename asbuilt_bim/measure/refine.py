@@ -13,29 +13,34 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.measure.raster import nonzero
-from asbuilt_bim.vision.warp import contrast, sample
+from asbuilt_bim.vision.warp import sample
 
 IndexArray = NDArray[np.intp]
 
-BLOCK_PX = 12
+BLOCK_PX = 16
 """Residuals within a block are taken as one observation: texture and interpolation err together over that far."""
 MOST_PIXELS = 20_000
 """Enough for thousandths of a pixel; more only costs time."""
+MOST_STEEP = 5.0
 STILL_PX = 0.002
 """A step that moves no pixel further than this is the last one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pictures:
-    """Both photos of a pair as grey levels without their local mean, slightly smoothed; a coarse level beside."""
+    """Both photos of a pair as grey levels, slightly smoothed; a coarse level beside.
+
+    No local mean is taken off: near a face's border it would carry the background, which lies elsewhere in each photo.
+    """
 
     fine: tuple[Float32Array, Float32Array]
     coarse: tuple[Float32Array, Float32Array]
+    valid_right: Float32Array  # (H, W), 1 where the right photo and its neighbours are
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneFit:
-    """q (3,) with its covariance (3, 3) from the pictures alone, the residual's rms in grey levels and the pixels used."""
+    """q (3,) and its covariance (3, 3) from the pictures alone, the residual's rms in grey levels, the pixels used."""
 
     q_px: FloatArray
     covariance: FloatArray
@@ -43,18 +48,23 @@ class PlaneFit:
     pixels: int
 
 
-def pictures(left_grey: Float32Array, right_grey: Float32Array) -> Pictures:
+def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: BoolArray) -> Pictures:
     """Prepare both photos: smoothing by 0.8 px takes the interpolation's bias, by 2 px widens the basin."""
 
     def level(image: Float32Array, sigma: float) -> Float32Array:
-        return contrast(np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.float32))
+        return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.float32)
 
+    inner = cv2.erode(valid_right.astype(np.uint8), np.ones((9, 9), np.uint8), borderValue=0).astype(np.float32)
     return Pictures(
-        fine=(level(left_grey, 0.8), level(right_grey, 0.8)), coarse=(level(left_grey, 2.0), level(right_grey, 2.0))
+        fine=(level(left_grey, 0.8), level(right_grey, 0.8)),
+        coarse=(level(left_grey, 2.0), level(right_grey, 2.0)),
+        valid_right=inner,
     )
 
 
-def refine_plane(both: Pictures, rays: FloatArray, mask: BoolArray, start_px: FloatArray, most_px: float = 2.5) -> PlaneFit | None:
+def refine_plane(
+    both: Pictures, rays: FloatArray, mask: BoolArray, start_px: FloatArray, most_px: float = 2.5
+) -> PlaneFit | None:
     """Refine q (3,) on the pixels of `mask` (H, W); None where the pictures don't hold it.
 
     Refused where it diverges: a disparity inside the mask that moves by over `most_px`, or a picture without texture.
@@ -67,6 +77,11 @@ def refine_plane(both: Pictures, rays: FloatArray, mask: BoolArray, start_px: Fl
     if rows.size > MOST_PIXELS:  # the steepest pixels of each neighbourhood hold the plane best
         rows, columns = _steepest(both.fine[0], rows, columns)
     r = rays[rows, columns]
+    partner = np.round(columns - r @ np.asarray(start_px)).astype(np.intp)
+    paired = (partner >= 0) & (both.valid_right[rows, np.clip(partner, 0, mask.shape[1] - 1)] > 0.5)
+    rows, columns, r = rows[paired], columns[paired], r[paired]
+    if rows.size < 40:
+        return None
     q = np.asarray(start_px, dtype=np.float64)
     fit: PlaneFit | None = None
     for (left, right), steps in ((both.coarse, 4), (both.fine, 6)):
@@ -78,7 +93,13 @@ def refine_plane(both: Pictures, rays: FloatArray, mask: BoolArray, start_px: Fl
 
 
 def _gauss_newton(
-    left: Float32Array, right: Float32Array, rows: IndexArray, columns: IndexArray, r: FloatArray, q: FloatArray, steps: int
+    left: Float32Array,
+    right: Float32Array,
+    rows: IndexArray,
+    columns: IndexArray,
+    r: FloatArray,
+    q: FloatArray,
+    steps: int,
 ) -> PlaneFit | None:
     x, y = columns.astype(np.float32), rows.astype(np.float32)
     seen = left[rows, columns].astype(np.float64)
@@ -95,10 +116,12 @@ def _gauss_newton(
         at = x - (r @ q).astype(np.float32)
         there = _line(right, at, y)
         slope = 0.5 * (left_slope + 0.5 * (_line(right, at + 1.0, y) - _line(right, at - 1.0, y)))
-        gain = float(seen @ there / max(there @ there, 1e-9))
-        residual = seen - np.clip(gain, 0.5, 2.0) * there
+        gain, offset = _exposure(seen, there, weight)
+        residual = seen - gain * there - offset
         scale = max(1.4826 * float(np.median(np.abs(residual))), 0.5)
         weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
+        # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
+        weight /= np.maximum(1.0, np.square(slope / (MOST_STEEP * np.median(np.abs(slope)) + 1e-6)))
         jacobian = slope[:, None] * own
         hessian = (jacobian * weight[:, None]).T @ jacobian
         if np.linalg.cond(hessian) > 1e10 or np.trace(hessian) < 1.0:
@@ -110,9 +133,23 @@ def _gauss_newton(
     covariance = _sandwich(jacobian, residual, weight, hessian, rows, columns)
     lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
     return PlaneFit(
-        q_px=q, covariance=lift @ covariance @ lift.T, rms_grey=float(np.sqrt(np.average(residual**2, weights=weight + 1e-9))),
+        q_px=q,
+        covariance=lift @ covariance @ lift.T,
+        rms_grey=float(np.sqrt(np.average(residual**2, weights=weight + 1e-9))),
         pixels=len(rows),
-    )  # fmt: skip
+    )
+
+
+def _exposure(seen: FloatArray, there: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    """Return gain and offset that carry the right photo's grey levels to the left one's."""
+    total = float(weight.sum()) + 1e-9
+    mean_seen, mean_there = float(weight @ seen) / total, float(weight @ there) / total
+    spread = float(weight @ np.square(there - mean_there))
+    gain = float(weight @ ((seen - mean_seen) * (there - mean_there))) / max(spread, 1e-9)
+    gain = float(
+        np.clip(gain, 0.8, 1.25)
+    )  # noise pulls it towards 0, exposure of a synchronised rig doesn't differ more
+    return gain, mean_seen - gain * mean_there
 
 
 def _steepest(image: Float32Array, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
@@ -132,7 +169,7 @@ def _basis(r: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> FloatArray:
     """Turn (slope x, slope y, offset at the middle) into a change of q: d = c0 (x-mx)/sx + c1 (y-my)/sy + c2."""
-    sloped = change[0] * basis[0] + change[1] * basis[1]
+    sloped: FloatArray = change[0] * basis[0] + change[1] * basis[1]
     sloped[2] = change[2] - sloped[:2] @ middle[:2]
     return sloped
 
@@ -143,11 +180,17 @@ def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> FloatArray:
     pad = (-len(x)) % width
     columns = np.pad(x.astype(np.float32), (0, pad)).reshape(-1, width)
     rows = np.pad(y.astype(np.float32), (0, pad)).reshape(-1, width)
-    return sample(image, columns, rows).ravel()[: len(x)].astype(np.float64)
+    values: FloatArray = sample(image, columns, rows).ravel()[: len(x)].astype(np.float64)
+    return values
 
 
 def _sandwich(
-    jacobian: FloatArray, residual: FloatArray, weight: FloatArray, hessian: FloatArray, rows: IndexArray, columns: IndexArray
+    jacobian: FloatArray,
+    residual: FloatArray,
+    weight: FloatArray,
+    hessian: FloatArray,
+    rows: IndexArray,
+    columns: IndexArray,
 ) -> FloatArray:
     """Return the covariance (3, 3) with the residuals' own correlation in it: scores are summed by block first."""
     score = jacobian * (weight * residual)[:, None]

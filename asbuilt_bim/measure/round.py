@@ -1,12 +1,12 @@
-"""Round columns: their silhouettes are tangent rays, so they give direction and radius over distance; stereo the distance."""
+"""Round columns: silhouettes are tangent rays and give direction and radius over distance; stereo the distance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
@@ -194,10 +194,12 @@ def _distance(bench: Workbench, direction: float, sine: float, start_m: float, m
     distances = at_one[inner] / d[inner]
     middle = float(np.median(distances))
     scatter = 1.4826 * float(np.median(np.abs(distances - middle)))
-    return middle, float(np.hypot(scatter / np.sqrt(max(inner.sum() / 150.0, 1.0)), 0.03 * middle / np.median(d[inner])))
+    return middle, float(
+        np.hypot(scatter / np.sqrt(max(inner.sum() / 150.0, 1.0)), 0.03 * middle / np.median(d[inner]))
+    )
 
 
-def _ends(below: FloatArray, columns: FloatArray) -> tuple[float, float]:
+def _ends(below: FloatArray, columns: NDArray[np.intp]) -> tuple[float, float]:
     """Return top and foot: medians over the columns of pixels of each one's first and last, half a pixel further."""
     order = np.argsort(columns, kind="stable")
     _, starts, counts = np.unique(columns[order], return_index=True, return_counts=True)

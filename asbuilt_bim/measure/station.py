@@ -18,6 +18,7 @@ from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.marks import marks_mask, without_boards
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.markers import MarkerSighting, find_markers
@@ -141,9 +142,10 @@ def _measure(
     sky = find_sky(pair, depth)
     watch.lap("stereo")
     scene = read_scene(pair, depth, options.geometric.scene)
-    instances = segment_scene(pair, scene, options.geometric)
+    marks = marks_mask(pair.valid_left.shape, markers, target)
+    instances = without_boards(segment_scene(pair, scene, options.geometric), marks)
     watch.lap("instances")
-    found = measure_faces(pair, scene, instances, rig, options.faces)
+    found = measure_faces(pair, scene, instances, rig, options.faces, marks)
     watch.lap("faces")
     reference, picture = pack(depth, sky), thumbnail(pair)
     watch.lap("pack")

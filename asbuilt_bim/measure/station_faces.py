@@ -11,7 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.measure.drafts import (
     Draft,
     Workbench,
@@ -49,10 +49,15 @@ class StationFaces:
 
 
 def measure_faces(
-    pair: RectifiedPair, scene: Scene, instances: Sequence[Instance], rig: StereoRig, options: FaceOptions
+    pair: RectifiedPair,
+    scene: Scene,
+    instances: Sequence[Instance],
+    rig: StereoRig,
+    options: FaceOptions,
+    marks: BoolArray | None = None,
 ) -> StationFaces:
-    """Measure every face of the instances of one pair."""
-    bench = workbench(pair, scene)
+    """Measure every face of the instances of one pair; `marks` (H, W) is print on boards that holds no plane."""
+    bench = workbench(pair, scene, marks)
     drafts = draft_faces(bench, instances)
     planes, covariances, down = _start(drafts), np.zeros((0, 3, 3)), scene.level.view.down
     if drafts:
@@ -104,22 +109,16 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
     if not np.isfinite(face.area_m2) or face.area_m2 < options.least_area_m2:
         return
     what = f"face {face.face_id} ({face.label}, {face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
-    if face.width_px < options.least_width_px:
-        rejections.append(
-            Rejection(
-                what=what, reason="too narrow", value=f"{face.width_px:.0f} px", limit=f"{options.least_width_px:.0f} px",
-                remedy="photograph it from nearer, or more from the front",
-            )
-        )  # fmt: skip
-        return
     share = face.area_sigma_m2 / face.area_m2
-    if not share <= options.most_sigma_share:
-        rejections.append(
-            Rejection(
-                what=what, reason="too uncertain", value=f"sigma {100 * share:.0f} % of its area",
-                limit=f"{100 * options.most_sigma_share:.0f} %", remedy="photograph it from nearer, or more from the front",
-            )
-        )  # fmt: skip
+    reason = ("", "", "")
+    if face.width_px < options.least_width_px:
+        reason = ("too narrow", f"{face.width_px:.0f} px", f"{options.least_width_px:.0f} px")
+    elif not share <= options.most_sigma_share:
+        limit = f"{100 * options.most_sigma_share:.0f} %"
+        reason = ("too uncertain", f"sigma {100 * share:.0f} % of its area", limit)
+    if reason[0]:
+        remedy = "photograph it from nearer, or more from the front"
+        rejections.append(Rejection(what=what, reason=reason[0], value=reason[1], limit=reason[2], remedy=remedy))
         return
     faces.append(replace(face, face_id=f"{face.face_id.rsplit('/', 1)[0]}/{len(faces) + 1}"))
 

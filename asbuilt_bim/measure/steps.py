@@ -14,7 +14,9 @@ VOTE_WEIGHT = 1.5
 """A clear edge outweighs 5 pixels of what the matcher said."""
 
 
-def straight_region(cost: Float32Array, edge_across: Float32Array, edge_along: Float32Array, own: BoolArray) -> BoolArray:
+def straight_region(
+    cost: Float32Array, edge_across: Float32Array, edge_along: Float32Array, own: BoolArray
+) -> BoolArray:
     """Return the region (h, w) with stepwise straight borders that the costs, and the edges' votes 0..1, speak for.
 
     `edge_across` votes for upright borders, `edge_along` for level ones. Gaps of `own` within a row and a column are

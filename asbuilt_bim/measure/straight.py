@@ -13,7 +13,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.measure.contour import Course, Side, contours
 from asbuilt_bim.measure.edges import Gradients, Line
-from asbuilt_bim.measure.likeness import face_cost
+from asbuilt_bim.measure.likeness import FOREIGN, face_cost
 from asbuilt_bim.measure.raster import FaceRaster, face_raster
 from asbuilt_bim.measure.steps import edge_votes, straight_region
 
@@ -21,8 +21,11 @@ MOST_APART = 0.12
 RAGGED_PX = 3.0
 """Mask and straight region may differ by this share of their area and, all round, by what a mask's rags come to;
 beyond, the face isn't a thing of right angles."""
-THIN_M = 0.11
-"""No wall or column is thinner; starter bars and their ties are."""
+MOST_UNPROVEN = 0.4
+"""The share of a straight region that may be unmeasured: over half must be seen to lie on its plane."""
+THIN_M, LOW_M = 0.11, 0.26
+"""No wall or column is thinner, no lift lower; starter bars, tripod legs and rubble at the foot are."""
+NARROW_PX = 24
 LEAST_OPENING_PX = 10
 LEAST_OPENING_SHARE = 0.008
 """A form-tie cone is no opening; a window is over 1 % of its wall."""
@@ -45,14 +48,21 @@ class Surroundings:
     planes: Mapping[int, FloatArray]
     frame: BoolArray
     valid_right: BoolArray
+    marks: BoolArray  # (H, W) print on boards
     off_px: Float32Array
     camera: RectifiedCamera
     down: FloatArray  # (3,) rectified
     texture_grey: float = 1.5
 
 
-def straight_sides(mask: BoolArray, label: int, around: Surroundings) -> list[list[Side]] | None:
-    """Return the sides of the face's rings (outer one first), plumb and level; None where those don't explain the mask."""
+def straight_sides(
+    mask: BoolArray, label: int, around: Surroundings, ends: FloatArray | None = None
+) -> list[list[Side]] | None:
+    """Return the sides of the face's rings (outer one first), plumb and level; None where those don't explain the mask.
+
+    `ends` (2, 2): top and foot, in the photo, of the edge shared with a wider neighbour. One pour has one top and one
+    foot, so a narrow face goes no further.
+    """
     raster = face_raster(mask, around.planes[label], around.camera, around.down)
     if raster is None:
         return None
@@ -68,18 +78,37 @@ def straight_sides(mask: BoolArray, label: int, around: Surroundings) -> list[li
     ended = raster.lay(around.frame.astype(np.uint8), nearest=True) > 0
     cost = face_cost(own, (labels >= 0) & (labels != label), off, left - right, paired, colour, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
+    if ends is not None:
+        _limit(cost, own, raster, ends)
+    clear = raster.lay(around.marks.astype(np.uint8), nearest=True) == 0
+    across, along = across * clear, along * clear
     region = straight_region(cost, across, along, own)
     region &= ~_openings(region, off, across, along)
-    if not _explains(region, own):
+    against = ((labels >= 0) & (labels != label)) | (np.nan_to_num(np.abs(off), nan=0.0) > BEHIND_PX)
+    if not _explains(region, own, against):
         return None
     rings = [_sides_of(ring, raster) for ring in contours(region)]
     kept = [ring for ring in rings if len(ring) >= 4]
     return kept if kept and len(rings[0]) >= 4 else None
 
 
+def _limit(cost: Float32Array, own: BoolArray, raster: FaceRaster, ends: FloatArray) -> None:
+    """Make every row above the upper and below the lower of `ends` foreign, in place."""
+    rows = np.sort(raster.from_photo(ends)[:, 1])
+    top, foot = (int(np.clip(round(row), 0, raster.height)) for row in rows)
+    if foot - top < 8:
+        return
+    for beyond in (slice(0, top), slice(foot, raster.height)):
+        cost[beyond] = FOREIGN
+        own[beyond] = False
+
+
 def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
     """Drop what is thinner than concrete: starter bars, props and tripod legs that were labelled with the face."""
-    across, along = (int(np.clip(round(THIN_M / step), 3, 41)) for step in raster.step_m)
+    thin, low = THIN_M / raster.step_m[0], LOW_M / raster.step_m[1]
+    if cv2.boundingRect(own.astype(np.uint8))[2] < NARROW_PX:  # a mask's rags would break it up
+        low = THIN_M / raster.step_m[1]
+    across, along = int(np.clip(round(thin), 3, 61)), int(np.clip(round(low), 3, 121))
     whole = own.astype(np.uint8)
     opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, across), np.uint8))
     opened = cv2.morphologyEx(opened, cv2.MORPH_OPEN, np.ones((along, 1), np.uint8))
@@ -91,11 +120,17 @@ def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
     return np.isin(parts, keep)
 
 
-def _explains(region: BoolArray, own: BoolArray) -> bool:
-    """Say whether the straight region is the mask but for its rags."""
-    x, y, width, height = cv2.boundingRect(region.astype(np.uint8))
-    apart = np.count_nonzero(region ^ own)
-    return bool(apart <= MOST_APART * np.count_nonzero(region | own) + RAGGED_PX * 2.0 * (width + height))
+def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:
+    """Say whether the straight region is the mask but for its rags, and for what could not be measured.
+
+    A dark or even piece of a face has no disparity: that speaks neither for nor `against` it.
+    """
+    _, _, width, height = cv2.boundingRect(region.astype(np.uint8))
+    apart = np.count_nonzero((own & ~region) | (region & ~own & against))
+    unproven = np.count_nonzero(region & ~own & ~against)
+    rags = RAGGED_PX * 2.0 * (width + height)
+    small = MOST_APART * np.count_nonzero(region | own) + rags
+    return bool(apart <= small and unproven <= MOST_UNPROVEN * np.count_nonzero(region) + rags)
 
 
 def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along: Float32Array) -> BoolArray:
@@ -132,7 +167,11 @@ def _sides_of(ring: FloatArray, raster: FaceRaster) -> list[Side]:
         course: Course = "level" if level else "upright"
         # the ring's corners are cut by the pixel's diagonal: draw the side exactly plumb or level
         middle = 0.5 * (start + stop)
-        ends = np.array([[start[0], middle[1]], [stop[0], middle[1]]]) if level else np.array([[middle[0], start[1]], [middle[0], stop[1]]])
+        ends = (
+            np.array([[start[0], middle[1]], [stop[0], middle[1]]])
+            if level
+            else np.array([[middle[0], start[1]], [middle[0], stop[1]]])
+        )
         points = raster.to_photo(ends[0] + np.linspace(0.0, 1.0, 25)[:, None] * (ends[1] - ends[0]))
         found.append(Side(course=course, line=Line(start=points[0], stop=points[-1]), points=points))
     return found

@@ -19,7 +19,7 @@ def polygon_area(points_m: FloatArray) -> float:
 
 
 def rings_area_m2(rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera) -> float:
-    """Return the area of an outline (rectified px, the first ring outer) on the plane q: the outer ring less its holes."""
+    """Return an outline's area (rectified px, the first ring outer) on the plane q: the outer ring less its holes."""
     areas = [polygon_area(_on_plane(ring, q_px, camera)) for ring in rings_px]
     return areas[0] - sum(areas[1:])
 
@@ -54,13 +54,15 @@ def image_sigma_m2(
     variance = float(slope @ covariance @ slope)
     for middle, length, sigma in edges:
         variance += (length * sigma * area_per_pixel_m2(middle, q_px, camera)) ** 2
-    # a ragged border errs by a pixel over runs of about 8, each on its own
+    # a ragged border errs by a pixel over runs of about 8, each on its own, and by half a pixel all along
     middle = rings_px[0].mean(axis=0)
-    variance += free_px * 8.0 * (1.0 * area_per_pixel_m2(middle, q_px, camera)) ** 2
+    variance += (free_px * 8.0 + (0.5 * free_px) ** 2) * area_per_pixel_m2(middle, q_px, camera) ** 2
     return float(np.sqrt(max(variance, 0.0)))
 
 
-def calibration_sigmas_m2(outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]], rig: StereoRig, camera: RectifiedCamera) -> FloatArray:
+def calibration_sigmas_m2(
+    outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]], rig: StereoRig, camera: RectifiedCamera
+) -> FloatArray:
     """Return each area's sigma (n,) from the rig's covariance; zeros where the rig doesn't know it.
 
     `outlines`: rings (rectified px) and q (3,) of each face. The outline's points are seen at fixed places in both
@@ -80,7 +82,8 @@ def calibration_sigmas_m2(outlines: Sequence[tuple[Sequence[FloatArray], FloatAr
                 sizes = [polygon_area(_triangulated(left, right, moved)) for left, right in rings]
                 areas[i, k] += sign * 0.5 * (sizes[0] - sum(sizes[1:])) / step
     variance = np.einsum("ik,kl,il->i", areas, rig.covariance, areas)
-    return np.sqrt(np.maximum(variance, 0.0))
+    sigmas: FloatArray = np.sqrt(np.maximum(variance, 0.0))
+    return sigmas
 
 
 def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:

@@ -16,7 +16,17 @@ from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.as_built import as_built
 from asbuilt_bim.progress.evidence import StationView, Verdict, judge
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.sample_grid import strips
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.trust import (
+    large_enough,
+    looks_like_bars,
+    outlined_samples,
+    seen_through,
+    speaking,
+    stands_before,
+    trusted,
+)
 
 OVERLAP_M = 1e-6
 """Sample boxes are grown by this, so that neighbours join without a crack."""
@@ -30,6 +40,7 @@ class Votes:
     open: FloatArray
     decided_by: dict[str, BoolArray]
     before: BoolArray  # something stands before it, at one station at least
+    spoken: tuple[FaceMatch, ...]  # the matches that were taken for concrete
 
 
 def decide_element(
@@ -55,51 +66,34 @@ def gather(
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
 ) -> Votes:
-    """Ask every station about every sample; a matched outline speaks for its samples where depth doesn't contradict."""
+    """Ask every station about every sample; a matched outline speaks for its samples where depth doesn't contradict.
+
+    Depth alone says that something is there, not that it is concrete: it counts where a measured face of this element
+    backs it, or where it covers a patch too large for starter bars and clutter.
+    """
     count = len(samples.points_m)
     built, opened, before = np.zeros(count), np.zeros(count), np.zeros(count, dtype=bool)
     decided_by: dict[str, BoolArray] = {}
+    spoken: list[FaceMatch] = []
     for view in views:
         evidence = judge(view, samples.points_m, samples.normals, options)
-        outlined, sigma = _outlined(element, samples, view.pose.station, by_face, options)
+        speak = speaking(element, samples, view.pose.station, evidence, by_face, options)
+        spoken.extend(match for match, _ in speak)
+        outlined, sigma = outlined_samples(samples, speak, evidence, options)
         behind = evidence.verdict == Verdict.BEHIND
-        hidden = evidence.verdict == Verdict.BEFORE
-        there = (evidence.verdict == Verdict.NEAR) | (outlined & ~behind & ~hidden)
+        hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER)
+        near, before_it = trusted(samples, evidence, bool(outlined.any()), options)
+        hidden |= before_it
+        behind |= seen_through(samples, evidence, outlined, options)
+        behind = large_enough(samples, behind, options.min_face_m2)
+        there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
         weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
         built += np.where(there, weight, 0.0)
         opened += np.where(behind, weight, 0.0)
         before |= hidden
         if np.any(there | behind):
             decided_by[view.pose.station] = there | behind
-    return Votes(built=built, open=opened, decided_by=decided_by, before=before)
-
-
-def _outlined(
-    element: BimElement,
-    samples: CellSamples,
-    station: str,
-    by_face: Mapping[str, Sequence[FaceMatch]],
-    options: ProgressOptions,
-) -> tuple[BoolArray, FloatArray]:
-    """Say which samples lie in a station's matched outlines, and how well those planes are known (m).
-
-    A surface that stands further before the design than concrete may is formwork or a stack, and speaks for nothing.
-    """
-    inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
-    for index, face in enumerate(element.faces):
-        own = np.flatnonzero(samples.face == index)
-        for match in by_face.get(face.face_id, ()) if len(own) else ():
-            if match.station != station or stands_before(match, options):
-                continue
-            hit = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
-            inside[hit] = True
-            sigma[hit] = np.minimum(sigma[hit], match.offset_sigma_m)
-    return inside, sigma
-
-
-def stands_before(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face stands further before its design face than built concrete may."""
-    return match.offset_m > options.building_tolerance_m + 2.0 * match.offset_sigma_m
+    return Votes(built=built, open=opened, decided_by=decided_by, before=before, spoken=tuple(spoken))
 
 
 def _face_state(
@@ -120,7 +114,7 @@ def _face_state(
     opened = now_open & ~was_built
     conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | (now_open & was_built))
     regions = [_region(samples, one, face) for one in (built, opened)]
-    standing = [match for match in matches if not stands_before(match, options)]
+    standing = [match for match in votes.spoken if match.design_face == face.face_id]
     measured = as_built(standing, earlier)
     areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
     built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
@@ -149,8 +143,8 @@ def _face_state(
 def _region(samples: CellSamples, chosen: BoolArray, face: DesignFace) -> Region:
     if not chosen.any():
         return polygon.EMPTY
-    half = 0.5 * samples.step_m[chosen] + OVERLAP_M
-    low, high = np.round(samples.uv_m[chosen] - half, 6), np.round(samples.uv_m[chosen] + half, 6)
+    low, high = strips(samples, np.flatnonzero(chosen))
+    low, high = np.round(low - OVERLAP_M, 6), np.round(high + OVERLAP_M, 6)
     joined = polygon.boxes(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     return polygon.intersection(joined, face.exposed_uv_m)
 
@@ -167,14 +161,17 @@ def _notes(
     notes = []
     hidden = float(samples.area_m2[own & votes.before & ~decided].sum())
     if hidden >= 0.1:
-        notes.append(f"something stands before {hidden:.1f} m2 of it")
+        notes.append("something stands before a part of it")
     gone = float(samples.area_m2[own & undone].sum())
     if gone >= 0.1:
         notes.append(f"{gone:.1f} m2 that an earlier visit saw built look open now")
     for match in matches:
+        if match in votes.spoken:
+            continue
+        what = f"a surface of {match.area_m2:.2f} m2 isn't borne out by depth or colour"
         if stands_before(match, options):
-            notes.append(
-                f"station {match.station}: a surface stands {match.offset_m * 100:.0f} cm before it and was not "
-                "counted as built"
-            )
+            what = f"a surface stands {match.offset_m * 100:.0f} cm before it"
+        elif looks_like_bars(match, options):
+            what = f"a surface of {match.area_m2:.2f} m2 on it may be starter bars"
+        notes.append(f"station {match.station}: {what} and was not counted as built")
     return notes

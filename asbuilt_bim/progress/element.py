@@ -12,9 +12,13 @@ from asbuilt_bim.bim.cells import Cells, CellSamples, cell_samples, element_cell
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.surface import SurfaceState
+
+MANTLE_SIDES = 8
+"""Sides that a round column is taken to have."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,7 +39,7 @@ class CellStates:
 def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> CellStates:
     """Decide each cell by its sides: built if any side is seen built, open if any is seen open, both is a conflict.
 
-    A side decides a cell by the majority of its decided samples, if these are enough of its samples there. At a pour
+    A side decides a cell when enough of its samples there say the same, the unknown ones counted against it. At a pour
     line, where no side is clear, the sides are counted together: that is no conflict.
     """
     cells = element_cells(element)
@@ -47,9 +51,10 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     counts = _counts(element, cells, surfaces, options)[:, :, real]
     total, built, opened = counts
     decided = built + opened
-    enough = (decided >= options.decided_share * total) & (decided > 0.0)
     share = built / np.maximum(decided, 1.0)
-    says_built, says_open = enough & (share >= 0.5), enough & (share < 0.5)
+    says_built = (built >= options.decided_share * total) & (built > 0.0)
+    says_open = (opened >= options.decided_share * total) & (opened > 0.0) & ~says_built
+    enough = says_built | says_open
     clear = enough & ((share >= options.clear_share) | (share <= 1.0 - options.clear_share))
     any_built, any_open = says_built.any(axis=0), says_open.any(axis=0)
     both = any_built & any_open
@@ -66,20 +71,25 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
 def _counts(
     element: BimElement, cells: Cells, surfaces: Sequence[SurfaceState], options: ProgressOptions
 ) -> FloatArray:
-    """Return how many samples each face has in each cell, all, built and open: (3, faces, cells)."""
+    """Return how many samples each side has in each cell, all, built and open: (3, sides, cells).
+
+    A mantle is taken as eight sides, since no station sees half of it.
+    """
     samples: CellSamples = cell_samples(element, options.spacing_m)
     size = cells.shape[0] * cells.shape[1]
-    counts = np.zeros((3, len(element.faces), size))
     by_face = {surface.face_id: surface for surface in surfaces}
+    counts = []
     for index, face in enumerate(element.faces):
         own = samples.face == index
-        cell, uv = samples.cell[own], samples.uv_m[own]
-        surface = by_face[face.face_id]
-        counts[0, index] = np.bincount(cell, minlength=size)
-        for row, region in ((1, surface.built_uv_m), (2, surface.open_uv_m)):
-            if region and len(uv):
-                counts[row, index] = np.bincount(cell[polygon.contains(region, uv)], minlength=size)
-    return counts
+        cell, uv, surface = samples.cell[own], samples.uv_m[own], by_face[face.face_id]
+        says = [np.ones(len(uv), dtype=bool)]
+        says += [polygon.contains(region, uv) for region in (surface.built_uv_m, surface.open_uv_m)]
+        side = np.zeros(len(uv), dtype=int)
+        if isinstance(face.frame, CylinderFrame):
+            side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * MANTLE_SIDES).astype(int)
+        for number in np.unique(side):
+            counts.append([np.bincount(cell[(side == number) & one], minlength=size) for one in says])
+    return np.asarray(counts, dtype=np.float64).reshape(-1, 3, size).transpose(1, 0, 2)
 
 
 def completion_of(built: float, opened: float, total: float, options: ProgressOptions) -> Completion:
@@ -153,15 +163,15 @@ def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | N
 def _state(cells: CellStates, completion: Completion, options: ProgressOptions) -> tuple[State, list[str]]:
     """Name the state, and say why where it isn't plain.
 
-    Concrete rises from below: where under half was seen, "complete" needs the top seen built, and "not started" the
-    foot seen open. What lies between stays unknown in the bounds either way.
+    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built; and where under half
+    was seen, "not started" needs the foot seen open. What lies between stays unknown in the bounds either way.
     """
     best = completion.best
     if best is None:
         return "unknown", []
     seen = f"{completion.coverage:.0%} of it was seen"
     if best >= options.complete_from:
-        if completion.coverage >= options.enough_coverage or _end_is(cells.built, cells, top=True):
+        if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, top=True):
             return "complete", [] if completion.coverage >= options.enough_coverage else [f"{seen}, up to its top"]
         return "unknown", [f"{seen}, and that is built; its top was not seen"]
     if best <= options.not_started_to:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -13,6 +14,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.transform import apply, inverse, rotate
 from asbuilt_bim.match.score import point_sigma_m
 from asbuilt_bim.measure.depth_reference import unpack
+from asbuilt_bim.progress.colour import ConcreteColour, concrete_colour
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.register.pose import PlacedStation, StationPose
 
@@ -32,6 +34,7 @@ class Verdict(IntEnum):
     BEHIND = 3  # one sees through where it should be
     BEFORE = 4  # something stands before it
     MIXED = 5  # a depth edge runs through here
+    OTHER = 6  # a surface is there, but it hasn't the colour of concrete
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,21 +46,36 @@ class StationView:
     disparity_px: Float32Array
     sigma_px: Float32Array
     scale: int
+    colour: ConcreteColour | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
-    """Verdicts (N,) uint8 of `Verdict`, and how well each surface point is known along its normal (N,) in metres."""
+    """Verdicts (N,) uint8 of `Verdict`, and how well each surface point is known along its normal (N,) in metres.
+
+    `own` is what the sample's own pixel says, whatever its neighbours do, and `offset_m` (N,) how far before the design
+    its surface stands; `common_m` (N,) is the part of that which all samples err by alike, by the rig and the pose.
+    `tinted` says where it can't be concrete.
+    """
 
     verdict: NDArray[np.uint8]
     sigma_m: FloatArray
+    own: NDArray[np.uint8]
+    offset_m: FloatArray
+    common_m: FloatArray
+    tinted: BoolArray
 
 
-def view_of(placed: PlacedStation) -> StationView:
-    """Read a placed station's depth reference."""
+def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
+    """Read a placed station's depth reference, and learn the colour of concrete from its matched faces (ids)."""
     disparity, sigma, scale = unpack(placed.measurement.depth_ref)
     return StationView(
-        pose=placed.pose, camera=placed.measurement.camera, disparity_px=disparity, sigma_px=sigma, scale=scale
+        pose=placed.pose,
+        camera=placed.measurement.camera,
+        disparity_px=disparity,
+        sigma_px=sigma,
+        scale=scale,
+        colour=concrete_colour(placed.measurement, matched),
     )
 
 
@@ -70,17 +88,21 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
     left_from_world = inverse(view.pose.world_from_left)
     points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
     verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
-    sigma = np.full(len(points), np.inf)
+    own, tinted = verdict.copy(), np.zeros(len(points), dtype=bool)
+    sigma, offset, common = (np.full(len(points), np.inf) for _ in range(3))
     pixels = view.camera.project(points)
     asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
-    if len(asked) == 0:
-        return Evidence(verdict=verdict, sigma_m=sigma)
-    pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
-    votes, sigma[asked] = _votes(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
-    verdict[asked] = _decided(votes)
-    blurred = (verdict == Verdict.NEAR) & (options.sigmas * sigma > options.max_blur_m)
-    verdict[blurred] = Verdict.NOT_MEASURED
-    return Evidence(verdict=verdict, sigma_m=sigma)
+    if len(asked):
+        pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
+        ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+        verdict[asked], own[asked] = _decided(ring.votes), ring.votes[:, 0]
+        sigma[asked], offset[asked], common[asked] = ring.sigma_m, ring.offset_m, ring.common_m
+        if view.colour is not None:
+            tinted[asked] = ~view.colour.fits(pixels[asked])
+    near = verdict == Verdict.NEAR
+    verdict[near & tinted] = Verdict.OTHER
+    verdict[near & ~tinted & (options.sigmas * sigma > options.max_blur_m)] = Verdict.NOT_MEASURED
+    return Evidence(verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, tinted=tinted)
 
 
 def _faced(
@@ -95,15 +117,24 @@ def _faced(
     return faced
 
 
-def _votes(
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Ring:
+    """What the pixels round n samples say, (n, 9) votes, and of their own pixels (n,) the rest, in metres."""
+
+    votes: NDArray[np.uint8]
+    sigma_m: FloatArray
+    offset_m: FloatArray
+    common_m: FloatArray
+
+
+def _ring(
     view: StationView,
     points: FloatArray,
     facing: FloatArray,
     pixels: FloatArray,
     pose_sigma: FloatArray,
     options: ProgressOptions,
-) -> tuple[NDArray[np.uint8], FloatArray]:
-    """Return what each pixel of the ring says (N, 9), and the sigma along the normal (N,) in metres."""
+) -> _Ring:
     height, width = view.disparity_px.shape
     own = np.floor((pixels + 0.5) / view.scale).astype(int)
     around = own[:, None, :] + RING * options.margin_px
@@ -123,11 +154,12 @@ def _votes(
         allowed += options.building_tolerance_m * px_per_m
         off = measured - predicted
         sigma = np.hypot(noise / px_per_m, pose_sigma[:, None])
+        common = np.hypot(options.rig_sigma_px / px_per_m[:, 0], pose_sigma)
     votes = np.full(measured.shape, Verdict.NEAR, dtype=np.uint8)
     votes[off < -allowed] = Verdict.BEHIND
     votes[off > allowed] = Verdict.BEFORE
     votes[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
-    return votes, sigma[:, 0]
+    return _Ring(votes=votes, sigma_m=sigma[:, 0], offset_m=off[:, 0] / px_per_m[:, 0], common_m=common)
 
 
 def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:

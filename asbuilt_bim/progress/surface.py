@@ -53,7 +53,7 @@ def classify_surface(
     """
     from asbuilt_bim.progress.decide import decide_element
 
-    views = [view_of(placed) for placed in matched.stations]
+    views = [view_of(placed, _good_faces(matched, placed.pose.station)) for placed in matched.stations]
     by_face: dict[str, list[FaceMatch]] = {}
     for match in matched.matches:
         by_face.setdefault(match.design_face, []).append(match)
@@ -66,6 +66,10 @@ def classify_surface(
             continue
         states.extend(decide_element(element, views, by_face, earlier, options))
     return tuple(states)
+
+
+def _good_faces(matched: MatchResult, station: str) -> list[str]:
+    return [match.face_id for match in matched.matches if match.station == station]
 
 
 def unseen(face: DesignFace) -> SurfaceState:

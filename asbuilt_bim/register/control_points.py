@@ -72,5 +72,5 @@ def pose_from_control_points(
         )
         for name, sigmas in agreement.wrong.items()
     )
-    pose, refused = judged_pose(station.station, agreement, options, "control_points")
+    pose, refused = judged_pose(station.station, station.camera.f_px, agreement, options, "control_points")
     return pose, (*notes, *refused)

@@ -19,6 +19,10 @@ AHEAD_M = 5.0
 """Where the pose's own sigma is judged: elements stand 3 to 8 m away."""
 
 
+NAMED_SIGMAS = 3.0
+"""A marker that the others leave out is named as wrong from here on; under it, it is only not needed."""
+
+
 def pose_from_markers(
     station: StationMeasurement, survey: Sequence[SurveyedMarker], options: RegisterOptions
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
@@ -35,26 +39,28 @@ def pose_from_markers(
         return None, (*notes, _none_agree(what, len(seen)))
     if agreement.ambiguous:
         return None, (*notes, _ambiguous(what, agreement))
-    notes += tuple(_wrong_marker(what, name, sigmas) for name, sigmas in agreement.wrong.items())
-    pose, refused = judged_pose(station.station, agreement, options, "markers")
+    notes += tuple(_wrong_marker(what, name, s) for name, s in agreement.wrong.items() if s > NAMED_SIGMAS)
+    pose, refused = judged_pose(station.station, station.camera.f_px, agreement, options, "markers")
     return pose, (*notes, *refused)
 
 
 def judged_pose(
-    station: str, agreement: Agreement, options: RegisterOptions, method: str
+    station: str, focal_px: float, agreement: Agreement, options: RegisterOptions, method: str
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Turn an agreement into a pose, or refuse it by its residual and its sigma ahead."""
     what, solution = f"station {station}", agreement.solution
+    covariance = solution.covariance.copy()
+    covariance[:3, :3] += np.eye(3) * (options.rig_direction_px / focal_px) ** 2
     if solution.residual_px > options.max_residual_px:
         return None, (_residual(what, solution.residual_px, options.max_residual_px),)
-    ahead = sigma_ahead_m(solution.world_from_left, solution.covariance, AHEAD_M)
+    ahead = sigma_ahead_m(solution.world_from_left, covariance, AHEAD_M)
     if ahead > options.max_sigma_at_5_m_m:
         return None, (_uncertain(what, ahead, options.max_sigma_at_5_m_m),)
     used = tuple(int(group.name) for group in agreement.used) if method == "markers" else ()
     pose = StationPose(
         station=station,
         world_from_left=frozen(solution.world_from_left),
-        covariance=frozen(solution.covariance),
+        covariance=frozen(covariance),
         residual_px=solution.residual_px,
         markers_used=used,
         method="markers" if method == "markers" else "control_points",

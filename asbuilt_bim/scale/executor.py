@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -56,7 +57,7 @@ def run_jobs(
         with _dask(scheduler) as (executor, size):
             yield from _drain(executor, work, iter(jobs), 2 * size, [])
         return
-    workers = workers or os.cpu_count() or 1
+    workers = workers or _processors()
     if workers == 1:
         for job in jobs:
             yield Done(job=job, result=work(job))
@@ -112,7 +113,7 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Give a pool of spawned processes, each on one thread."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read by the libraries as they load in the child
-    pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=one_thread)
+    pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
         yield pool
     finally:
@@ -122,6 +123,27 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def _processors() -> int:
+    """Return how many processors this process may use: in a container, fewer than the machine has."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def one_thread_each() -> None:
+    """Hold the arithmetic libraries that load from now on to one thread, here and in every process started from here.
+
+    The processes are the parallelism; and sums that are split over threads differ in their last digits.
+    """
+    for name in _THREADS:
+        os.environ.setdefault(name, "1")
+
+
+def _start_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the main process's to answer, in one line
+    one_thread()
 
 
 def one_thread() -> None:

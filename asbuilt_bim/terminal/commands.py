@@ -21,7 +21,7 @@ from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
 from asbuilt_bim.terminal.inspect_table import design_tables
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary_table
+from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary
 
 INCOMPLETE = 3
 """The exit code of --strict where a station was left out."""
@@ -144,7 +144,7 @@ def _warn_left_out(visit: Visit, report: ProgressReport, screen: Screen) -> bool
 
 def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen) -> None:
     screen.say()
-    screen.say(summary_table(report))
+    screen.say(summary(report, screen.width))
     if before is None:
         return
     lines: Sequence[str] = changes(before, report)

@@ -45,6 +45,11 @@ class Screen:
         self._out = _console(sys.stdout)
         self._err = _console(sys.stderr)
 
+    @property
+    def width(self) -> int:
+        """Return how many columns the terminal has."""
+        return self._out.width
+
     def say(self, what: RenderableType = "", style: str = "") -> None:
         """Print a line or a table; text is never read as markup."""
         if not self.quiet:

@@ -12,10 +12,35 @@ from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.report.tables import station_of
 
+TABLE_WIDTH = 118
+"""Columns that the table needs; a narrower terminal gets the same in lines."""
 
-def summary_table(report: ProgressReport) -> Table:
-    """Return the table: storey, elements by state, completion with bounds, coverage, as-built area with sigma."""
-    table = Table(title=f"{report.project_name}, visit {report.visit_date.isoformat()}", title_justify="left")
+
+def summary(report: ProgressReport, width: int) -> Table | str:
+    """Return storey, elements by state, completion with bounds, coverage, as-built area with sigma."""
+    return _table(report) if width >= TABLE_WIDTH else "\n".join(_lines(report))
+
+
+def _title(report: ProgressReport) -> str:
+    return f"{report.project_name}, visit {report.visit_date.isoformat()}"
+
+
+def _lines(report: ProgressReport) -> list[str]:
+    lines = [_title(report)]
+    for name, group in [*((storey.name, storey) for storey in report.storeys), ("whole", report.whole)]:
+        all_, complete, part, none, unknown, completion, coverage, area = (
+            str(cell) for cell in _cells(group, name)[1:]
+        )
+        states = f"{complete} complete, {part} part, {none} not started, {unknown} unknown"
+        lines += [
+            f"{name}: {all_} elements: {states}",
+            f"  completion {completion}, coverage {coverage}, as-built area {area}",
+        ]
+    return lines
+
+
+def _table(report: ProgressReport) -> Table:
+    table = Table(title=_title(report), title_justify="left")
     table.add_column("Storey")
     for name in ("Elements", "complete", "part", "not started", "unknown"):
         table.add_column(name, justify="right")

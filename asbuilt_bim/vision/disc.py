@@ -58,7 +58,7 @@ def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | Non
     if light.size == 0 or not _plausible(ellipse, blob):
         return None
     edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
-    tolerance = 0.3 + 0.015 * ellipse.major_px
+    tolerance, on_outline = 0.3 + 0.015 * ellipse.major_px, 0.5 + 0.012 * ellipse.major_px
     for reach_share in (0.3, 0.15, 0.15):
         reach = float(np.clip(reach_share * ellipse.major_px, 2.5, 9.0))
         edge = _edge(light, red, corner, ellipse, reach)
@@ -66,7 +66,7 @@ def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | Non
         fitted = robust_ellipse(seen, max(tolerance, 0.2 * reach))
         if fitted is None or not _plausible(fitted[0], blob):
             return None
-        ellipse, is_on = fitted[0], np.abs(fitted[0].distance_px(seen)) < 2.0 * tolerance
+        ellipse, is_on = fitted[0], np.abs(fitted[0].distance_px(seen)) < on_outline
         edge_count, edge = len(edge), seen[is_on]
     support = len(edge) / edge_count
     if support < MIN_SUPPORT:

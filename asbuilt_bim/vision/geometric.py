@@ -1,4 +1,4 @@
-"""Walls and columns told by their geometry alone: what stands upright, hangs together at convex edges, and has their size."""
+"""Walls and columns told by geometry alone: what stands upright, hangs together at convex edges, and has their size."""
 
 from __future__ import annotations
 
@@ -128,9 +128,11 @@ def _size(scene: Scene, piece: Piece, mask: BoolArray) -> _Size | None:
 def _concrete_score(pair: RectifiedPair, mask: BoolArray, most_chroma: float) -> float:
     """Return 0..1: how grey the mask's pixels are against the photo's own neutral; 0 is no concrete.
 
-    The neutral is what half of the picture's own greyest pixels average to, so a warm evening doesn't turn walls to wood.
+    The neutral is what the greyer half of the picture averages to, so a warm evening doesn't turn walls to wood.
     """
-    small = cv2.resize(pair.left, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA).reshape(-1, 3).astype(np.float64)
+    small = (
+        cv2.resize(pair.left, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA).reshape(-1, 3).astype(np.float64)
+    )
     small = small[small.max(axis=1) > 20.0]
     pixels = pair.left[mask][:: max(1, int(mask.sum()) // 4000)].astype(np.float64)
     if len(small) < 50 or len(pixels) < 20:

@@ -14,6 +14,7 @@ from asbuilt_bim.geometry.floors import Floor, grow_floors
 from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_pixels
 from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.roundness import flat_if_flatter
 from asbuilt_bim.vision.vertical import Vertical, find_vertical
 
 NOTHING = -1
@@ -32,7 +33,7 @@ class SceneOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scene:
-    """Surfaces of one photo; `labels` int16 (H, W): index of the upright piece, len(pieces) + i for floor i, -1 nothing."""
+    """Surfaces of one photo; `labels` int16 (H, W): the upright piece, len(pieces) + i for floor i, -1 nothing."""
 
     vertical: Vertical | None
     level: LevelledMap
@@ -43,7 +44,7 @@ class Scene:
 
     def mask(self, piece: int) -> BoolArray:
         """Return the pixels (H, W) of one upright piece."""
-        return self.labels == piece
+        return np.asarray(self.labels == piece)
 
 
 def read_scene(pair: RectifiedPair, depth: DepthMap, options: SceneOptions | None = None) -> Scene:
@@ -59,7 +60,7 @@ def read_scene(pair: RectifiedPair, depth: DepthMap, options: SceneOptions | Non
     disparity = np.where(depth.valid, depth.disparity_px, np.float32(np.nan))
     level = levelled_map(disparity, depth.sigma_px, level_view(up, camera.f_px), rays, camera.baseline_m)
     upright, slope = upright_pixels(level)
-    pieces = grow_pieces(level, upright, chosen.grow)
+    pieces = [flat_if_flatter(piece, level, pair) for piece in grow_pieces(level, upright, chosen.grow)]
     floors = grow_floors(level, slope)
     labels = _label(level, pieces, floors, chosen)
     freeze(labels)
@@ -72,9 +73,7 @@ def q_of_piece(piece: Piece, level: LevelledMap) -> FloatArray:
     return level.view.q_upright(piece.slope, piece.offset_px)
 
 
-def _label(
-    level: LevelledMap, pieces: list[Piece], floors: list[Floor], options: SceneOptions
-) -> NDArray[np.int16]:
+def _label(level: LevelledMap, pieces: list[Piece], floors: list[Floor], options: SceneOptions) -> NDArray[np.int16]:
     height, width = level.d_px.shape
     best = np.full((height, width), 1.0, dtype=np.float32)
     labels = np.full((height, width), NOTHING, dtype=np.int16)

@@ -11,7 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, freeze
 from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.warp import contrast, warp_right
+from asbuilt_bim.vision.warp import warp_right
 
 SIXTEENTHS = 16.0
 
@@ -19,7 +19,10 @@ SIXTEENTHS = 16.0
 class StereoMatcher(Protocol):
     """Matches a rectified pair densely; version 1 of the interface."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Return the method's name, for reports."""
+        ...
 
     def match(self, pair: RectifiedPair) -> tuple[Float32Array, Float32Array]:
         """Return disparity and sigma in pixels, float32 (H, W); NaN disparity where nothing was measured."""
@@ -48,7 +51,7 @@ class SemiGlobalMatcher:
         measured = np.isfinite(raw) & pair.valid_left & _lands_inside(raw, pair.valid_right)
         start = np.where(measured, raw, 0.0).astype(np.float32)
         refined, sigma = _refine(left, right, start, measured, self.refine_window_px, self.refine_steps)
-        measured &= sigma < self.most_sigma_px
+        measured &= (sigma < self.most_sigma_px) & _lands_inside(refined, pair.valid_right)
         disparity = np.where(measured, refined, np.float32(np.nan)).astype(np.float32)
         return disparity, np.where(measured, sigma, np.float32(np.inf)).astype(np.float32)
 
@@ -102,12 +105,27 @@ def _lands_inside(disparity: Float32Array, valid_right: BoolArray) -> BoolArray:
     return inside
 
 
+def _exposed(left: Float32Array, right: Float32Array, start: Float32Array, measured: BoolArray) -> Float32Array:
+    """Bring the right photo to the left one's exposure, by the quartiles of what was matched.
+
+    One gain for all: a local one would carry the background into the faces' borders.
+    """
+    if not measured.any():
+        return right
+    warped, _ = warp_right(right, start)
+    low, middle, high = np.quantile(left[measured], [0.25, 0.5, 0.75])
+    low_right, middle_right, high_right = np.quantile(warped[measured], [0.25, 0.5, 0.75])
+    gain = float(np.clip((high - low) / max(high_right - low_right, 1.0), 0.8, 1.25))
+    exposed: Float32Array = ((right - middle_right) * gain + middle).astype(np.float32)
+    return exposed
+
+
 def _refine(
     left: Float32Array, right: Float32Array, start: Float32Array, measured: BoolArray, window: int, steps: int
 ) -> tuple[Float32Array, Float32Array]:
     """Move each disparity to the minimum of its window's squared difference; sigma from gradient and residual."""
-    left_flat, right_flat = contrast(left), contrast(right)
     disparity = start.copy()
+    left_flat, right_flat = left, _exposed(left, right, start, measured)
     size = (window, window)
     weight = measured.astype(np.float32)
     count = np.maximum(cv2.boxFilter(weight, cv2.CV_32F, size, normalize=False), 1.0)
@@ -118,8 +136,9 @@ def _refine(
         difference = (left_flat - warped) * weight
         # moving d by +e samples the right photo e further left: the warped value changes by -slope * e
         top = cv2.boxFilter(-slope * difference, cv2.CV_32F, size, normalize=False)
-        steepness = cv2.boxFilter(slope * slope * weight, cv2.CV_32F, size, normalize=False)
-        residual_mean = cv2.boxFilter(difference * difference, cv2.CV_32F, size, normalize=False) / count
+        steepness = np.asarray(cv2.boxFilter(slope * slope * weight, cv2.CV_32F, size, normalize=False), np.float32)
+        squares = cv2.boxFilter(difference * difference, cv2.CV_32F, size, normalize=False)
+        residual_mean = np.asarray(squares / count, dtype=np.float32)
         disparity = disparity + np.clip(top / (steepness + 4.0 * count), -0.5, 0.5)
     disparity = np.clip(disparity, np.maximum(start - 0.75, 0.05), start + 0.75)
     # what the sensor's noise alone adds to the gradient is no evidence: half the residual's variance, per pixel

@@ -44,16 +44,19 @@ def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -
     agreement = (np.abs(candidates @ normals.T) < sine) @ lengths
     up = candidates[int(np.argmax(agreement))]
     weight = np.zeros_like(lengths)
+    spread = 1.0
     for shrink in (1.0, 0.7, 0.5, 0.5):
         residual = normals @ up
         weight = lengths * np.square(np.clip(1.0 - np.square(residual / (sine * shrink * 1.5)), 0.0, None))
-        _, vectors = np.linalg.eigh((normals * weight[:, None]).T @ normals)
+        values, vectors = np.linalg.eigh((normals * weight[:, None]).T @ normals)
         up = vectors[:, 0] * -np.sign(vectors[1, 0])
+        spread = float(values[1] / max(values.sum(), 1e-12))
     edges = int(np.count_nonzero(weight))
     if edges < chosen.least_edges:
         return None
     scatter = float(np.sqrt(np.average((normals @ up) ** 2, weights=weight)))
-    sigma = max(scatter / np.sqrt(edges - 2.0), 2e-4) if edges > 2 else sine
+    # edges that stand close together fix the direction along their common plane badly
+    sigma = max(scatter / np.sqrt((edges - 2.0) * max(spread, 1e-4)), 2e-4) if edges > 2 else sine
     return Vertical(up=frozen(up), sigma_rad=float(sigma), edges=edges)
 
 

@@ -8,12 +8,6 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import Float32Array
 
 
-def contrast(image: Float32Array, window_px: int = 31) -> Float32Array:
-    """Take the local mean off a grey picture, so that exposure and vignetting of the two cameras drop out."""
-    flat: Float32Array = image - cv2.blur(image, (window_px, window_px), borderType=cv2.BORDER_REPLICATE)
-    return flat
-
-
 def warp_right(right: Float32Array, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
     """Sample the right picture at x - d: values and their slope along x, both (H, W)."""
     height, width = disparity_px.shape

@@ -6,9 +6,10 @@ import pytest
 
 from asbuilt_bim.camera.board import Board, BoardCorners, find_board, same_way_round
 from asbuilt_bim.camera.calibrate import calibrate_stereo
-from asbuilt_bim.camera.photo import decode
+from asbuilt_bim.camera.photo import decode, photo_from_bytes
 from asbuilt_bim.errors import CalibrationError
 from tests.camera.board_pictures import CHARUCO, CHESS, RIGHT_FROM_LEFT, K, as_photo, pairs
+from tests.camera.virtual import exif_block, with_exif
 
 
 @pytest.mark.parametrize("board", [CHESS, CHARUCO], ids=["chessboard", "charuco"])
@@ -48,8 +49,17 @@ def test_a_pair_not_taken_at_one_moment_is_left_out_by_name() -> None:
     assert abs(found.rig.baseline_m - 0.2) < 0.002
 
 
+def test_a_board_photo_taken_at_another_zoom_is_left_out_by_its_exif() -> None:
+    taken = list(pairs(CHESS, 8))
+    zoomed = with_exif(cv2.imencode(".jpg", decode(taken[2][0]))[1].tobytes(), exif_block(focal_mm=12.0))
+    taken[2] = (photo_from_bytes("zoomed.jpg", zoomed), taken[2][1])
+    found = calibrate_stereo(taken, CHESS)
+    (left_out,) = found.left_out
+    assert "zoomed.jpg" in left_out.what and "12 mm" in left_out.value and "8 mm" in left_out.limit
+
+
 def test_a_pair_without_a_board_is_left_out_and_too_few_pairs_are_refused_with_reasons() -> None:
-    grey = as_photo("blank.jpg", np.full((480, 640, 3), 90, np.uint8), "L-1")
+    grey = as_photo("blank.jpg", np.full((480, 640, 3), 90, np.uint8), "")
     taken = [*pairs(CHESS, 8)[:5], (grey, grey)]
     with pytest.raises(CalibrationError, match=r"5 good pairs .*at least 6(.|\n)*blank\.jpg.*not found"):
         calibrate_stereo(taken, CHESS)

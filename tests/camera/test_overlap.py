@@ -67,6 +67,19 @@ def test_swapped_photos_are_named() -> None:
     assert "left and right look swapped" in rejection.reason and "exchange" in rejection.remedy
 
 
+def test_a_right_camera_turned_outwards_is_told_from_swapped_photos() -> None:
+    """The ground comes nearer downwards; all disparities are shifted by -40 px, so that its far part is negative."""
+    ground, rows = scene(), np.arange(HEIGHT)
+    left = ground[50 : 50 + HEIGHT, WIDTH : 2 * WIDTH]
+    x, y = np.meshgrid(np.arange(WIDTH, dtype=np.float32), rows.astype(np.float32))
+    right = cv2.remap(ground, x + WIDTH + (y / HEIGHT * 70 - 40).astype(np.float32), y + 50, cv2.INTER_LINEAR)
+    knocked = replace(pair(60), left=left, right=right)
+    (rejection,) = check_pair(knocked)
+    assert "turned outwards" in rejection.reason and "calibrate" in rejection.remedy
+    (rejection,) = check_pair(replace(knocked, left=right, right=left))
+    assert "swapped" in rejection.reason
+
+
 def test_photos_of_two_scenes_are_rejected() -> None:
     (rejection,) = check_pair(pair(60, seeds=(0, 1)))
     assert "too little in common" in rejection.reason

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import SurveyError
-from asbuilt_bim.register.survey import CORNERS, read_survey
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.survey import CORNERS, check_survey, read_survey
+from tests.match.small_site import FAR, box, element, model
 
 SQUARE = np.array([[0.0, 0.0, 1.28], [0.28, 0.0, 1.28], [0.28, 0.0, 1.0], [0.0, 0.0, 1.0]])
 
@@ -78,3 +81,17 @@ def test_a_survey_that_is_missing_or_has_no_header_is_refused(tmp_path: Path) ->
         read_survey(tmp_path / "none.csv", 0.28, 0.002)
     with pytest.raises(SurveyError, match="first line lacks"):
         read(tmp_path, "1,top-left,0,0,0\n")
+
+
+def marker(number: int, at: np.ndarray) -> SurveyedMarker:
+    return SurveyedMarker(marker_id=number, corners_m=frozen(SQUARE + at), sigma_m=0.002)
+
+
+def test_one_marker_far_from_the_building_is_named_and_most_of_them_refuse_the_survey() -> None:
+    design = model([element("W", "wall", box(0, 0, 0, 3, 0.25, 3))])
+    near = [marker(i, FAR + np.array([i, -1.0, 0.0])) for i in range(3)]
+    stray = marker(9, FAR + np.array([0.0, 900.0, 0.0]))
+    assert check_survey(near, design) == ()
+    assert [rejection.what for rejection in check_survey([*near, stray], design)] == ["marker 9"]
+    with pytest.raises(SurveyError, match="world coordinates"):
+        check_survey([marker(i, np.zeros(3)) for i in range(3)], design)

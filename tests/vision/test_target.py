@@ -108,7 +108,13 @@ def test_the_told_diameter_decides_between_two_discs_and_the_other_is_named() ->
 
 def test_a_disc_of_another_size_is_rejected_with_both_diameters() -> None:
     sighting, (rejection,) = find_target(pair_of([disc((0.2, 0.0, 4.0), radius_m=0.2)]), TOLD)
-    assert sighting is None and 0.39 < float(rejection.value.rstrip(" m")) < 0.41 and rejection.limit == "0.3 m +- 12 %"
+    assert sighting is None and 0.39 < float(rejection.value.rstrip(" m")) < 0.41 and rejection.limit == "0.3 m +- 6 %"
+
+
+def test_a_disc_a_little_off_in_size_is_taken_and_the_doubt_about_the_rig_is_said() -> None:
+    sighting, (doubt,) = find_target(pair_of([disc((0.2, 0.0, 4.0), radius_m=0.157)]), TOLD)
+    assert sighting is not None and "areas by twice" in doubt.reason and "calibrate" in doubt.remedy
+    assert "+4" in doubt.reason or "+5" in doubt.reason
 
 
 def test_rows_that_differ_say_that_the_rig_was_knocked() -> None:

@@ -1,0 +1,119 @@
+"""What may be taken for built concrete and what for open: formwork, starter bars and stray depth are told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from asbuilt_bim.bim.cells import CellSamples
+from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.match.matches import FaceMatch
+from asbuilt_bim.progress.evidence import Evidence, Verdict
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.sample_grid import Indices, above, patches, share_around
+
+
+def large_enough(samples: CellSamples, chosen: BoolArray, least_m2: float) -> BoolArray:
+    """Keep the chosen samples in patches of a size: a speckle of mismatched stereo proves nothing."""
+    label = patches(samples, chosen)
+    kept: BoolArray = chosen & (np.bincount(label, weights=samples.area_m2)[label] >= least_m2)
+    return kept
+
+
+def trusted(
+    samples: CellSamples, evidence: Evidence, backed: bool, options: ProgressOptions
+) -> tuple[BoolArray, BoolArray]:
+    """Return which samples depth alone says are built, and which stand before the design after all.
+
+    The mean of a patch is far better known than one sample: formwork shows. Unless a measured face of the element backs
+    them, patches count from a size on, and together from a larger one.
+    """
+    near = evidence.verdict == Verdict.NEAR
+    label = patches(samples, near)
+    count = int(label.max(initial=0)) + 1
+    hits = near & (evidence.own == Verdict.NEAR)
+    number = np.maximum(np.bincount(label[hits], minlength=count), 1)
+    offset = np.bincount(label[hits], weights=evidence.offset_m[hits], minlength=count) / number
+    common = np.bincount(label[hits], weights=evidence.common_m[hits], minlength=count) / number
+    stands_off = (offset > options.building_tolerance_m + 2.0 * common)[label]
+    kept = near & ~stands_off
+    if not backed:
+        sizes = np.bincount(label, weights=samples.area_m2, minlength=count)
+        kept &= (sizes >= options.min_face_m2)[label]
+        kept &= float(samples.area_m2[kept].sum()) >= options.min_patch_m2
+    return kept, near & stands_off
+
+
+def speaking(
+    element: BimElement,
+    samples: CellSamples,
+    station: str,
+    evidence: Evidence,
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> list[tuple[FaceMatch, Indices]]:
+    """Return a station's matches that may speak for built concrete, each with the samples in its outline.
+
+    An outline doesn't speak where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
+    have, or where most of it hasn't the colour of concrete.
+    """
+    found: list[tuple[FaceMatch, Indices]] = []
+    for index, face in enumerate(element.faces):
+        own = np.flatnonzero(samples.face == index)
+        for match in by_face.get(face.face_id, ()) if len(own) else ():
+            if match.station != station or not may_be_concrete(match, options):
+                continue
+            covered = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
+            if len(covered) == 0 or np.mean(evidence.own[covered] == Verdict.NEAR) < options.solid_share:
+                continue
+            if np.mean(evidence.tinted[covered]) <= options.tinted_share:
+                found.append((match, covered))
+    return found
+
+
+def outlined_samples(
+    samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
+) -> tuple[BoolArray, FloatArray]:
+    """Say which samples lie in outlines that speak, with depth on the surface round them, and the planes' sigma (m)."""
+    inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
+    for match, covered in speak:
+        inside[covered] = True
+        sigma[covered] = np.minimum(sigma[covered], match.offset_sigma_m)
+    hit = evidence.own == Verdict.NEAR
+    solid = hit | (share_around(samples, hit, inside) >= options.solid_share)
+    return inside & solid, sigma
+
+
+def seen_through(samples: CellSamples, evidence: Evidence, outlined: BoolArray, options: ProgressOptions) -> BoolArray:
+    """Say which undecided samples are seen through all the same: between starter bars, over a pour line.
+
+    Most of what depth finds round them lies behind, and higher up, where the bars end, nothing but what lies behind.
+    """
+    known = np.isin(evidence.own, (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE))
+    undecided = np.isin(evidence.verdict, (Verdict.MIXED, Verdict.NOT_MEASURED)) & ~outlined
+    through = share_around(samples, evidence.own == Verdict.BEHIND, known)
+    found = share_around(samples, known, np.ones(len(known), dtype=bool))
+    free_above = above(samples, evidence.verdict == Verdict.BEHIND)
+    free_above &= ~above(samples, outlined | (evidence.verdict == Verdict.NEAR))
+    enough = (through >= options.through_share) & (found >= options.found_share)
+    open_around: BoolArray = undecided & enough & free_above
+    return open_around
+
+
+def stands_before(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face stands further before its design face than built concrete may: formwork, a stack."""
+    return match.offset_m > options.building_tolerance_m + 2.0 * match.offset_sigma_m
+
+
+def looks_like_bars(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face may be starter bars: small, and behind the design face by the cover of its steel."""
+    small = match.area_m2 < options.min_patch_m2
+    return match.area_m2 < options.min_face_m2 or (small and match.offset_m < -options.cover_m - match.offset_sigma_m)
+
+
+def may_be_concrete(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face may speak for built concrete."""
+    return not stands_before(match, options) and not looks_like_bars(match, options)

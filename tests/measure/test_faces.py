@@ -1,0 +1,166 @@
+"""Faces measured on ray-cast photos, against the exact truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.level import pixel_rays
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import ring_area
+from asbuilt_bim.geometry.transform import rigid
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.refine import pictures, refine_plane
+from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces, thumbnail
+from asbuilt_bim.vision.geometric import segment_scene
+from asbuilt_bim.vision.scene import read_scene
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map, grey
+from tests.measure.box_world import site, true_area, true_q
+
+
+def rig_of(pair: RectifiedPair) -> StereoRig:
+    camera = pair.camera
+    k = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
+    one = Intrinsics(K=k, distortion=np.zeros(5), width_px=camera.width_px, height_px=camera.height_px)
+    covariance = np.diag([0.3, 0.3, 0.4, 0.4, 0.3, 0.3, 0.4, 0.4, 2e-4, 2e-4, 5e-5, 2e-5, 2e-5, 5e-5]) ** 2
+    return StereoRig(
+        left=one, right=one, right_from_left=rigid(np.eye(3), [-camera.baseline_m, 0.0, 0.0]), covariance=covariance
+    )
+
+
+def measured(pair: RectifiedPair) -> StationFaces:
+    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
+    return measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), FaceOptions())
+
+
+@pytest.fixture(scope="module")
+def found() -> StationFaces:
+    return measured(site()[1])
+
+
+def face_at(found: StationFaces, x: float, y: float) -> MeasuredFace:
+    import cv2
+
+    hits = [
+        face for face in found.faces if cv2.pointPolygonTest(face.outline_px[0].astype(np.float32), (x, y), False) > 0
+    ]
+    assert len(hits) == 1
+    return hits[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "y", "limit"),
+    [
+        ("wall/0", 570, 300, 0.015),
+        ("column/0", 262, 300, 0.015),
+        ("wall/3", 470, 300, 0.06),
+        ("column/3", 218, 300, 0.06),
+    ],
+)
+def test_a_face_wholly_in_view_has_its_area(found: StationFaces, name: str, x: float, y: float, limit: float) -> None:
+    truth = true_area(site()[0], name)
+    face = face_at(found, x, y)
+    assert face.area_m2 == pytest.approx(truth, rel=limit)
+    assert abs(face.area_m2 - truth) < 3.5 * face.area_sigma_m2
+    assert face.whole
+
+
+def test_area_is_greens_theorem_on_the_outline(found: StationFaces) -> None:
+    for face in found.faces:
+        outer, *holes = face.outline_uv_m
+        assert ring_area(outer) > 0.0
+        assert face.area_m2 == pytest.approx(ring_area(outer) + sum(ring_area(hole) for hole in holes), rel=1e-9)
+
+
+def test_outlines_in_pixels_and_in_metres_are_the_same_places(found: StationFaces) -> None:
+    camera = site()[1].camera
+    for face in found.faces:
+        for metric, px in zip(face.outline_uv_m, face.outline_px, strict=True):
+            assert camera.project(face.frame.from_uv(metric)) == pytest.approx(px, abs=1e-6)
+
+
+def test_normals_point_at_the_camera_and_v_points_up(found: StationFaces) -> None:
+    up = site()[2].T @ np.array([0.0, -1.0, 0.0])
+    for face in found.faces:
+        if isinstance(face.frame, PlaneFrame):
+            assert face.frame.plane.distance_m(np.zeros(3)) > 0.0
+            assert face.frame.v @ up > 0.99
+
+
+def test_the_round_column_is_a_cylinder_with_its_radius(found: StationFaces) -> None:
+    rounds = [face for face in found.faces if isinstance(face.frame, CylinderFrame)]
+    assert len(rounds) == 1
+    face = rounds[0]
+    assert isinstance(face.frame, CylinderFrame)
+    assert face.label == "column"
+    assert face.frame.radius_m == pytest.approx(0.2, rel=0.04)
+    # the visible arc, 2 acos(r / D) r, times the height of 2.6 m
+    distance = float(np.hypot(0.05, 4.6))
+    assert face.area_m2 == pytest.approx(2.0 * np.arccos(0.2 / distance) * 0.2 * 2.6, rel=0.06)
+
+
+def test_sigma_has_a_part_of_its_own_and_a_part_of_the_rig(found: StationFaces) -> None:
+    wall = face_at(found, 570, 300)
+    assert 0.0005 < wall.area_sigma_image_m2 / wall.area_m2 < 0.02
+    assert 0.001 < wall.area_sigma_calibration_m2 / wall.area_m2 < 0.1
+    assert wall.area_sigma_m2 == pytest.approx(np.hypot(wall.area_sigma_image_m2, wall.area_sigma_calibration_m2))
+    side = face_at(found, 218, 300)
+    assert side.area_sigma_image_m2 / side.area_m2 > wall.area_sigma_image_m2 / wall.area_m2
+
+
+def test_a_face_at_the_frames_border_is_cut() -> None:
+    _, pair, _ = site()
+    valid = np.array(pair.valid_left)
+    valid[:, 600:] = False
+    left = np.array(pair.left)
+    left[:, 600:] = 0
+    cut = measured(replace(pair, left=left, valid_left=valid))
+    wall = face_at(cut, 550, 300)
+    assert wall.cut_by_frame
+    assert not wall.whole
+
+
+def test_a_plane_is_refined_to_hundredths_from_a_poor_start() -> None:
+    world, pair, level = site()
+    camera = pair.camera
+    rays = pixel_rays(camera.width_px, camera.height_px, camera.f_px, camera.cx_px, camera.cy_px)
+    mask = np.zeros(pair.valid_left.shape, dtype=bool)
+    mask[180:430, 490:650] = True
+    truth = true_q(world, "wall/0", camera, level)
+    start = truth + np.array([3.0, -2.0, 0.3])
+    fit = refine_plane(pictures(grey(pair.left), grey(pair.right), pair.valid_right), rays, mask, start)
+    assert fit is not None
+    miss = rays[mask] @ (fit.q_px - truth)
+    assert np.abs(miss).max() < 0.03
+    assert np.sqrt(np.mean((rays[mask] @ (start - truth)) ** 2)) > 0.4
+
+
+def test_a_surface_without_texture_is_not_refined() -> None:
+    _, pair, _ = site()
+    camera = pair.camera
+    rays = pixel_rays(camera.width_px, camera.height_px, camera.f_px, camera.cx_px, camera.cy_px)
+    blank = np.full(pair.valid_left.shape, 120.0, dtype=np.float32)
+    mask = np.zeros(pair.valid_left.shape, dtype=bool)
+    mask[200:300, 300:400] = True
+    assert refine_plane(pictures(blank, blank, pair.valid_right), rays, mask, np.array([0.0, 0.0, 30.0])) is None
+
+
+def test_what_is_too_narrow_is_named_and_left_out() -> None:
+    _, pair, _ = site()
+    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
+    strict = FaceOptions(least_width_px=60.0)
+    kept = measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), strict)
+    assert all(face.width_px >= 60.0 for face in kept.faces)
+    assert any(rejection.reason == "too narrow" and rejection.limit == "60 px" for rejection in kept.rejections)
+
+
+def test_the_thumbnail_is_a_jpeg_without_exif() -> None:
+    data = thumbnail(site()[1])
+    assert data[:2] == b"\xff\xd8"
+    assert b"Exif" not in data

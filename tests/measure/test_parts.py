@@ -1,0 +1,288 @@
+"""The measuring steps that need no photo: closed forms, invariants, worked numbers."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.geometry.transform import rigid
+from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
+from asbuilt_bim.measure.contour import contours
+from asbuilt_bim.measure.depth_reference import pack, unpack
+from asbuilt_bim.measure.edges import Line, find_edge, gradients
+from asbuilt_bim.measure.steps import straight_region
+from asbuilt_bim.measure.uncertainty import (
+    area_per_pixel_m2,
+    calibration_sigmas_m2,
+    image_sigma_m2,
+    rings_area_m2,
+)
+from asbuilt_bim.measure.world import boundary_pixels, paper_area, world_from_boundary
+from asbuilt_bim.vision.depth import DepthMap
+from tests.measure.box_world import make_camera
+
+CAMERA = make_camera(640, 480, 500.0)
+FB = CAMERA.f_px * CAMERA.baseline_m
+
+
+def facing(depth_m: float) -> np.ndarray:
+    return np.array([0.0, 0.0, FB / depth_m])
+
+
+def square_px(half: float) -> np.ndarray:
+    c = np.array([CAMERA.cx_px, CAMERA.cy_px])
+    return c + half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def test_the_published_method_gives_a_facing_square_less_half_a_pixel_all_round() -> None:
+    k = np.array([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]])
+    mask = np.zeros((480, 640), dtype=bool)
+    mask[200:300, 300:400] = True
+    area = paper_area(mask, np.full(mask.shape, 5.0), k)
+    assert area == pytest.approx((99 * 5.0 / 500.0) ** 2, rel=1e-12)
+
+
+def test_the_published_method_measures_the_shadow_of_an_oblique_face() -> None:
+    # 2 m x 2 m turned by 60 degrees about the vertical, far off: its shadow is 4 cos 60 = 2 m2
+    k = np.array([[8000.0, 0.0, 320.0], [0.0, 8000.0, 240.0], [0.0, 0.0, 1.0]])
+    mask = np.zeros((480, 640), dtype=bool)
+    mask[80:400, 240:400] = True
+    shape = world_from_boundary(boundary_pixels(mask), np.full(len(boundary_pixels(mask)), 50.0), k)
+    assert np.ptp(shape, axis=0) == pytest.approx([159 * 50 / 8000, 319 * 50 / 8000])
+    assert paper_area(mask, np.full(mask.shape, 50.0), k) == pytest.approx(2.0, rel=0.02)
+
+
+def test_boundary_pixels_run_along_the_contour_not_along_the_raster() -> None:
+    mask = np.zeros((40, 40), dtype=bool)
+    mask[10:30, 5:35] = True
+    steps = np.diff(boundary_pixels(mask), axis=0)
+    assert np.abs(steps).max() == 1.0
+
+
+def test_no_mask_has_no_area() -> None:
+    empty = np.zeros((20, 20), dtype=bool)
+    assert paper_area(empty, np.ones((20, 20)), np.eye(3)) == 0.0
+
+
+def test_a_mask_is_made_of_pixel_areas() -> None:
+    mask = np.zeros((60, 60), dtype=bool)
+    mask[20:40, 10:50] = True
+    (ring,) = contours(mask)
+    x, y = ring.T
+    area = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    assert area == pytest.approx(20 * 40, abs=1.0)
+    assert (x.min(), x.max(), y.min(), y.max()) == pytest.approx((9.5, 49.5, 19.5, 39.5), abs=0.26)
+
+
+def test_a_hole_is_a_second_ring_the_other_way_round() -> None:
+    mask = np.zeros((80, 80), dtype=bool)
+    mask[10:70, 10:70] = True
+    mask[30:50, 30:50] = False
+    outer, hole = contours(mask)
+    areas = [
+        0.5 * float(np.sum(r[:, 0] * np.roll(r[:, 1], -1) - np.roll(r[:, 0], -1) * r[:, 1])) for r in (outer, hole)
+    ]
+    assert areas == pytest.approx([3600.0, -400.0], abs=3.0)
+
+
+def test_a_facing_square_has_its_area_and_a_pixel_its_share() -> None:
+    q = facing(4.0)
+    assert rings_area_m2([square_px(100.0)], q, CAMERA) == pytest.approx((200 * 4 / 500) ** 2, rel=1e-12)
+    centre = np.array([CAMERA.cx_px, CAMERA.cy_px])
+    assert area_per_pixel_m2(centre, q, CAMERA) == pytest.approx((4.0 / 500.0) ** 2, rel=1e-12)
+
+
+def test_a_pixels_share_of_an_oblique_plane_is_what_the_rings_area_says() -> None:
+    q = np.array([25.0, 3.0, 30.0])
+    middle = np.array([420.0, 200.0])
+    small = middle + 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    assert area_per_pixel_m2(middle, q, CAMERA) == pytest.approx(rings_area_m2([small], q, CAMERA), rel=1e-4)
+
+
+def test_half_a_pixel_on_one_side_of_a_hundred_is_half_a_per_cent() -> None:
+    ring, q = square_px(50.0), facing(5.0)
+    edges = [(ring[:2].mean(axis=0), 100.0, 0.5)]
+    sigma = image_sigma_m2([ring], edges, 0.0, q, np.zeros((3, 3)), CAMERA)
+    assert sigma / rings_area_m2([ring], q, CAMERA) == pytest.approx(0.005, rel=1e-6)
+
+
+def test_a_tenth_of_a_pixel_of_disparity_is_twice_its_share_of_area() -> None:
+    q = facing(5.0)
+    sigma = image_sigma_m2([square_px(50.0)], [], 0.0, q, np.diag([0.0, 0.0, 0.1**2]), CAMERA)
+    area = rings_area_m2([square_px(50.0)], q, CAMERA)
+    assert sigma / area == pytest.approx(2 * 0.1 / q[2], rel=1e-3)
+
+
+def rig_with(sigmas: dict[int, float]) -> StereoRig:
+    k = np.array([[500.0, 0.0, CAMERA.cx_px], [0.0, 500.0, CAMERA.cy_px], [0.0, 0.0, 1.0]])
+    camera = Intrinsics(K=k, distortion=np.zeros(5), width_px=640, height_px=480)
+    covariance = np.zeros((14, 14))
+    for i, sigma in sigmas.items():
+        covariance[i, i] = sigma**2
+    return StereoRig(
+        left=camera, right=camera, right_from_left=rigid(np.eye(3), [-0.25, 0.0, 0.0]), covariance=covariance
+    )
+
+
+def test_a_baseline_one_per_cent_off_is_two_per_cent_of_area() -> None:
+    outline = ([square_px(60.0)], facing(5.0))
+    sigma = calibration_sigmas_m2([outline], rig_with({11: 0.0025}), CAMERA)[0]
+    assert sigma / rings_area_m2(outline[0], outline[1], CAMERA) == pytest.approx(0.02, rel=0.01)
+
+
+def test_a_yaw_of_two_tenths_of_a_degree_is_what_was_measured_of_it() -> None:
+    # disparity 25 px at 5 m; 0.2 degrees of yaw move it by f tan = 1.745 px, area by about 2 x 7 %
+    outline = ([square_px(60.0)], facing(5.0))
+    sigma = calibration_sigmas_m2([outline], rig_with({9: np.radians(0.2)}), CAMERA)[0]
+    assert sigma / rings_area_m2(outline[0], outline[1], CAMERA) == pytest.approx(2 * 1.745 / 25.0, rel=0.05)
+
+
+def test_an_unknown_covariance_gives_no_calibration_sigma() -> None:
+    assert calibration_sigmas_m2([([square_px(60.0)], facing(5.0))], rig_with({}), CAMERA).tolist() == [0.0]
+
+
+def upright_q(angle: float, offset: float) -> np.ndarray:
+    return offset * np.array([np.sin(angle), 0.0, np.cos(angle)])
+
+
+DOWN = np.array([0.0, 1.0, 0.0])
+
+
+def corner(weak_error: float) -> tuple[list[PlaneSight], list[Touch], np.ndarray]:
+    """A well-seen face and, at a right angle to it, one whose slope across is hardly known."""
+    strong = upright_q(0.35, 40.0)
+    ray = np.array([[0.1, -0.2, 1.0], [0.1, 0.3, 1.0]])
+    n = np.array([np.sin(0.35 - np.pi / 2), 0.0, np.cos(0.35 - np.pi / 2)])
+    weak = n * float(strong @ ray[0]) / float(n @ ray[0])
+    sights = [
+        PlaneSight(q_px=strong, covariance=1e-4 * np.eye(3)),
+        PlaneSight(
+            q_px=weak + np.array([weak_error, 0.0, -0.1 * weak_error]), covariance=np.diag([3600.0, 0.01, 36.0])
+        ),
+    ]
+    return sights, [Touch(one=0, other=1, rays=ray)], weak
+
+
+def test_a_weak_side_face_takes_its_direction_from_its_neighbour() -> None:
+    sights, touches, weak = corner(weak_error=40.0)
+    found = adjust_planes(sights, [], touches, DOWN, 1e-3, [True, True])
+    assert found.dropped == ()
+    before = np.degrees(np.arccos(sights[1].q_px @ weak / np.linalg.norm(sights[1].q_px) / np.linalg.norm(weak)))
+    after = np.degrees(np.arccos(min(1.0, found.q_px[1] @ weak / np.linalg.norm(found.q_px[1]) / np.linalg.norm(weak))))
+    assert before > 3.0
+    assert after < 0.3
+    assert found.covariance[1][0, 0] < 0.05 * sights[1].covariance[0, 0]
+
+
+def test_a_right_angle_that_the_photos_contradict_is_dropped() -> None:
+    sights, touches, weak = corner(weak_error=0.0)
+    skew = weak + np.array([30.0, 0.0, 40.0])  # some 20 degrees off, and surely so
+    sure = [sights[0], PlaneSight(q_px=skew, covariance=1e-4 * np.eye(3))]
+    found = adjust_planes(sure, [], touches, DOWN, 1e-3, [True, True])
+    assert "square 0" in found.dropped
+    assert found.q_px[1] == pytest.approx(skew, abs=0.1)
+
+
+def test_a_battered_wall_stays_battered() -> None:
+    leaning = upright_q(0.2, 40.0) + np.array([0.0, 2.0, 0.0])  # 2.9 degrees
+    found = adjust_planes([PlaneSight(q_px=leaning, covariance=1e-4 * np.eye(3))], [], [], DOWN, 1e-3, [True])
+    assert found.dropped == ("plumb 0",)
+    assert found.q_px[0] == pytest.approx(leaning, abs=1e-3)
+
+
+def test_an_edge_disparity_pulls_a_plane_by_its_weight() -> None:
+    sight = PlaneSight(q_px=facing(5.0), covariance=np.diag([1e-6, 1e-6, 0.2**2]))
+    edge = EdgeSight(plane=0, ray=np.array([0.0, 0.0, 1.0]), disparity_px=float(facing(5.0)[2]) + 0.3, sigma_px=0.06)
+    found = adjust_planes([sight], [edge], [], DOWN, 1e-3, [False])
+    expected = 0.3 * 0.2**2 / (0.2**2 + 0.06**2 + 0.08**2)
+    assert found.q_px[0][2] - sight.q_px[2] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_straight_region_takes_the_rags_off_a_mask() -> None:
+    rng = np.random.default_rng(2)
+    own = np.zeros((200, 120), dtype=bool)
+    for row in range(30, 170):
+        own[row, 30 + rng.integers(-4, 5) : 90 + rng.integers(-4, 5)] = True
+    cost = np.where(own, -0.3, 0.05).astype(np.float32)
+    votes = np.zeros_like(cost)
+    votes[:, 30] = votes[:, 90] = 0.8
+    region = straight_region(cost, votes, np.zeros_like(cost), own)
+    rows, columns = np.nonzero(region)
+    assert (columns.min(), columns.max() + 1) == pytest.approx((30, 90), abs=1)
+    assert (rows.min(), rows.max() + 1) == pytest.approx((30, 170), abs=1)
+    assert region.sum() == (columns.max() + 1 - columns.min()) * (rows.max() + 1 - rows.min())
+
+
+def test_a_real_step_is_kept() -> None:
+    own = np.zeros((200, 160), dtype=bool)
+    own[20:180, 20:80] = True
+    own[100:180, 80:140] = True
+    cost = np.where(own, -0.3, 0.3).astype(np.float32)
+    zero = np.zeros_like(cost)
+    assert np.array_equal(straight_region(cost, zero, zero, own), own)
+
+
+def step_pictures(edge_x: float, disparity: float) -> tuple[np.ndarray, np.ndarray]:
+    x = (np.arange(200 * 8) + 0.5) / 8 - 0.5
+    pictures = []
+    for place in (edge_x, edge_x - disparity):
+        fine = np.where(x < place, 90.0, 160.0)
+        row = cv2.GaussianBlur(fine[None].astype(np.float32), (0, 0), 5.0).reshape(200, 8).mean(axis=1)
+        pictures.append(np.tile(row, (150, 1)).astype(np.float32))
+    return pictures[0], pictures[1]
+
+
+def test_an_edge_is_found_to_hundredths_and_shows_its_own_disparity() -> None:
+    left, right = step_pictures(100.37, 20.25)
+    both = gradients(left, right, np.ones(left.shape, dtype=bool))
+    line = Line(start=np.array([103.0, 20.0]), stop=np.array([103.0, 130.0]))
+    line = line if line.normal[0] > 0 else Line(start=line.stop, stop=line.start)
+    fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 5.0, 3.0)
+    assert fit is not None
+    assert 0.5 * (fit.line.start[0] + fit.line.stop[0]) == pytest.approx(100.37, abs=0.03)
+    assert fit.disparity_miss_px == pytest.approx(0.25, abs=0.04)
+    assert fit.strength > 0.8
+
+
+def test_the_backgrounds_own_edge_is_no_edge_of_the_face() -> None:
+    left, right = step_pictures(100.0, 5.0)  # far behind a face of disparity 20
+    both = gradients(left, right, np.ones(left.shape, dtype=bool))
+    line = Line(start=np.array([101.0, 130.0]), stop=np.array([101.0, 20.0]))
+    fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 5.0, 3.0)
+    assert fit is None or fit.strength < 0.2
+
+
+def small_depth() -> tuple[DepthMap, np.ndarray]:
+    disparity = np.full((481, 1301), 20.0, dtype=np.float32)
+    disparity[:, 651:] = 60.0
+    disparity[:100] = np.nan
+    sigma = np.full(disparity.shape, 0.25, dtype=np.float32)
+    sky = np.zeros(disparity.shape, dtype=bool)
+    sky[:60] = True
+    valid = np.isfinite(disparity)
+    return DepthMap(
+        disparity_px=disparity, sigma_px=sigma, valid=valid, f_px=1000.0, baseline_m=0.25, method="stereo"
+    ), sky
+
+
+def test_the_depth_reference_is_small_and_mixes_nothing() -> None:
+    depth, sky = small_depth()
+    reference = pack(depth, sky)
+    disparity, sigma, scale = unpack(reference)
+    assert disparity.shape[1] <= 640
+    assert scale == 3
+    known = disparity[np.isfinite(disparity) & (disparity > 0)]
+    assert set(np.unique(known)) == {20.0, 60.0}
+    assert np.all(disparity[: 60 // scale] == 0.0)
+    assert np.isnan(disparity[-(-60 // scale) + 1 : 100 // scale - 1]).all()
+    assert sigma[-1, 0] == pytest.approx(0.25)
+
+
+def test_a_damaged_depth_reference_is_named() -> None:
+    depth, sky = small_depth()
+    reference = pack(depth, sky)
+    with pytest.raises(ValueError, match="disparity is no PNG"):
+        unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from asbuilt_bim.camera.photo import Photo, photo_from_bytes
+from asbuilt_bim.measure.depth_reference import unpack
+from asbuilt_bim.measure.station import (
+    MeasureOptions,
+    RejectedStation,
+    StationMeasurement,
+    StationPhotos,
+    measure_station,
+)
+from asbuilt_bim.vision.target import TargetOptions
+from tests.measure.box_world import site
+from tests.measure.test_faces import rig_of
+
+FREE = MeasureOptions(target=TargetOptions(required=False), least_markers_without_target=0)
+
+
+def photo(name: str, image: np.ndarray) -> Photo:
+    done, data = cv2.imencode(".png", image)
+    assert done
+    return photo_from_bytes(name, bytes(data))
+
+
+def photos() -> StationPhotos:
+    pair = site()[1]
+    return StationPhotos(name="S1", left=photo("S1_left.png", pair.left), right=photo("S1_right.png", pair.right))
+
+
+@pytest.fixture(scope="module")
+def station() -> StationMeasurement:
+    ticks = iter(range(1000))
+    found = measure_station(photos(), rig_of(site()[1]), FREE, clock=lambda: float(next(ticks)))
+    assert isinstance(found, StationMeasurement)
+    return found
+
+
+def test_a_station_is_measured_from_its_photos_alone(station: StationMeasurement) -> None:
+    assert len(station.faces) >= 4
+    assert all(face.face_id == f"S1/{i}" for i, face in enumerate(station.faces, start=1))
+    assert station.left_digest != station.right_digest
+    assert station.target is None
+    assert station.thumbnail_jpeg[:2] == b"\xff\xd8"
+
+
+def test_seconds_are_told_by_step_by_the_clock_that_was_given(station: StationMeasurement) -> None:
+    assert set(station.seconds.values()) == {1.0}
+    assert {"read", "stereo", "faces"} <= set(station.seconds)
+
+
+def test_up_is_known_to_a_fraction_of_a_degree_in_the_physical_left_frame(station: StationMeasurement) -> None:
+    assert station.vertical is not None
+    up = site()[2].T @ np.array([0.0, -1.0, 0.0])  # the rig's rectification turns nothing here
+    assert np.degrees(np.arccos(min(1.0, float(station.vertical @ up)))) < 0.7
+
+
+def test_the_depth_reference_shows_sky_wall_and_nothing_else_between(station: StationMeasurement) -> None:
+    disparity, sigma, scale = unpack(station.depth_ref)
+    assert np.nanmedian(disparity[20 // scale : 80 // scale, 40 // scale : 180 // scale]) == 0.0
+    wall = disparity[300 // scale, 570 // scale]
+    assert 640.0 * 0.25 / wall == pytest.approx(5.1, abs=0.4)
+    assert sigma[300 // scale, 570 // scale] < 0.5
+
+
+def test_the_same_photos_give_the_same_numbers() -> None:
+    first, second = (measure_station(photos(), rig_of(site()[1]), FREE) for _ in range(2))
+    assert isinstance(first, StationMeasurement)
+    assert isinstance(second, StationMeasurement)
+    assert [face.area_m2 for face in first.faces] == [face.area_m2 for face in second.faces]
+
+
+def test_without_its_target_a_station_is_rejected_where_one_is_required() -> None:
+    found = measure_station(photos(), rig_of(site()[1]), MeasureOptions())
+    assert isinstance(found, RejectedStation)
+    assert any("target" in str(rejection) for rejection in found.rejections)
+    assert found.picture is not None
+
+
+def test_without_target_and_markers_there_is_no_scale_to_trust() -> None:
+    options = replace(FREE, least_markers_without_target=2)
+    found = measure_station(photos(), rig_of(site()[1]), options)
+    assert isinstance(found, RejectedStation)
+    assert found.rejections[-1].value == "0 markers"
+    assert found.rejections[-1].limit == "2 markers"
+
+
+def test_a_photo_of_another_size_rejects_the_station_by_name() -> None:
+    pair = site()[1]
+    small = StationPhotos(
+        name="S1", left=photo("S1_left.png", pair.left), right=photo("S1_right.png", pair.right[:500])
+    )
+    found = measure_station(small, rig_of(pair), FREE)
+    assert isinstance(found, RejectedStation)
+    assert any("S1" in rejection.what and "800 x 500" in rejection.value for rejection in found.rejections)
+
+
+def test_swapped_photos_reject_the_station() -> None:
+    pair = site()[1]
+    swapped = StationPhotos(name="S1", left=photo("a.png", pair.right), right=photo("b.png", pair.left))
+    found = measure_station(swapped, rig_of(pair), FREE)
+    assert isinstance(found, RejectedStation)
+    assert any("swapped" in rejection.reason for rejection in found.rejections)
+
+
+def test_a_picture_that_does_not_decode_rejects_the_station() -> None:
+    good = photos()
+    broken = replace(good.left, data=good.left.data[: len(good.left.data) // 2])
+    found = measure_station(StationPhotos(name="S1", left=broken, right=good.right), rig_of(site()[1]), FREE)
+    assert isinstance(found, RejectedStation)
+    assert found.rejections[0].what.startswith("station S1")

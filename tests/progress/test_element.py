@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.progress.element import completion_of, progress_of
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import ElementProgress
+from asbuilt_bim.progress.surface import SurfaceState, unseen
+from tests.match.small_site import box, element
+
+WALL = element("W", "wall", box(0, 0, 0, 4.0, 0.25, 3.0))
+COLUMN = element("C", "column", box(0, 0, 0, 0.4, 0.4, 3.0))
+OPTIONS = ProgressOptions()
+
+
+def says(index: int, built: Region = (), opened: Region = (), of: object = WALL) -> SurfaceState:
+    face = of.faces[index]  # type: ignore[attr-defined]
+    return replace(
+        unseen(face), built_uv_m=built, open_uv_m=opened, built_area_m2=polygon.area(built),
+        open_area_m2=polygon.area(opened), stations={"A1": 1.0},
+    )  # fmt: skip
+
+
+def progress(*states: SurfaceState, of: object = WALL) -> ElementProgress:
+    told = {state.face_id: state for state in states}
+    surfaces = [told.get(face.face_id, unseen(face)) for face in of.faces]  # type: ignore[attr-defined]
+    return progress_of(of, surfaces, date(2026, 3, 2), {}, OPTIONS)  # type: ignore[arg-type]
+
+
+def test_a_wall_photographed_from_one_side_is_known_whole() -> None:
+    one = progress(says(0, built=polygon.box(0, 0, 4, 3)))
+    assert one.completion.coverage == 1.0 and one.state == "complete"
+    assert one.surface_coverage == pytest.approx(12 / 25.5, rel=0.01)
+
+
+def test_front_and_back_are_one_concrete_and_not_counted_twice() -> None:
+    one = progress(says(0, built=polygon.box(0, 0, 4, 1.5), opened=polygon.box(0, 1.5, 4, 3)))
+    two = progress(
+        says(0, built=polygon.box(0, 0, 4, 1.5), opened=polygon.box(0, 1.5, 4, 3)),
+        says(2, built=polygon.box(0, 0, 4, 1.5), opened=polygon.box(0, 1.5, 4, 3)),
+    )
+    assert one.completion.best == two.completion.best == pytest.approx(0.5)
+    assert one.cells_built == two.cells_built
+
+
+def test_built_from_one_side_and_open_from_the_other_is_a_conflict_and_undecided() -> None:
+    one = progress(says(0, built=polygon.box(0, 0, 4, 3)), says(2, opened=polygon.box(0, 0, 4, 3)))
+    assert one.cells_conflict == one.cells_conflict + one.cells_built + one.cells_open > 0
+    assert one.completion.best is None and one.completion.upper == 1.0 and one.completion.lower == 0.0
+    assert any("look at the pictures" in note for note in one.notes)
+
+
+def test_a_column_of_which_only_the_foot_was_seen_is_not_called_complete() -> None:
+    one = progress(says(0, built=polygon.box(0, 0, 0.4, 1.0), of=COLUMN), of=COLUMN)
+    assert one.state == "unknown"
+    assert one.completion.best == 1.0 and one.completion.lower == pytest.approx(1 / 3, abs=0.02)
+    assert any("top was not seen" in note for note in one.notes)
+
+
+def test_a_column_whose_top_was_seen_built_is_complete() -> None:
+    one = progress(says(0, built=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert one.state == "complete" and one.completion.lower == pytest.approx(1 / 3, abs=0.02)
+
+
+def test_a_column_of_which_only_the_top_is_seen_open_is_not_called_not_started() -> None:
+    one = progress(says(0, opened=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert one.state == "unknown" and one.completion.upper == pytest.approx(2 / 3, abs=0.02)
+
+
+def test_a_few_stray_samples_decide_no_cell() -> None:
+    one = progress(says(0, built=polygon.box(1.0, 1.0, 1.08, 1.08)))
+    assert one.cells_built == 0.0 and one.state == "unknown"
+
+
+def test_under_ten_percent_coverage_there_is_no_best_value() -> None:
+    one = progress(says(0, built=polygon.box(0, 0, 0.25, 3.0)))
+    assert 0.0 < one.completion.coverage < 0.10
+    assert one.completion.best is None and one.completion.lower > 0.0 and one.state == "unknown"
+
+
+def test_areas_add_up_with_the_calibration_in_common() -> None:
+    measured = dict(as_built_area_m2=2.0, as_built_sigma_calibration_m2=0.03, as_built_sigma_image_m2=0.04)
+    states = [replace(says(i, built=polygon.box(0, 0, 1, 1)), **measured) for i in (0, 2)]  # type: ignore[arg-type]
+    one = progress(*states)
+    assert one.as_built_area_m2 == 4.0
+    assert one.as_built_sigma_m2 == pytest.approx(np.hypot(0.06, 0.04 * np.sqrt(2)))
+
+
+@given(built=st.floats(0, 1), opened=st.floats(0, 1), total=st.floats(0.01, 1000))
+def test_best_lies_within_its_bounds_and_nothing_seen_is_never_nought_percent(
+    built: float, opened: float, total: float
+) -> None:
+    scale = total / max(built + opened, 1.0)
+    completion = completion_of(built * scale, opened * scale, total, OPTIONS)
+    assert 0.0 <= completion.lower <= completion.upper <= 1.0
+    if completion.best is not None:
+        assert completion.lower - 1e-9 <= completion.best <= completion.upper + 1e-9
+        assert completion.coverage >= OPTIONS.known_from
+    else:
+        assert completion.coverage < OPTIONS.known_from

@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date, datetime
+
+import pytest
+
+from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Task
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.match.matches import MatchResult
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.summary import summarise
+from asbuilt_bim.progress.surface import SurfaceState, unseen
+from tests.match.small_site import box, element, model
+
+DAY, LATER = date(2026, 3, 2), date(2026, 3, 16)
+FULL = element("A", "column", box(0, 0, 0, 0.5, 0.5, 3.0))
+HALF = element("B", "column", box(3, 0, 0, 0.5, 0.5, 3.0))
+UNSEEN = element("C", "wall", box(6, 0, 0, 4.0, 0.25, 3.0))
+NOTHING = MatchResult(stations=(), matches=(), unmatched=(), unobserved=())
+
+
+def line(*elements: str, measure: str = "volume", unit: str = "m3", planned: float = 1.5) -> CostLine:
+    return CostLine(
+        global_id="L", name="Concrete", identification="1.1", elements=elements, unit=unit, measure=measure,  # type: ignore[arg-type]
+        planned_quantity=planned, rate=200.0, currency="EUR",
+    )  # fmt: skip
+
+
+def poured(one: BimElement, height_m: float) -> list[SurfaceState]:
+    """Return an element's faces as seen from its first side: built up to a height, open above."""
+    width = one.length_m
+    built = polygon.box(0, 0, width, height_m) if height_m > 0 else ()
+    opened = polygon.box(0, height_m, width, one.height_m) if height_m < one.height_m else ()
+    first = replace(unseen(one.faces[0]), built_uv_m=built, open_uv_m=opened, stations={"A1": 1.0})
+    return [first, *(unseen(face) for face in one.faces[1:])]
+
+
+def report(
+    *lines: CostLine, tasks: tuple[Task, ...] = (), half: float = 1.5, day: date = DAY,
+    history: VisitHistory = EMPTY_HISTORY, full: float = 3.0,
+) -> ProgressReport:  # fmt: skip
+    design: BimModel = model([FULL, HALF, UNSEEN], tasks, lines)
+    surfaces = [*poured(FULL, full), *poured(HALF, half), *(unseen(face) for face in UNSEEN.faces)]
+    return summarise(surfaces, NOTHING, design, history, day)
+
+
+def task(*elements: str, finish: datetime | None = datetime(2026, 3, 10, 17)) -> Task:
+    return Task(
+        global_id="T", name="Columns", identification="T1", elements=elements,
+        schedule_start=datetime(2026, 3, 1), schedule_finish=finish,
+    )  # fmt: skip
+
+
+def test_a_cost_line_earns_completion_times_planned_quantity_in_its_own_unit() -> None:
+    (cost,) = report(line("A", "B", planned=1.5)).cost_lines
+    assert cost.completion.best == pytest.approx(0.75)
+    assert cost.as_built_best == pytest.approx(1.125) and cost.earned_best == pytest.approx(225.0)
+    assert cost.unit == "m3" and cost.earned_lower == pytest.approx(225.0)
+
+
+def test_what_was_not_seen_is_not_paid_but_is_no_nought_percent_either() -> None:
+    (cost,) = report(line("A", "C", measure="count", unit="pcs", planned=2)).cost_lines
+    assert cost.completion.best == pytest.approx(1.0)
+    assert cost.as_built_lower == pytest.approx(1.0) and cost.earned_lower == pytest.approx(200.0)
+    (blind,) = report(line("C")).cost_lines
+    assert blind.as_built_best is None and blind.earned_best is None and blind.earned_lower == 0.0
+    assert blind.completion.upper == 1.0
+
+
+def test_elements_of_a_line_that_the_model_lacks_count_as_unseen() -> None:
+    (cost,) = report(line("A", "slab-1", measure="count", planned=2)).cost_lines
+    assert cost.completion.lower == pytest.approx(0.5) and cost.completion.upper == pytest.approx(1.0)
+    assert cost.completion.coverage == pytest.approx(0.5)
+
+
+def test_a_line_weighs_its_elements_by_what_its_measure_says() -> None:
+    volume, area, count = (
+        report(line("B", "C", measure=m)).cost_lines[0].completion for m in ("volume", "area", "count")
+    )
+    assert volume.lower == pytest.approx(0.5 * 0.75 / 3.75)
+    assert area.lower == pytest.approx(0.5 * 6.0 / 31.5)
+    assert count.lower == pytest.approx(0.25)
+
+
+def test_a_storey_is_weighted_by_exposed_area_and_its_bounds_hold_the_unseen() -> None:
+    (storey,) = report().storeys
+    assert storey.completion.best == pytest.approx(0.75)
+    assert storey.completion.lower == pytest.approx(9.0 / 37.5)
+    assert storey.completion.upper == pytest.approx((9.0 + 25.5) / 37.5)
+    assert (storey.complete, storey.part, storey.not_started, storey.unknown) == (1, 1, 0, 1)
+    assert report().whole.design_area_m2 == pytest.approx(37.5)
+
+
+def test_a_task_starts_with_the_first_visit_that_sees_something_built_and_ends_with_the_one_that_sees_all() -> None:
+    first = report(tasks=(task("A", "B"),), half=0.0)
+    history = remember(EMPTY_HISTORY, first)
+    (before,) = first.tasks
+    assert (before.actual_start, before.actual_finish) == (DAY, None)
+    (after,) = report(tasks=(task("A", "B"),), half=3.0, day=LATER, history=history).tasks
+    assert (after.actual_start, after.actual_finish) == (DAY, LATER)
+    assert after.late is False
+
+
+def test_a_task_is_late_only_when_something_of_it_is_known_to_be_missing() -> None:
+    assert report(tasks=(task("A", "B"),), day=LATER).tasks[0].late is True
+    assert report(tasks=(task("A", "C"),), day=LATER).tasks[0].late is None
+    assert report(tasks=(task("A", "B"),), day=DAY).tasks[0].late is False
+    assert report(tasks=(task("A", "B", finish=None),), day=LATER).tasks[0].late is None
+
+
+def test_a_task_with_an_element_that_is_not_in_the_model_is_never_finished() -> None:
+    assert report(tasks=(task("A", "slab-1"),)).tasks[0].actual_finish is None
+    assert report(tasks=(task("A"),)).tasks[0].actual_finish == DAY
+
+
+def test_faces_without_a_decision_are_listed_as_unobserved() -> None:
+    assert set(report().unobserved) >= {face.face_id for face in UNSEEN.faces}

@@ -1,0 +1,249 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import date
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.progress.summary import summarise
+from asbuilt_bim.progress.surface import SurfaceState, classify_surface
+from asbuilt_bim.register.pose import PlacedStation
+from tests.match.small_site import (
+    Box,
+    box,
+    element,
+    looking,
+    measured,
+    model,
+    placement,
+    round_column,
+    shifted,
+    station,
+)
+
+DAY = date(2026, 3, 2)
+POSE = looking([1.5, -5.0, 1.6], [1.5, 0.0, 1.5])
+WALL = box(0, 0, 0, 3.0, 0.25, 2.8)
+DESIGN = model([element("W", "wall", WALL)])
+GROUND = box(-30, -30, -0.3, 60, 90, 0.3)
+BACKDROP = box(-30, 12, 0, 60, 0.5, 12)
+FRONT = DESIGN.elements[0].faces[0].frame
+assert isinstance(FRONT, PlaneFrame)
+
+
+def visit(
+    *stations: PlacedStation, history: VisitHistory = EMPTY_HISTORY, day: date = DAY, design: object = DESIGN
+) -> tuple[ProgressReport, dict[str, SurfaceState]]:
+    matched = match_faces(placement(*stations), design, MatchOptions())  # type: ignore[arg-type]
+    surfaces = classify_surface(matched, design, history, ProgressOptions())  # type: ignore[arg-type]
+    report = summarise(surfaces, matched, design, history, day)  # type: ignore[arg-type]
+    return report, {surface.face_id: surface for surface in surfaces}
+
+
+def see(boxes: Sequence[Box], height_m: float = 0.0, name: str = "A1", pose: FloatArray = POSE) -> PlacedStation:
+    """Return a station before the wall; the segmenter found it up to a height."""
+    faces = [measured(f"{name}/1", pose, FRONT, polygon.box(0.0, 0.0, 3.0, height_m))] if height_m else []
+    return station(name, pose, [*boxes, GROUND], faces)
+
+
+def only(report: ProgressReport) -> ElementProgress:
+    (one,) = report.elements
+    return one
+
+
+def test_a_built_wall_is_complete() -> None:
+    report, surfaces = visit(see([WALL, BACKDROP], 2.8))
+    one = only(report)
+    assert one.state == "complete"
+    assert one.completion.best == 1.0 and one.completion.lower > 0.95
+    assert surfaces["W-0"].built_area_m2 == pytest.approx(8.4, rel=0.02)
+    assert surfaces["W-2"].unknown_area_m2 == pytest.approx(8.4)  # its back was not seen
+    assert one.as_built_area_m2 == pytest.approx(8.4)
+
+
+def test_an_absent_wall_is_not_started_where_the_backdrop_or_the_sky_is_seen_through_it() -> None:
+    for backdrop in (BACKDROP, box(50, 50, 0, 1, 1, 1)):
+        report, surfaces = visit(see([backdrop]))
+        assert only(report).state == "not started"
+        assert surfaces["W-0"].open_area_m2 > 0.85 * 8.4
+        assert surfaces["W-0"].built_area_m2 == 0.0
+
+
+def test_a_wall_poured_to_half_is_part_and_its_completion_true() -> None:
+    height = 2.8 * 6 / 11  # six of its eleven rows of cells
+    one = only(visit(see([box(0, 0, 0, 3.0, 0.25, height), BACKDROP], height))[0])
+    assert one.state == "part"
+    assert one.completion.best == pytest.approx(6 / 11, abs=0.01)
+    assert one.completion.lower - 1e-9 <= 6 / 11 <= one.completion.upper + 1e-9
+
+
+def test_a_hidden_wall_is_unknown_and_never_nought_percent() -> None:
+    hoarding = box(-2, -2.0, 0, 7, 0.05, 4)
+    report, surfaces = visit(see([WALL, hoarding]))
+    one = only(report)
+    assert one.state == "unknown" and one.completion.best is None
+    assert (one.completion.lower, one.completion.upper) == (0.0, 1.0)
+    assert surfaces["W-0"].built_area_m2 == surfaces["W-0"].open_area_m2 == 0.0
+    assert any("stands before" in note for note in one.notes)
+
+
+def test_what_nobody_measured_is_unknown() -> None:
+    blind = station("A1", POSE, [WALL, GROUND], unmeasured=np.ones((480, 640)))
+    assert only(visit(blind)[0]).state == "unknown"
+
+
+def test_formwork_ten_centimetres_before_an_absent_wall_is_not_built() -> None:
+    panel = box(0, -0.14, 0, 3.0, 0.03, 2.8)
+    face = measured("A1/1", POSE, shifted(FRONT, 0.14), polygon.box(0.0, 0.0, 3.0, 2.8))
+    report, surfaces = visit(station("A1", POSE, [panel, BACKDROP, GROUND], [face]))
+    assert surfaces["W-0"].built_area_m2 == 0.0
+    assert only(report).as_built_area_m2 is None
+
+
+def test_depth_alone_says_built_only_on_a_patch_too_large_for_clutter() -> None:
+    stub = box(0.5, 0, 0, 0.5, 0.25, 0.6)  # 0.3 m2 where the wall should be, found by no segmenter
+    _, surfaces = visit(see([stub, BACKDROP]))
+    assert surfaces["W-0"].built_area_m2 == 0.0
+    _, surfaces = visit(see([WALL, BACKDROP]))
+    assert surfaces["W-0"].built_area_m2 > 7.0
+
+
+def test_timber_where_the_wall_should_be_is_not_concrete() -> None:
+    timber = np.full((480, 640, 3), (70, 120, 180), np.uint8)  # BGR: light brown
+    grey = np.full((480, 640, 3), 128, np.uint8)
+    _, surfaces = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], picture=timber))
+    assert surfaces["W-0"].built_area_m2 == 0.0
+    _, surfaces = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], picture=grey))
+    assert surfaces["W-0"].built_area_m2 > 7.0
+
+
+def test_the_same_surface_seen_by_two_stations_counts_once() -> None:
+    other = looking([0.5, -5.5, 1.6], [1.5, 0.0, 1.5])
+    _, surfaces = visit(see([WALL], 2.8), see([WALL], 2.8, "A2", other))
+    state = surfaces["W-0"]
+    assert state.as_built_area_m2 == pytest.approx(8.4, rel=0.01)
+    assert state.as_built_sigma_image_m2 == pytest.approx(0.084 / np.sqrt(2), rel=0.01)  # independent: they average
+    assert state.as_built_sigma_calibration_m2 == pytest.approx(0.0168, rel=0.01)  # common: it stays
+    assert set(state.stations) == {"A1", "A2"}
+
+
+def test_two_halves_seen_by_two_stations_join_to_one_area() -> None:
+    halves = []
+    for name, u0, u1 in (("A1", 0.0, 1.8), ("A2", 1.2, 3.0)):
+        face = measured(f"{name}/1", POSE, FRONT, polygon.box(u0, 0.0, u1, 2.8))
+        halves.append(station(name, POSE, [WALL, GROUND], [_cut(face)]))
+    _, surfaces = visit(*halves)
+    assert surfaces["W-0"].as_built_area_m2 == pytest.approx(8.4, rel=1e-3)
+
+
+def test_whole_measurements_three_sigma_apart_are_flagged() -> None:
+    one, other = see([WALL], 2.8), see([WALL], 2.4, "A2")
+    _, surfaces = visit(one, other)
+    assert any("over 3 sigma" in note for note in surfaces["W-0"].notes)
+
+
+def test_stations_that_contradict_each_other_are_flagged() -> None:
+    there, gone = see([WALL, BACKDROP], 2.8), see([BACKDROP], name="A2")
+    _, surfaces = visit(there, gone)
+    assert surfaces["W-0"].conflict_area_m2 > 5.0
+
+
+def test_a_column_seen_corner_on_is_complete_from_two_sides() -> None:
+    shape = box(0, 0, 0, 0.5, 0.5, 2.8)
+    design = model([element("C", "column", shape)])
+    pose = looking([-3.5, -3.5, 1.6], [0.25, 0.25, 1.4])
+    faces = []
+    for index in (0, 3):
+        frame = design.elements[0].faces[index].frame
+        faces.append(measured(f"A1/{index}", pose, frame, polygon.box(0.0, 0.0, 0.5, 2.8), label="column"))
+    report, surfaces = visit(station("A1", pose, [shape, BACKDROP, GROUND], faces), design=design)
+    assert only(report).state == "complete"
+    assert only(report).as_built_area_m2 == pytest.approx(2.8)
+    assert surfaces["C-1"].built_area_m2 == 0.0
+
+
+def test_a_round_column_is_complete_though_no_station_sees_half_of_its_mantle() -> None:
+    column = round_column("C", 1.5, 0.0, 0.3, 2.8)
+    frame = column.faces[0].frame
+    arc = polygon.box(-0.5 * np.pi * 0.3 - 0.35, 0.0, -0.5 * np.pi * 0.3 + 0.35, 2.8)  # the side of -y
+    face = measured("A1/1", POSE, frame, arc, label="column")
+    # Twelve thin boxes stand for the mantle, each touching it from inside.
+    slices = [box(1.5 - w, -d, 0, 2 * w, 2 * d, 2.8) for w, d in ((0.3 * np.cos(a), 0.3 * np.sin(a)) for a in SLICES)]
+    report, _ = visit(station("A1", POSE, [*slices, BACKDROP, GROUND], [face]), design=model([column]))
+    assert only(report).state == "complete"
+    assert only(report).as_built_area_m2 == pytest.approx(1.96)
+
+
+def test_starter_bars_over_a_pour_line_are_seen_through() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    bars = [box(0.1 + 0.2 * i, 0.05, 1.4, 0.02, 0.02, 0.8) for i in range(15)]
+    one = only(visit(see([half, *bars, BACKDROP], 1.4))[0])
+    assert one.completion.best == pytest.approx(0.5, abs=0.06)
+    assert one.completion.coverage > 0.9
+
+
+def test_a_small_face_behind_the_design_by_the_cover_of_its_steel_is_starter_bars() -> None:
+    cage = box(0.5, 0.05, 0, 0.7, 0.15, 0.6)
+    face = measured("A1/1", POSE, shifted(FRONT, -0.05), polygon.box(0.5, 0.0, 1.2, 0.6))
+    report, surfaces = visit(station("A1", POSE, [cage, BACKDROP, GROUND], [face]))
+    assert surfaces["W-0"].built_area_m2 == 0.0
+    assert any("starter bars" in note for note in only(report).notes)
+
+
+def test_an_outline_that_runs_over_a_gap_in_depth_is_not_built_there() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    _, surfaces = visit(see([half, BACKDROP], 1.9))  # the segmenter's outline overshoots by half a metre
+    assert surfaces["W-0"].built_area_m2 == pytest.approx(3.0 * 1.4, rel=0.05)
+
+
+def test_what_was_seen_built_stays_built_and_what_was_seen_open_becomes_unknown() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    first, _ = visit(see([half, BACKDROP], 1.4))
+    history = remember(EMPTY_HISTORY, first)
+    hoarding = box(-2, -2.0, 0, 7, 0.05, 4)
+    later, _ = visit(see([WALL, hoarding]), history=history, day=date(2026, 3, 16))
+    one = only(later)
+    assert one.cells_built == only(first).cells_built
+    assert one.cells_open == 0.0
+    assert one.as_built_area_m2 == pytest.approx(only(first).as_built_area_m2)
+    assert (one.last_seen, later.earlier_visits) == (DAY, (DAY,))
+    assert one.state == "unknown"  # its top was open once, and may have been poured since
+
+
+def test_history_reaches_a_face_of_the_revised_model_in_the_same_place() -> None:
+    first, _ = visit(see([WALL, BACKDROP], 2.8))
+    history = remember(EMPTY_HISTORY, first)
+    longer = model([element("W", "wall", box(-0.5, 0, 0, 4.0, 0.25, 2.8))])
+    face = longer.elements[0].faces[0]
+    renamed = replace(face, face_id="W-new")
+    earlier = history.earlier("W", renamed)
+    assert earlier is not None
+    assert polygon.area(earlier.built_uv_m) == pytest.approx(8.4, rel=0.02)
+    assert polygon.bounds(earlier.built_uv_m)[0] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_pose_two_centimetres_off_still_says_built_and_open_rightly() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    true = see([half, BACKDROP], 1.4)
+    off = POSE.copy()
+    off[:3, 3] += [0.012, -0.015, 0.008]
+    wrong = replace(true, pose=replace(true.pose, world_from_left=off, covariance=np.diag([1e-6] * 3 + [2e-4] * 3)))
+    assert only(visit(wrong)[0]).completion.best == pytest.approx(0.5, abs=0.06)
+
+
+SLICES = np.radians(np.arange(4.0, 90.0, 7.0))
+
+
+def _cut(face: MeasuredFace) -> MeasuredFace:
+    return replace(face, cut_by_frame=True)

@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.level import pixel_rays
+from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.geometric import GeometricSegmenter
+from asbuilt_bim.vision.scene import read_scene
+from asbuilt_bim.vision.sky import find_sky
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.vertical import find_vertical
+from tests.measure.box_world import site, true_q
+
+
+@pytest.fixture(scope="module")
+def pair() -> RectifiedPair:
+    return site()[1]
+
+
+@pytest.fixture(scope="module")
+def depth(pair: RectifiedPair) -> DepthMap:
+    return depth_map(pair, SemiGlobalMatcher())
+
+
+def test_disparities_on_a_wall_are_right_to_hundredths_and_their_sigma_says_so(
+    pair: RectifiedPair, depth: DepthMap
+) -> None:
+    world, _, level = site()
+    camera = pair.camera
+    rays = pixel_rays(camera.width_px, camera.height_px, camera.f_px, camera.cx_px, camera.cy_px)
+    patch = (slice(220, 420), slice(510, 640))
+    miss = (depth.disparity_px - rays @ true_q(world, "wall/0", camera, level))[patch]
+    assert depth.valid[patch].mean() > 0.99
+    assert abs(np.median(miss)) < 0.02
+    assert np.std(miss) < 0.12
+    assert 0.4 < np.median(np.abs(miss)) / (0.67 * np.median(depth.sigma_px[patch])) < 2.0
+
+
+def test_what_lies_at_the_left_border_of_the_frame_is_measured_too(pair: RectifiedPair, depth: DepthMap) -> None:
+    # the ground at the lower left corner has a disparity near 80 px: only beyond that can it be seen twice
+    assert depth.valid[560, 110:200].mean() > 0.9
+
+
+def test_padding_of_the_right_photo_is_never_matched(pair: RectifiedPair) -> None:
+    valid = np.array(pair.valid_right)
+    valid[:, :200] = False
+    right = np.array(pair.right)
+    right[:, :200] = 0
+    disparity, _ = SemiGlobalMatcher().match(replace(pair, right=right, valid_right=valid))
+    rows, columns = np.nonzero(np.isfinite(disparity))
+    assert np.all(np.round(columns - disparity[rows, columns]) >= 200)
+
+
+def test_the_sky_is_sky_and_walls_are_not(pair: RectifiedPair, depth: DepthMap) -> None:
+    sky = find_sky(pair, depth)
+    assert sky[5:80, 40:180].mean() > 0.97
+    assert sky[5:80, 450:780].mean() > 0.97
+    assert sky[230:].sum() < 0.005 * sky.sum()
+    assert not sky[180:400, 500:640].any()
+
+
+def test_a_smooth_grey_wall_up_to_the_frame_is_no_sky(pair: RectifiedPair, depth: DepthMap) -> None:
+    left = np.array(pair.left)
+    left[:200] = (150, 165, 185)  # plaster, warmer than neutral
+    assert not find_sky(replace(pair, left=left), depth)[:150].any()
+
+
+def test_the_vertical_comes_from_upright_edges(pair: RectifiedPair) -> None:
+    level = site()[2]
+    vertical = find_vertical(pair)
+    assert vertical is not None
+    true_up = level.T @ np.array([0.0, -1.0, 0.0])
+    miss = float(np.arccos(min(1.0, float(vertical.up @ true_up))))
+    assert miss < np.radians(1.0)
+    assert miss < 4.0 * vertical.sigma_rad
+
+
+def test_no_edges_no_vertical(pair: RectifiedPair) -> None:
+    assert find_vertical(replace(pair, left=np.full_like(pair.left, 128))) is None
+
+
+def test_walls_and_columns_are_found_and_named(pair: RectifiedPair, depth: DepthMap) -> None:
+    found = GeometricSegmenter().segment(pair, depth)
+    at = {"column": (300, 265), "round": (300, 405), "wall": (300, 570)}
+    for what, (row, column) in at.items():
+        mine = [instance for instance in found if instance.mask[row, column]]
+        assert len(mine) == 1, what
+        assert mine[0].label == ("wall" if what == "wall" else "column"), what
+        assert mine[0].score > 0.5
+    whole_column = next(instance for instance in found if instance.mask[300, 265])
+    assert whole_column.mask[300, 218]  # its narrow side belongs to it
+
+
+def test_the_ground_is_a_floor_and_no_instance(pair: RectifiedPair, depth: DepthMap) -> None:
+    scene = read_scene(pair, depth)
+    assert scene.labels[560, 400] == len(scene.pieces)
+    assert not any(instance.mask[560, 400] for instance in GeometricSegmenter().segment(pair, depth))
