@@ -24,8 +24,8 @@ _FILE = click.Path(path_type=Path)
 def app(context: click.Context, debug: bool) -> None:
     """Know from photographs what has been built: as-built areas and progress of concrete walls and columns.
 
-    Exit codes: 0 a result was written (stations that were left out are named), 1 it failed and says why,
-    2 the command line is wrong, 3 with --strict: a result was written, but a station was left out.
+    Exit codes: 0 a result was written (stations that were left out are named), 1 it failed and says why
+    (with --strict also where a station was left out), 2 the command line is wrong.
     """
     context.obj = debug
 
@@ -35,7 +35,7 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where the results go.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--visit", type=click.DateTime(["%Y-%m-%d"]), default=None, help="The state as of this visit.")
-@click.option("--strict", is_flag=True, help="Exit with 3 where a station was left out.")
+@click.option("--strict", is_flag=True, help="Exit with 1 where a station was left out.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.option("--scheduler", default="", metavar="tcp://HOST:PORT", help="Measure on a Dask cluster.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")

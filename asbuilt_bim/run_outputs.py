@@ -18,7 +18,7 @@ from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.project import Project
 from asbuilt_bim.report.document import read_result, write_result
-from asbuilt_bim.report.outputs import write_outputs
+from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
 from asbuilt_bim.run_folder import OutputFolder, Published
 from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
@@ -42,7 +42,7 @@ def publish_run(out: OutputFolder, result: RunResult, project: Project, when: da
         for report in reports:
             write_result(report, folder / "visits" / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
-        _write_views(folder, reports[-1], project.ifc)
+        _write_views(folder, reports[-1], reports[:-1], project.ifc)
 
     return out.publish(write, when=when, digest=_digest(made_from, reports), ifc=_from(out.path, project.ifc))
 
@@ -68,7 +68,8 @@ def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Publis
         for name in ("result.json", "rig.yaml"):
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
-        _write_views(folder, report, source)
+        earlier = [read_result(path) for path in sorted((folder / "visits").glob("*.json"))]
+        _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], source)
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
     return out.publish(write, when=when, digest=digest, ifc=_from(out.path, source))
@@ -100,8 +101,10 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
     )
 
 
-def _write_views(folder: Path, report: ProgressReport, ifc: Path) -> None:
+def _write_views(folder: Path, report: ProgressReport, earlier: Sequence[ProgressReport], ifc: Path) -> None:
     write_outputs(report, folder, folder)
+    for one in earlier:
+        write_overlays(one, read_pictures(one, folder), folder / "overlays")
     write_asbuilt(ifc, report, folder / f"{ifc.stem}.asbuilt.ifc")
 
 

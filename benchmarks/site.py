@@ -121,8 +121,12 @@ def area_lines(runs: list[SiteRun]) -> tuple[list[Line], list[dict[str, Any]]]:
 
 
 def element_lines(runs: list[SiteRun]) -> list[Line]:
-    """Judge states and completion of the elements, visit by visit."""
-    right = wrong = unknown = unobserved = false_zero = near_right = near = 0
+    """Judge states and completion of the elements, visit by visit.
+
+    A cell counts as visible when half of one of its sides is (`half_visible_share`); that any 2 cm sample of it can be
+    seen (`visible_share`) is told beside it, and decides what counts as not observed.
+    """
+    right = wrong = unknown = unobserved = false_zero = slivers_right = slivers = 0
     gaps: list[float] = []
     confusion: Counter[str] = Counter()
     for _, truth, result in visits(runs):
@@ -133,14 +137,14 @@ def element_lines(runs: list[SiteRun]) -> list[Line]:
             if element["visible_share"] < EXPECTED_UNKNOWN:  # what an earlier visit saw built stays built
                 unobserved += 1
                 false_zero += completion["best"] == 0.0 or said["state"] == "not started"
-            if element["visible_share"] > VISIBLE:
+            if element["half_visible_share"] > VISIBLE:
                 right += said["state"] == element["state"]
                 unknown += said["state"] == "unknown"
                 wrong += said["state"] != element["state"]
                 confusion[f"{element['state']} called {said['state']}"] += said["state"] != element["state"]
-            if element["visible_share_within_10_m"] > VISIBLE:
-                near += 1
-                near_right += said["state"] == element["state"]
+            if element["visible_share"] > VISIBLE:
+                slivers += 1
+                slivers_right += said["state"] == element["state"]
             if completion["coverage"] > 0.8 and completion["best"] is not None:
                 gaps.append(abs(completion["best"] - element["completion"]))
     n = right + wrong
@@ -149,7 +153,7 @@ def element_lines(runs: list[SiteRun]) -> list[Line]:
     lines = [
         line("state right, elements over 50 % visible", f"{share:.1%}", ">= 95 %", n, share >= 0.95),
         line("  of these called unknown", f"{lost:.1%}", "<= 5 %", n, lost <= 0.05),
-        told("  state right, over 50 % visible within 10 m", f"{near_right / max(near, 1):.1%}", near),
+        told("  state right, cells seen by any sliver count", f"{slivers_right / max(slivers, 1):.1%}", slivers),
         line("completion, mean gap where coverage > 80 %", f"{gap * 100:.1f} points", "<= 5", len(gaps), gap <= 0.05),
         line("unobserved elements reported as 0 %", str(false_zero), "0", unobserved, false_zero == 0),
     ]

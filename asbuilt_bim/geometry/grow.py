@@ -34,6 +34,8 @@ class GrowOptions:
     mode_sigma_px: float = 0.12  # scatter of a column's mean disparity, smoothing of the matcher included
     piece_penalty: float = 30.0  # a corner must explain 30 units of chi-square: 5 sigma
     straight_deg: float = 8.0  # pieces that meet at less are one plane: the matcher bends at depth edges
+    one_plane_px: float = 0.25  # and within this at their seam: a step of 5 cm at 7 m shows as 0.25 px
+    corner_deg: float = 20.0  # two faces of one thing meet at more: corners are square, chamfers 45 degrees
     touch_px: float = 0.8  # pieces meet where their lines pass each other within this
 
 
@@ -129,18 +131,16 @@ def _pieces_of_chain(chain: Chain, number: int, f_px: float, baseline_m: float, 
                 chain=number,
             )
         )
-    straight = _straightened(built, chain, options, f_px, baseline_m)
+    straight = _straightened(built, chain, options, f_px)
     wide = [piece for piece in straight if piece.x1_px - piece.x0_px >= SMEAR_PX]
-    return _joined(wide, options.touch_px)
+    return _joined(wide, f_px, options)
 
 
-def _straightened(
-    built: list[Piece], chain: Chain, options: GrowOptions, f_px: float, baseline_m: float
-) -> list[Piece]:
+def _straightened(built: list[Piece], chain: Chain, options: GrowOptions, f_px: float) -> list[Piece]:
     """Make one piece of flat neighbours that touch and hardly differ in direction, the longer one leading."""
     done: list[Piece] = []
     for piece in built:
-        if done and _nearly_one(done[-1], piece, options, f_px, baseline_m):
+        if done and _nearly_one(done[-1], piece, options, f_px):
             one = done.pop()
             inside = (chain.x_px >= one.x0_px) & (chain.x_px <= piece.x1_px)
             x, d = chain.x_px[inside], chain.d_px[inside]
@@ -150,28 +150,33 @@ def _straightened(
     return done
 
 
-def _nearly_one(one: Piece, other: Piece, options: GrowOptions, f_px: float, baseline_m: float) -> bool:
+def _nearly_one(one: Piece, other: Piece, options: GrowOptions, f_px: float) -> bool:
     if one.circle is not None or other.circle is not None:
         return False
     seam = 0.5 * (one.x1_px + other.x0_px)
-    if abs(float(one.at(np.array(seam)) - other.at(np.array(seam)))) > options.touch_px:
-        return False
+    gap = abs(float(one.at(np.array(seam)) - other.at(np.array(seam))))
     short = one if one.x1_px - one.x0_px < other.x1_px - other.x0_px else other
     long = other if short is one else one
     ends = np.array([short.x0_px, short.x1_px])
     if ends[1] - ends[0] < SHORT_PX and np.max(np.abs(short.at(ends) - long.at(ends))) < options.touch_px:
         return True  # too short to know its own direction
-    # d = slope x + offset is the plane with the level normal (slope f, offset)
+    return bool(gap < options.one_plane_px and abs(_turn_deg(one, other, f_px)) < options.straight_deg)
+
+
+def _turn_deg(one: Piece, other: Piece, f_px: float) -> float:
+    """Return how far two planes' directions are apart: d = slope x + offset has the normal (slope f, offset)."""
     turn = np.arctan2(one.slope * f_px, one.offset_px) - np.arctan2(other.slope * f_px, other.offset_px)
-    return bool(abs(np.degrees(turn)) < options.straight_deg)
+    return float(np.degrees(turn))
 
 
-def _joined(built: list[Piece], touch_px: float) -> list[Piece]:
+def _joined(built: list[Piece], f_px: float, options: GrowOptions) -> list[Piece]:
     """Mark which neighbours in a chain touch, and whether their edge is convex."""
     joined: list[Piece] = []
     for one, other in pairwise(built):
         seam = np.array(0.5 * (one.x1_px + other.x0_px))
         both_flat = one.circle is None and other.circle is None
         gap = abs(float(one.at(seam) - other.at(seam))) if both_flat else np.inf
-        joined.append(replace(one, touches_next=gap < touch_px, convex_next=gap < touch_px and one.slope > other.slope))
+        touches = bool(gap < options.touch_px)
+        corner = touches and _turn_deg(one, other, f_px) > options.corner_deg
+        joined.append(replace(one, touches_next=touches, convex_next=corner))
     return joined + built[-1:]

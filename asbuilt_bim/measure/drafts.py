@@ -14,7 +14,8 @@ from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.edges import Gradients, gradients, pixel_plane
 from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
-from asbuilt_bim.measure.refine import Pictures, pictures, refine_plane
+from asbuilt_bim.measure.raster import nonzero
+from asbuilt_bim.measure.refine import Pictures, PlaneFit, pictures, refine_plane
 from asbuilt_bim.measure.straight import Surroundings
 from asbuilt_bim.vision.scene import Scene, q_of_piece
 from asbuilt_bim.vision.segment import Instance
@@ -26,6 +27,9 @@ LEAST_PIXELS = 150
 MATCHER_BLOCK_PX = 150.0
 """Pixels of a matcher's answer that err together: its window and its smoothness."""
 FRAME_MARGIN_PX = 4
+HIDDEN_SHARE = 0.12
+LEAK_PX = 2.0
+"""Blur carries the neighbour 1 px in on each side, at another disparity: tenths of a px on a face 20 px wide."""
 NARROW_SHARE = 0.9
 """A face under this share of its neighbour's width in the photo takes top and foot from it."""
 
@@ -109,9 +113,20 @@ def outline_faces(bench: Workbench, drafts: Sequence[Draft], planes: FloatArray)
         for j in _touching(bench, drafts, i):
             neighbour = drawn[j].outline
             if neighbour is not None and widths[i] < NARROW_SHARE * widths[j]:
-                ends = shared_ends(neighbour, draft.piece)
+                ends = _down_to(shared_ends(neighbour, draft.piece), draft.mask)
         drawn[i] = replace(draft, outline=find_outline(draft.mask, draft.piece, around, ends))
     return [drawn[i] for i in range(len(drafts))]
+
+
+def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
+    """Let a shared edge go down to the mask's own foot where that is much lower: something hides the neighbour."""
+    if ends is None:
+        return None
+    _, y, _, height = cv2.boundingRect(mask.astype(np.uint8))
+    if y + height - ends[1, 1] <= HIDDEN_SHARE * height or ends[1, 1] - ends[0, 1] < 1.0:
+        return ends
+    run = (ends[1] - ends[0]) / (ends[1, 1] - ends[0, 1])
+    return np.stack([ends[0], ends[0] + (y + height - ends[0, 1]) * run])
 
 
 def _touching(bench: Workbench, drafts: Sequence[Draft], i: int) -> list[int]:
@@ -140,7 +155,7 @@ def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
         core = cv2.erode(inside.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
         core &= _near(bench, draft, 1.5) & ~bench.marks
         fit = refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px)
-        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance) if fit is not None else draft.sight
+        sight = _sight(fit, draft.mask, bench) if fit is not None else draft.sight
         better.append(replace(draft, sight=sight, refined=draft.refined or fit is not None))
     return better
 
@@ -177,7 +192,7 @@ def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draf
     core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
     fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
     if fit is not None:
-        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
+        sight = _sight(fit, mask, bench)
     else:
         level = bench.scene.level
         known = core & level.measured
@@ -197,6 +212,19 @@ def _off_plane(bench: Workbench, q_px: FloatArray) -> Float32Array:
         np.float32
     )
     return off
+
+
+def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
+    """Take a refined plane, with what its border leaks into it: a narrow face is mostly border."""
+    rows, columns = nonzero(mask)
+    width = max(float(np.sqrt(12.0) * columns.std()), 4.0)
+    f_px = bench.pair.camera.f_px
+    middle = bench.scene.level.rays[rows[:: max(1, len(rows) // 2000)], columns[:: max(1, len(rows) // 2000)]].mean(
+        axis=0
+    )
+    across = f_px / width * np.array([1.0, 0.0, -middle[0]])  # q that tilts by 1 px over the width, about the middle
+    leak = (LEAK_PX / width) ** 2 * (np.outer(across, across) + 0.25 * np.diag([0.0, 0.0, 1.0]))
+    return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
 
 
 def _near(bench: Workbench, draft: Draft, most_px: float) -> BoolArray:

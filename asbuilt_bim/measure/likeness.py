@@ -11,6 +11,8 @@ from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
 ON_PX, OFF_PX = 0.8, 1.0
 OWN, SAME, OPEN, FOREIGN = -0.3, 0.01, 0.02, 0.3
 """Costs per pixel of calling it face: labelled so; at its depth but labelled otherwise; nothing known; another's."""
+SHADE_GREY = 8.0
+"""Grey levels beyond what the face itself shows that still count as the face."""
 SHADE_FREE_AB = 7.0
 """Chroma apart (Lab) that stains and a shadow's blue make on one wall."""
 
@@ -34,7 +36,7 @@ def face_cost(
     usual = float(np.median(smooth[own])) + 0.5 if own.any() else 2.0
     mismatch = np.where(paired, smooth / usual, 2.0)
     strange = _strangeness(colour, own)
-    cost = np.where(paired, np.clip(OPEN + 0.08 * (mismatch - 2.0), -0.02, 0.2), OPEN).astype(np.float32)
+    cost = np.where(paired, np.clip(OPEN + 0.08 * (mismatch - 2.0), 0.5 * OPEN, 0.2), OPEN).astype(np.float32)
     known = np.isfinite(off_px)
     cost[known & (np.abs(off_px) < ON_PX)] = SAME
     cost[known & (off_px < -OFF_PX)] = FOREIGN
@@ -44,6 +46,25 @@ def face_cost(
     cost += 0.35 * strange
     cost[ended] = FOREIGN
     return cost.astype(np.float32)
+
+
+def bridged(
+    own: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: tuple[int, int]
+) -> BoolArray:
+    """Return the face's pixels with gaps of up to `gap_px` (across, along) filled that nothing speaks against.
+
+    A dark or smooth patch of concrete has no disparity, but it looks like the rest; sky between starter bars doesn't.
+    """
+    kernel = np.ones((gap_px[1], gap_px[0]), np.uint8)
+    closed = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
+    light = cv2.cvtColor(cv2.blur(colour, (5, 5)), cv2.COLOR_BGR2GRAY).astype(np.float32)
+    pixels = light[own]
+    if len(pixels) < 30:
+        return own
+    low, high = np.quantile(pixels, [0.02, 0.98])
+    against = other | (np.nan_to_num(np.abs(off_px), nan=0.0) > OFF_PX) | (_strangeness(colour, own) > 0.1)
+    filled: BoolArray = own | (closed & ~against & (light > low - SHADE_GREY) & (light < high + SHADE_GREY))
+    return filled
 
 
 def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:

@@ -13,7 +13,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.measure.contour import Course, Side, contours
 from asbuilt_bim.measure.edges import Gradients, Line
-from asbuilt_bim.measure.likeness import FOREIGN, face_cost
+from asbuilt_bim.measure.likeness import FOREIGN, bridged, face_cost
 from asbuilt_bim.measure.raster import FaceRaster, face_raster
 from asbuilt_bim.measure.steps import edge_votes, straight_region
 
@@ -25,7 +25,10 @@ MOST_UNPROVEN = 0.4
 """The share of a straight region that may be unmeasured: over half must be seen to lie on its plane."""
 THIN_M, LOW_M = 0.11, 0.26
 """No wall or column is thinner, no lift lower; starter bars, tripod legs and rubble at the foot are."""
+GAP_M = 0.35
+"""A patch of smooth concrete without a match; windows are larger, and are seen to lie behind."""
 NARROW_PX = 24
+SAME_POUR = -0.1
 LEAST_OPENING_PX = 10
 LEAST_OPENING_SHARE = 0.008
 """A form-tie cone is no opening; a window is over 1 % of its wall."""
@@ -66,17 +69,20 @@ def straight_sides(
     raster = face_raster(mask, around.planes[label], around.camera, around.down)
     if raster is None:
         return None
-    own = _stout(raster.lay(mask.astype(np.uint8), nearest=True) > 0, raster)
+    own = raster.lay(mask.astype(np.uint8), nearest=True) > 0
+    off = raster.lay(around.off_px, nearest=True).astype(np.float32)
+    labels = raster.lay(around.labels, nearest=True)
+    colour = raster.lay(around.colour).astype(np.uint8)
+    other = (labels >= 0) & (labels != label)
+    gap = np.clip(np.round(GAP_M / raster.step_m), 3, 81).astype(int)
+    own = _stout(bridged(own, other, off, colour, (int(gap[0]), int(gap[1]))), raster)
     if np.count_nonzero(own) < 60:
         return None
     left = raster.lay(around.left_grey).astype(np.float32)
     right = raster.lay(around.right_grey, right=True).astype(np.float32)
     paired = raster.lay(around.valid_right.astype(np.uint8), right=True, nearest=True) > 0
-    off = raster.lay(around.off_px, nearest=True).astype(np.float32)
-    labels = raster.lay(around.labels, nearest=True)
-    colour = raster.lay(around.colour).astype(np.uint8)
     ended = raster.lay(around.frame.astype(np.uint8), nearest=True) > 0
-    cost = face_cost(own, (labels >= 0) & (labels != label), off, left - right, paired, colour, ended)
+    cost = face_cost(own, other, off, left - right, paired, colour, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
     if ends is not None:
         _limit(cost, own, raster, ends)
@@ -93,7 +99,10 @@ def straight_sides(
 
 
 def _limit(cost: Float32Array, own: BoolArray, raster: FaceRaster, ends: FloatArray) -> None:
-    """Make every row above the upper and below the lower of `ends` foreign, in place."""
+    """Make every row above the upper and below the lower of `ends` foreign, in place.
+
+    A narrow face's mask often breaks off where the matcher failed on it: rows between the ends count for it.
+    """
     rows = np.sort(raster.from_photo(ends)[:, 1])
     top, foot = (int(np.clip(round(row), 0, raster.height)) for row in rows)
     if foot - top < 8:
@@ -101,6 +110,13 @@ def _limit(cost: Float32Array, own: BoolArray, raster: FaceRaster, ends: FloatAr
     for beyond in (slice(0, top), slice(foot, raster.height)):
         cost[beyond] = FOREIGN
         own[beyond] = False
+    rows_of_it = np.asarray(own.any(axis=1), dtype=bool)
+    if cv2.boundingRect(own.astype(np.uint8))[2] >= NARROW_PX or not rows_of_it.any():
+        return
+    usual = own[rows_of_it].mean(axis=0) > 0.4
+    bare = top + np.flatnonzero(~rows_of_it[top:foot])
+    own[np.ix_(bare, np.flatnonzero(usual))] = True
+    cost[np.ix_(bare, np.flatnonzero(usual))] = SAME_POUR
 
 
 def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:

@@ -75,6 +75,7 @@ def gather(
     built, opened, before = np.zeros(count), np.zeros(count), np.zeros(count, dtype=bool)
     decided_by: dict[str, BoolArray] = {}
     spoken: list[FaceMatch] = []
+    height = samples.points_m[:, 2] - element.vertices_m[:, 2].min(initial=np.inf)
     for view in views:
         evidence = judge(view, samples.points_m, samples.normals, options)
         speak = speaking(element, samples, view.pose.station, evidence, by_face, options)
@@ -82,7 +83,7 @@ def gather(
         outlined, sigma = outlined_samples(samples, speak, evidence, options)
         behind = evidence.verdict == Verdict.BEHIND
         hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER)
-        near, before_it = trusted(samples, evidence, bool(outlined.any()), options)
+        near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options)
         hidden |= before_it
         behind |= seen_through(samples, evidence, outlined, options)
         behind = large_enough(samples, behind, options.min_face_m2)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
-from asbuilt_bim.geometry.transform import apply, inverse, rotate
+from asbuilt_bim.geometry.transform import apply, inverse, rotate, unit
 from asbuilt_bim.match.score import point_sigma_m
 from asbuilt_bim.measure.depth_reference import unpack
 from asbuilt_bim.progress.colour import ConcreteColour, concrete_colour
@@ -55,7 +55,8 @@ class Evidence:
 
     `own` is what the sample's own pixel says, whatever its neighbours do, and `offset_m` (N,) how far before the design
     its surface stands; `common_m` (N,) is the part of that which all samples err by alike, by the rig and the pose.
-    `tinted` says where it can't be concrete.
+    `drop_m` (N,) is how far the line of sight falls within the tolerance: lower over its foot, a surface can't be told
+    from the ground behind it. `tinted` says where it can't be concrete.
     """
 
     verdict: NDArray[np.uint8]
@@ -63,6 +64,7 @@ class Evidence:
     own: NDArray[np.uint8]
     offset_m: FloatArray
     common_m: FloatArray
+    drop_m: FloatArray
     tinted: BoolArray
 
 
@@ -89,7 +91,7 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
     points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
     verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
     own, tinted = verdict.copy(), np.zeros(len(points), dtype=bool)
-    sigma, offset, common = (np.full(len(points), np.inf) for _ in range(3))
+    sigma, offset, common, drop = (np.full(len(points), np.inf) for _ in range(4))
     pixels = view.camera.project(points)
     asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
     if len(asked):
@@ -97,12 +99,17 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
         ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
         verdict[asked], own[asked] = _decided(ring.votes), ring.votes[:, 0]
         sigma[asked], offset[asked], common[asked] = ring.sigma_m, ring.offset_m, ring.common_m
+        towards = unit(points_m[asked] - view.pose.world_from_left[:3, 3])
+        steepness = -towards[:, 2] / np.abs(np.sum(towards * normals[asked], axis=1))
+        drop[asked] = np.maximum(steepness, 0.0) * (options.building_tolerance_m + options.sigmas * ring.sigma_m)
         if view.colour is not None:
             tinted[asked] = ~view.colour.fits(pixels[asked])
     near = verdict == Verdict.NEAR
     verdict[near & tinted] = Verdict.OTHER
     verdict[near & ~tinted & (options.sigmas * sigma > options.max_blur_m)] = Verdict.NOT_MEASURED
-    return Evidence(verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, tinted=tinted)
+    return Evidence(
+        verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted
+    )
 
 
 def _faced(

@@ -9,11 +9,14 @@ import numpy as np
 from asbuilt_bim.bim.cells import CellSamples
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.sample_grid import Indices, above, patches, share_around
+
+FEWEST_FOR_SLOPE = 12
+"""Samples from which a patch's slope is worth a test."""
 
 
 def large_enough(samples: CellSamples, chosen: BoolArray, least_m2: float) -> BoolArray:
@@ -24,14 +27,16 @@ def large_enough(samples: CellSamples, chosen: BoolArray, least_m2: float) -> Bo
 
 
 def trusted(
-    samples: CellSamples, evidence: Evidence, backed: bool, options: ProgressOptions
+    samples: CellSamples, evidence: Evidence, height_m: FloatArray, backed: bool, options: ProgressOptions
 ) -> tuple[BoolArray, BoolArray]:
     """Return which samples depth alone says are built, and which stand before the design after all.
+
+    `height_m` (N,) is each sample's height over the element's foot, where the ground looks like the element.
 
     The mean of a patch is far better known than one sample: formwork shows. Unless a measured face of the element backs
     them, patches count from a size on, and together from a larger one.
     """
-    near = evidence.verdict == Verdict.NEAR
+    near = (evidence.verdict == Verdict.NEAR) & (height_m > evidence.drop_m)
     label = patches(samples, near)
     count = int(label.max(initial=0)) + 1
     hits = near & (evidence.own == Verdict.NEAR)
@@ -39,12 +44,34 @@ def trusted(
     offset = np.bincount(label[hits], weights=evidence.offset_m[hits], minlength=count) / number
     common = np.bincount(label[hits], weights=evidence.common_m[hits], minlength=count) / number
     stands_off = (offset > options.building_tolerance_m + 2.0 * common)[label]
-    kept = near & ~stands_off
+    kept = near & ~stands_off & ~_leaning(samples, evidence, hits, label, options)[label]
     if not backed:
         sizes = np.bincount(label, weights=samples.area_m2, minlength=count)
         kept &= (sizes >= options.min_face_m2)[label]
         kept &= float(samples.area_m2[kept].sum()) >= options.min_patch_m2
     return kept, near & stands_off
+
+
+def _leaning(
+    samples: CellSamples, evidence: Evidence, hits: BoolArray, label: IntArray, options: ProgressOptions
+) -> BoolArray:
+    """Say of each patch whether it runs in another direction than the design: a neighbour's side, the ground.
+
+    A plane is fitted to how far the samples stand off; its slope must be over the limit by more than it may err.
+    """
+    leaning = np.zeros(int(label.max(initial=0)) + 1, dtype=bool)
+    for number in np.unique(label[hits]):
+        own = np.flatnonzero(hits & (label == number))
+        if len(own) < FEWEST_FOR_SLOPE:
+            continue
+        design = np.column_stack([samples.uv_m[own] - samples.uv_m[own].mean(axis=0), np.ones(len(own))])
+        normal = design.T @ design + np.eye(3) * 1e-9
+        fitted = np.linalg.solve(normal, design.T @ evidence.offset_m[own])
+        spread = np.sum((evidence.offset_m[own] - design @ fitted) ** 2) / (len(own) - 3)
+        sigma = np.sqrt(np.diag(np.linalg.inv(normal))[:2] * spread)
+        steepest = np.tan(np.radians(options.max_lean_deg)) + options.sigmas * sigma
+        leaning[number] = bool(np.any(np.abs(fitted[:2]) > steepest))
+    return leaning
 
 
 def speaking(
@@ -109,9 +136,11 @@ def stands_before(match: FaceMatch, options: ProgressOptions) -> bool:
 
 
 def looks_like_bars(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face may be starter bars: small, and behind the design face by the cover of its steel."""
+    """Say whether a matched face may be starter bars: too small to be anything, or small and not known to lie nearer
+    the design face than steel may, which has its cover of concrete before it.
+    """
     small = match.area_m2 < options.min_patch_m2
-    return match.area_m2 < options.min_face_m2 or (small and match.offset_m < -options.cover_m - match.offset_sigma_m)
+    return match.area_m2 < options.min_face_m2 or (small and match.offset_m < -options.cover_m + match.offset_sigma_m)
 
 
 def may_be_concrete(match: FaceMatch, options: ProgressOptions) -> bool:

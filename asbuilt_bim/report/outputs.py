@@ -25,7 +25,7 @@ def write_outputs(report: ProgressReport, folder: Path, pictures_folder: Path) -
         OutputError: something can't be written, or a picture is damaged.
     """
     pictures = read_pictures(report, pictures_folder)
-    written = list(_write_overlays(report, pictures, folder / "overlays"))
+    written = list(write_overlays(report, pictures, folder / "overlays"))
     table, workbook, page = folder / "quantities.csv", folder / "quantities.xlsx", folder / "report.html"
     write_csv(report, table)
     write_workbook(report, workbook)
@@ -61,13 +61,17 @@ def _read(path: Path) -> bytes | None:
     return None
 
 
-def _write_overlays(report: ProgressReport, pictures: dict[str, bytes], folder: Path) -> tuple[Path, ...]:
-    """Write one overlay a station that has a picture, under the picture's own file name."""
+def write_overlays(report: ProgressReport, pictures: dict[str, bytes], folder: Path) -> tuple[Path, ...]:
+    """Write `<date>_<station>.jpg` for each station that has a picture; return their paths.
+
+    Raises:
+        OutputError: something can't be written.
+    """
     written = []
     for station in report.stations:
         if station.name not in pictures:
             continue
-        path = folder / Path(station.picture).name
+        path = folder / f"{report.visit_date.isoformat()}_{Path(station.picture).name}"
         data = draw_overlay(pictures[station.name], station, report)
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -64,6 +64,7 @@ class StationTruth:
     faces: tuple[FaceTruth, ...]  # those of which something built is seen
     cell_visible: tuple[np.ndarray, ...]  # per element of the scene (C,) bool
     cell_visible_near: tuple[np.ndarray, ...]  # the same, from no more than NEAR_M away
+    cell_half_visible: tuple[np.ndarray, ...]  # half of one of its sides, of a round one half of what could be seen
 
 
 def pixel_truth(scene: Scene, station: Station) -> PixelTruth:
@@ -92,6 +93,7 @@ def station_truth(scene: Scene, station: Station) -> StationTruth:
     faces: list[FaceTruth] = []
     visible: list[np.ndarray] = []
     visible_near: list[np.ndarray] = []
+    half_visible: list[np.ndarray] = []
     eye = station.world_from_left[:3, 3]
     first = first_face(design(scene.seed))
     for e, s in zip(scene.elements, element_samples(scene), strict=True):
@@ -101,6 +103,7 @@ def station_truth(scene: Scene, station: Station) -> StationTruth:
         visible.append(seen)
         near = left & (np.linalg.norm(s.points_m - eye, axis=1) < NEAR_M)
         visible_near.append(np.isin(np.arange(len(e.cells)), s.cell[near]))
+        half_visible.append(_half_visible(s, left, len(e.cells), e.global_id, scene, first))
         built = left & s.built
         if built.any():
             right = points_in_view((tracer,), scene.rig, station, "right", s, MOST_INCIDENCE_DEG)
@@ -113,7 +116,22 @@ def station_truth(scene: Scene, station: Station) -> StationTruth:
         faces=tuple(faces),
         cell_visible=tuple(visible),
         cell_visible_near=tuple(visible_near),
+        cell_half_visible=tuple(half_visible),
     )
+
+
+def _half_visible(
+    s: Samples, seen: np.ndarray, count: int, element: str, scene: Scene, first: dict[str, int]
+) -> np.ndarray:
+    """Say of which cells (C,) at least half of one exposed side is seen; a mantle can only ever show one half."""
+    found = np.zeros(count, bool)
+    for side in np.unique(s.side):
+        own = (s.side == side) & s.exposed
+        total = np.bincount(s.cell[own], minlength=count)
+        shown = np.bincount(s.cell[own & seen], minlength=count)
+        share = 0.5 if scene.faces[first[element] + int(side)].kind == "plane" else 0.25
+        found |= (total > 0) & (shown >= share * total)
+    return found
 
 
 def disc_truth(scene: Scene, station: Station) -> DiscTruth | None:

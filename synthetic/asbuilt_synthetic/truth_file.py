@@ -67,6 +67,7 @@ def _element(scene: Scene, index: int, truths: list[StationTruth]) -> dict[str, 
     completion = float((area * below).sum() / area.sum())
     visible = np.any([t.cell_visible[index] for t in truths], axis=0)
     near = np.any([t.cell_visible_near[index] for t in truths], axis=0)
+    half = np.any([t.cell_half_visible[index] for t in truths], axis=0)
     return {
         "global_id": e.global_id,
         "class": e.ifc_class,
@@ -79,9 +80,11 @@ def _element(scene: Scene, index: int, truths: list[StationTruth]) -> dict[str, 
         "cells": len(area),
         "visible_share": _number(float(visible.mean())),
         "visible_share_within_10_m": _number(float(near.mean())),
+        "half_visible_share": _number(float(half.mean())),
         "cell_built": _bits(e.cell_built),
         "cell_visible": _bits(visible),
         "cell_visible_within_10_m": _bits(near),
+        "cell_half_visible": _bits(half),
     }
 
 

@@ -33,8 +33,8 @@ def test_a_ray_meets_the_near_side_of_a_column_and_misses_beside_it() -> None:
 def test_u_and_v_turn_outwards_everywhere() -> None:
     uv = np.array([[0.0, 0.0], [0.3, 1.0], [-0.6, 2.0]])
     step = 1e-6
-    du = (COLUMN.from_uv(uv + [step, 0.0]) - COLUMN.from_uv(uv)) / step
-    dv = (COLUMN.from_uv(uv + [0.0, step]) - COLUMN.from_uv(uv)) / step
+    du = (COLUMN.from_uv(uv + np.array([step, 0.0])) - COLUMN.from_uv(uv)) / step
+    dv = (COLUMN.from_uv(uv + np.array([0.0, step])) - COLUMN.from_uv(uv)) / step
     assert np.allclose(np.cross(du, dv), COLUMN.outward(uv), atol=1e-5)
 
 

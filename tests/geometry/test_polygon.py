@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 from asbuilt_bim.geometry import polygon
 
 
-@given(
-    radius=st.floats(0.05, 5.0), x=st.floats(-1e3, 1e3), y=st.floats(-1e3, 1e3), count=st.integers(3, 200)
-)
+@given(radius=st.floats(0.05, 5.0), x=st.floats(-1e3, 1e3), y=st.floats(-1e3, 1e3), count=st.integers(3, 200))
 def test_greens_theorem_gives_the_area_of_a_regular_polygon_anywhere(
     radius: float, x: float, y: float, count: int
 ) -> None:

@@ -194,8 +194,8 @@ def test_starter_bars_over_a_pour_line_are_seen_through() -> None:
 
 
 def test_a_small_face_behind_the_design_by_the_cover_of_its_steel_is_starter_bars() -> None:
-    cage = box(0.5, 0.05, 0, 0.7, 0.15, 0.6)
-    face = measured("A1/1", POSE, shifted(FRONT, -0.05), polygon.box(0.5, 0.0, 1.2, 0.6))
+    cage = box(0.5, 0.05, 0, 0.4, 0.15, 0.6)
+    face = measured("A1/1", POSE, shifted(FRONT, -0.05), polygon.box(0.5, 0.0, 0.9, 0.6))
     report, surfaces = visit(station("A1", POSE, [cage, BACKDROP, GROUND], [face]))
     assert surfaces["W-0"].built_area_m2 == 0.0
     assert any("starter bars" in note for note in only(report).notes)

@@ -163,7 +163,14 @@ def test_every_output_is_written_and_named(tmp_path):
         (tmp_path / station.picture).write_bytes(sample_picture())
     written = write_outputs(report, tmp_path, tmp_path)
     names = [path.relative_to(tmp_path).as_posix() for path in written]
-    assert names == ["overlays/A1.jpg", "overlays/A2.jpg", "quantities.csv", "quantities.xlsx", "report.html"]
+    day = report.visit_date.isoformat()
+    assert names == [
+        f"overlays/{day}_A1.jpg",
+        f"overlays/{day}_A2.jpg",
+        "quantities.csv",
+        "quantities.xlsx",
+        "report.html",
+    ]
     assert all(path.stat().st_size > 500 for path in written)
 
 

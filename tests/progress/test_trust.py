@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.bim.cells import cell_samples
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.match.matches import FaceMatch
+from asbuilt_bim.progress.evidence import Evidence, Verdict
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.trust import looks_like_bars, stands_before, trusted
+from tests.match.small_site import box, element
+
+OPTIONS = ProgressOptions()
+SAMPLES = cell_samples(element("W", "wall", box(0, 0, 0, 3.0, 0.25, 2.0)), 0.05)
+FRONT = SAMPLES.face == 0
+U, V = SAMPLES.uv_m.T
+HIGH = np.full(len(U), 10.0)
+
+
+def near(chosen: BoolArray, offset_m: FloatArray | float, drop_m: float = 0.0) -> Evidence:
+    """Return evidence of a surface near the chosen samples, standing off by so much, with 1 cm of noise."""
+    noise = np.random.default_rng(3).normal(0.0, 0.01, len(U))
+    verdict = np.where(chosen, Verdict.NEAR, Verdict.NOT_MEASURED).astype(np.uint8)
+    return Evidence(
+        verdict=verdict, sigma_m=np.full(len(U), 0.02), own=verdict, offset_m=offset_m + noise,
+        common_m=np.full(len(U), 0.01), drop_m=np.full(len(U), drop_m), tinted=np.zeros(len(U), dtype=bool),
+    )  # fmt: skip
+
+
+def test_a_large_patch_on_the_design_is_trusted_and_a_small_one_only_when_a_face_backs_it() -> None:
+    large, small = FRONT & (U < 1.0), FRONT & (U < 0.4) & (V < 0.5)
+    np.testing.assert_array_equal(trusted(SAMPLES, near(large, 0.0), HIGH, False, OPTIONS)[0], large)
+    assert not trusted(SAMPLES, near(small, 0.0), HIGH, False, OPTIONS)[0].any()
+    np.testing.assert_array_equal(trusted(SAMPLES, near(small, 0.0), HIGH, True, OPTIONS)[0], small)
+
+
+def test_a_patch_whose_mean_stands_before_the_design_is_formwork() -> None:
+    patch = FRONT & (U < 2.0)
+    kept, before = trusted(SAMPLES, near(patch, 0.09), HIGH, True, OPTIONS)
+    assert not kept.any()
+    np.testing.assert_array_equal(before, patch)
+
+
+def test_a_patch_that_leans_away_from_the_design_is_a_neighbours_side() -> None:
+    strip = FRONT & (U < 0.3)
+    away = np.where(strip, -0.6 * U, 0.0)
+    assert not trusted(SAMPLES, near(strip, away), HIGH, True, OPTIONS)[0].any()
+    assert trusted(SAMPLES, near(strip, 0.0), HIGH, True, OPTIONS)[0].any()
+
+
+def test_low_over_the_foot_depth_can_not_tell_the_element_from_the_ground() -> None:
+    kept, _ = trusted(SAMPLES, near(FRONT, 0.0, drop_m=0.2), V, False, OPTIONS)
+    np.testing.assert_array_equal(kept, FRONT & (V > 0.2))
+
+
+MATCH = FaceMatch(
+    station="A1", face_id="A1/1", design_face="W-0", element="W", outline_uv_m=(), area_m2=0.3,
+    area_sigma_calibration_m2=0.0, area_sigma_image_m2=0.0, whole=True, overlap=1.0, offset_m=0.0,
+    offset_sigma_m=0.005, angle_rad=0.0, tilt_rad=None, score=1.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("area_m2", "offset_m", "sigma_m", "bars"),
+    [
+        (0.3, 0.0, 0.005, False),
+        (0.3, -0.05, 0.005, True),
+        (0.3, 0.0, 0.03, True),
+        (2.0, -0.05, 0.005, False),
+        (0.05, 0.0, 0.005, True),
+    ],
+)  # fmt: skip
+def test_a_small_face_that_can_not_be_told_from_steel_behind_its_cover_counts_for_nothing(
+    area_m2: float, offset_m: float, sigma_m: float, bars: bool
+) -> None:
+    match = replace(MATCH, area_m2=area_m2, offset_m=offset_m, offset_sigma_m=sigma_m)
+    assert looks_like_bars(match, OPTIONS) is bars
+
+
+def test_a_face_stands_before_its_design_only_by_more_than_it_may_err() -> None:
+    assert stands_before(replace(MATCH, offset_m=0.08), OPTIONS)
+    assert not stands_before(replace(MATCH, offset_m=0.08, offset_sigma_m=0.03), OPTIONS)
+    assert not stands_before(replace(MATCH, offset_m=-0.08), OPTIONS)
