@@ -41,7 +41,9 @@ def generated_site(seed: int) -> Path:
     done = site / "complete"
     if not done.exists():
         command = [sys.executable, "-m", "asbuilt_synthetic", "site", "--seed", str(seed), "--out", str(site)]
-        subprocess.run(command, check=True)
+        path = os.pathsep.join([str(ROOT / "synthetic"), os.environ.get("PYTHONPATH", "")])
+        if subprocess.run(command, check=False, env={**os.environ, "PYTHONPATH": path}).returncode != 0:
+            raise SystemExit(f"seed {seed}: no site could be made; its generator needs: pip install -e synthetic")
         done.touch()
     return site
 

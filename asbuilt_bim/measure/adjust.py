@@ -145,27 +145,7 @@ def _rows(
     tilts = [3 * count, 3 * count + 1]
     rows: list[_Row] = []
     for i, sight in enumerate(sights):
-        columns = [3 * i, 3 * i + 1, 3 * i + 2]
-        whitened = whiteners[i] @ (q[i] - sight.q_px)
-        rows += [
-            _Row(
-                name=f"photos {i} {k}",
-                residual=float(whitened[k]),
-                columns=columns,
-                derivatives=whiteners[i][k],
-                tested=False,
-            )
-            for k in range(3)
-        ]
-        if upright[i]:
-            value, slope = _cosine(q[i], plumb)
-            by_tilt = axes @ q[i] / np.linalg.norm(q[i])
-            rows.append(
-                _Row(
-                    name=f"plumb {i}", residual=value / PLUMB_SIGMA_RAD, columns=columns + tilts,
-                    derivatives=np.concatenate([slope, by_tilt]) / PLUMB_SIGMA_RAD, tested=True,
-                )
-            )  # fmt: skip
+        rows += _plane_rows(i, sight, whiteners[i], q[i], plumb, axes, tilts, upright[i])
     for k in range(2):
         rows.append(
             _Row(
@@ -188,6 +168,36 @@ def _rows(
         )
     for k, touch in enumerate(touches):
         rows += _touch_rows(k, touch, q)
+    return rows
+
+
+def _plane_rows(
+    i: int,
+    sight: PlaneSight,
+    whitener: FloatArray,
+    q: FloatArray,
+    plumb: FloatArray,
+    axes: FloatArray,
+    tilts: list[int],
+    upright: bool,
+) -> list[_Row]:
+    """Return what the photos say of plane i and, where it should stand upright, that it does."""
+    columns = [3 * i, 3 * i + 1, 3 * i + 2]
+    whitened = whitener @ (q - sight.q_px)
+    rows = [
+        _Row(
+            name=f"photos {i} {k}", residual=float(whitened[k]), columns=columns, derivatives=whitener[k], tested=False
+        )
+        for k in range(3)
+    ]
+    if upright:
+        value, slope = _cosine(q, plumb)
+        by_tilt = axes @ q / np.linalg.norm(q)
+        derivatives = np.concatenate([slope, by_tilt]) / PLUMB_SIGMA_RAD
+        residual = value / PLUMB_SIGMA_RAD
+        rows.append(
+            _Row(name=f"plumb {i}", residual=residual, columns=columns + tilts, derivatives=derivatives, tested=True)
+        )
     return rows
 
 

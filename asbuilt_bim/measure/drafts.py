@@ -11,7 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
-from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
+from asbuilt_bim.measure.adjust import PlaneSight
 from asbuilt_bim.measure.edges import Gradients, gradients, pixel_plane
 from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.raster import nonzero
@@ -160,24 +160,6 @@ def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
     return better
 
 
-def adjust_drafts(
-    bench: Workbench, drafts: Sequence[Draft]
-) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
-    """Solve the drafts' planes together; returns q (n, 3), covariances (n, 3, 3), plumb (3,) and what was dropped."""
-    scene = bench.scene
-    vertical = scene.vertical
-    sigma = vertical.sigma_rad if vertical is not None else np.radians(10.0)
-    found = adjust_planes(
-        [draft.sight for draft in drafts],
-        _edge_sights(bench, drafts),
-        _touches(bench, drafts),
-        scene.level.view.down,
-        max(sigma, 1e-3),
-        [True] * len(drafts),
-    )
-    return found.q_px, found.covariance, found.down, found.dropped
-
-
 def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
     """Return the pixels (H, W) whose centres an outline's rings hold, holes off."""
     canvas = np.zeros(shape[:2], dtype=np.uint8)
@@ -239,45 +221,6 @@ def _texture(slopes: Gradients, mask: BoolArray) -> float:
     """Return the gradient that an edge must stand out of: twice the usual one on the face."""
     x, y = slopes.left_x[mask], slopes.left_y[mask]
     return float(np.clip(2.0 * np.median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5
-
-
-def _edge_sights(bench: Workbench, drafts: Sequence[Draft]) -> list[EdgeSight]:
-    """Return the disparities that upright edges show by themselves, at both ends' thirds."""
-    camera = bench.pair.camera
-    sights: list[EdgeSight] = []
-    for i, draft in enumerate(drafts):
-        for edge in draft.outline.edges if draft.outline is not None else ():
-            fit = edge.fit
-            if fit is None or edge.course != "upright" or not np.isfinite(fit.disparity_miss_px):
-                continue
-            if fit.strength < 0.5 or abs(fit.disparity_miss_px) > 2.0 or fit.line.length_px < 40.0:
-                continue
-            middle = 0.5 * (fit.line.start + fit.line.stop)
-            ray = np.array([(middle[0] - camera.cx_px) / camera.f_px, (middle[1] - camera.cy_px) / camera.f_px, 1.0])
-            disparity = float(ray @ draft.sight.q_px) + fit.disparity_miss_px
-            sights.append(EdgeSight(plane=i, ray=ray, disparity_px=disparity, sigma_px=fit.miss_sigma_px))
-    return sights
-
-
-def _touches(bench: Workbench, drafts: Sequence[Draft]) -> list[Touch]:
-    """Return which drafts of one instance meet in a visible edge."""
-    camera = bench.pair.camera
-    place = {draft.piece: i for i, draft in enumerate(drafts)}
-    touches: list[Touch] = []
-    for i, draft in enumerate(drafts):
-        piece = bench.scene.pieces[draft.piece]
-        j = place.get(draft.piece + 1)
-        if j is None or not piece.convex_next or drafts[j].instance != draft.instance or draft.outline is None:
-            continue
-        shared = [e for e in draft.outline.edges if e.neighbour == drafts[j].piece and e.course == "upright"]
-        if not shared:
-            continue
-        edge = max(shared, key=lambda e: e.line.length_px)
-        ends = np.stack([edge.line.start, edge.line.stop])
-        rays = np.ones((2, 3))
-        rays[:, :2] = (ends - [camera.cx_px, camera.cy_px]) / camera.f_px
-        touches.append(Touch(one=i, other=j, rays=rays))
-    return touches
 
 
 def _frame(valid: BoolArray) -> BoolArray:

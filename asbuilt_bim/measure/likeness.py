@@ -48,14 +48,12 @@ def face_cost(
     return cost.astype(np.float32)
 
 
-def bridged(
-    own: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: tuple[int, int]
-) -> BoolArray:
-    """Return the face's pixels with gaps of up to `gap_px` (across, along) filled that nothing speaks against.
+def bridged(own: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: int) -> BoolArray:
+    """Return the face's pixels with gaps of up to `gap_px` in their rows filled that nothing speaks against.
 
     A dark or smooth patch of concrete has no disparity, but it looks like the rest; sky between starter bars doesn't.
     """
-    kernel = np.ones((gap_px[1], gap_px[0]), np.uint8)
+    kernel = np.ones((1, gap_px), np.uint8)  # along a row, between two sides that are sure: never at the border
     closed = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
     light = cv2.cvtColor(cv2.blur(colour, (5, 5)), cv2.COLOR_BGR2GRAY).astype(np.float32)
     pixels = light[own]

@@ -108,8 +108,6 @@ def _gauss_newton(
     middle, basis = _basis(r)
     own = (r - middle) @ basis.T
     own = np.concatenate([own, np.ones((len(own), 1))], axis=1)
-    back = np.concatenate([basis, np.zeros((1, 3))])
-    back[2] = np.array([0.0, 0.0, 1.0])
     hessian = np.eye(3)
     jacobian, residual, weight = own, seen, np.ones_like(seen)
     for _ in range(steps):

@@ -12,10 +12,10 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
+from asbuilt_bim.measure.constraints import adjust_drafts
 from asbuilt_bim.measure.drafts import (
     Draft,
     Workbench,
-    adjust_drafts,
     draft_faces,
     outline_faces,
     pieces_of,

@@ -74,8 +74,8 @@ def straight_sides(
     labels = raster.lay(around.labels, nearest=True)
     colour = raster.lay(around.colour).astype(np.uint8)
     other = (labels >= 0) & (labels != label)
-    gap = np.clip(np.round(GAP_M / raster.step_m), 3, 81).astype(int)
-    own = _stout(bridged(own, other, off, colour, (int(gap[0]), int(gap[1]))), raster)
+    gap = int(np.clip(round(GAP_M / raster.step_m[0]), 3, 81))
+    own = _stout(bridged(own, other, off, colour, gap), raster)
     if np.count_nonzero(own) < 60:
         return None
     left = raster.lay(around.left_grey).astype(np.float32)

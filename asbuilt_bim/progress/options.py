@@ -25,7 +25,7 @@ class ProgressOptions:
     min_face_m2: float = 0.10  # a smaller face may be clutter, a smaller hole a mismatch: neither proves a thing
     cover_m: float = 0.025  # of concrete over its steel, the least that standards ask for outside
     max_lean_deg: float = 15.0  # a patch of depth that runs in another direction is another surface
-    min_patch_m2: float = 0.50  # depth that no measured face backs is believed from this size on: bars make patches
+    min_patch_m2: float = 0.35  # depth that no measured face backs is believed from this size on: bars make patches
     clear_share: float = 0.8  # a side is clear where this share of its samples agrees; pour lines are not
     complete_from: float = 0.97  # best; a column of 3 m has 30 cells, so one wrong cell is not yet a part
     not_started_to: float = 0.02  # best; the foot of a column may hide one cell of formwork or starter bars
