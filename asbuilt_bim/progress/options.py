@@ -15,7 +15,7 @@ class ProgressOptions:
     building_tolerance_m: float = 0.05  # concrete may stand this far from its design and still be that concrete
     sigmas: float = 3.0  # the tolerance grows with what the measurement may err
     rig_sigma_px: float = 0.15  # disparity that a calibrated rig may err by in common (yaw of 0.008 degrees)
-    max_blur_m: float = 0.30  # built is said only where front and back of a wall can be told apart
+    max_blur_m: float = 0.45  # built is said only where 3 sigma are within a column's own depth: what stands there is it
     margin_px: int = 3  # reference pixels round a sample that must say the same: stereo smears depth edges
     decided_share: float = 0.5  # of one side's samples in a cell must say the same: fewer, and clutter could decide
     solid_share: float = 0.7  # of an outline's samples with depth on the surface; starter bars leave gaps between them
@@ -25,7 +25,7 @@ class ProgressOptions:
     min_face_m2: float = 0.10  # a smaller face may be clutter, a smaller hole a mismatch: neither proves a thing
     cover_m: float = 0.025  # of concrete over its steel, the least that standards ask for outside
     max_lean_deg: float = 15.0  # a patch of depth that runs in another direction is another surface
-    min_patch_m2: float = 0.35  # depth that no measured face backs is believed from this size on: bars make patches
+    min_patch_m2: float = 0.35  # depth that no measured face backs is believed from here on: starter bars make patches
     clear_share: float = 0.8  # a side is clear where this share of its samples agrees; pour lines are not
     complete_from: float = 0.97  # best; a column of 3 m has 30 cells, so one wrong cell is not yet a part
     not_started_to: float = 0.02  # best; the foot of a column may hide one cell of formwork or starter bars
