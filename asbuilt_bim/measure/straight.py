@@ -75,9 +75,7 @@ def straight_sides(
     colour = raster.lay(around.colour).astype(np.uint8)
     other = (labels >= 0) & (labels != label)
     gap = int(np.clip(round(GAP_M / raster.step_m[0]), 3, 81))
-    thin = int(np.clip(round(THIN_M / raster.step_m[0]), 3, 61))
-    sure = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_OPEN, np.ones((1, thin), np.uint8)) > 0
-    own = _stout(bridged(sure, other, off, colour, gap), raster)  # specks beside the face bridge nothing
+    own = _stout(bridged(own, other, off, colour, gap), raster)
     if np.count_nonzero(own) < 60:
         return None
     left = raster.lay(around.left_grey).astype(np.float32)
