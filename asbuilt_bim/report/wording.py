@@ -23,9 +23,10 @@ def percent(share: float | None) -> str:
 
 
 def percent_range(lower: float, upper: float) -> str:
-    """Write two bounds as `35 to 80 %`, or as one number where they read the same."""
-    low, high = percent(lower), percent(upper)
-    return low if low == high else f"{low.removesuffix(' %')} to {high}"
+    """Write two bounds as `35 to 80 %`, rounded outwards: no bound says more than is known; equal ones are one number."""
+    if upper - lower < 1e-9:
+        return percent(lower)
+    return f"{math.floor(lower * 100 + 1e-9)} to {math.ceil(upper * 100 - 1e-9)} %"
 
 
 def number(value: float | None, decimals: int = 2) -> str:

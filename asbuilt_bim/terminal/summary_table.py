@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from rich.table import Table
@@ -11,6 +10,7 @@ from rich.text import Text
 from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.report.tables import station_of
+from asbuilt_bim.report.wording import percent, percent_range
 
 TABLE_WIDTH = 118
 """Columns that the table needs; a narrower terminal gets the same in lines."""
@@ -56,9 +56,7 @@ def _table(report: ProgressReport) -> Table:
 
 def completion_text(completion: Completion) -> str:
     """Return completion as people read it: `64 % (41 to 79 %)`, or `unknown` with its bounds, never a bare 0 %."""
-    low, high = math.floor(completion.lower * 100 + 1e-9), math.ceil(completion.upper * 100 - 1e-9)
-    best = "unknown" if completion.best is None else f"{completion.best * 100:.0f} %"
-    return f"{best} ({low} to {high} %)"
+    return f"{percent(completion.best)} ({percent_range(completion.lower, completion.upper)})"
 
 
 def left_out(stations: Sequence[str], report: ProgressReport) -> dict[str, list[str]]:

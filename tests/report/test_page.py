@@ -131,6 +131,7 @@ def test_areas_never_claim_to_be_exact(value, sigma, text):
 
 def test_bounds_that_read_the_same_are_written_once():
     assert (percent_range(0.5, 0.5), percent_range(0.0, 1.0)) == ("50 %", "0 to 100 %")
+    assert percent_range(0.426, 0.884) == "42 to 89 %"  # never narrower than what is known
 
 
 def test_plans_are_turned_along_the_building_and_keep_far_coordinates_sharp():
