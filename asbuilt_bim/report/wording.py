@@ -23,7 +23,7 @@ def percent(share: float | None) -> str:
 
 
 def percent_range(lower: float, upper: float) -> str:
-    """Write two bounds as `35 to 80 %`, rounded outwards: no bound says more than is known; equal ones are one number."""
+    """Write two bounds as `35 to 80 %`, rounded outwards: neither says more than is known; equal ones as one."""
     if upper - lower < 1e-9:
         return percent(lower)
     return f"{math.floor(lower * 100 + 1e-9)} to {math.ceil(upper * 100 - 1e-9)} %"
