@@ -55,6 +55,10 @@ class OutputError(AsBuiltError):
     """Outputs can't be written."""
 
 
+class PluginError(AsBuiltError):
+    """Another package's plugin can't be used; the message says whose it is."""
+
+
 class MissingExtraError(AsBuiltError):
     """An optional part isn't installed."""
 
