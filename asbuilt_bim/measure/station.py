@@ -6,46 +6,42 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import cv2
-import numpy as np
-
 from asbuilt_bim.camera.overlap import check_pair
-from asbuilt_bim.camera.photo import Photo, decode
-from asbuilt_bim.camera.photo_check import check_photo_against_rig
-from asbuilt_bim.camera.rectify import Rectification, RectifiedCamera, RectifiedPair, rectification, rectify
+from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.errors import PhotoError, Rejection, RigError
-from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
+from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.marks import marks_mask, without_boards
+from asbuilt_bim.measure.paper import paper_faces
+from asbuilt_bim.measure.scale import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
+from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
+from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
+from asbuilt_bim.vision.depth_paper import Inversion
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.markers import MarkerSighting, find_markers
-from asbuilt_bim.vision.scene import read_scene
+from asbuilt_bim.vision.scene import Scene, read_scene
+from asbuilt_bim.vision.segment import Instance, Segmenter
 from asbuilt_bim.vision.sky import find_sky
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 from asbuilt_bim.vision.target import TargetOptions, TargetSighting, find_target
 
 __all__ = [
     "DepthReference",
+    "Instruments",
     "MeasureOptions",
     "RejectedStation",
+    "StationDetail",
     "StationMeasurement",
     "StationPhotos",
+    "measure_in_detail",
     "measure_station",
 ]
 
 Clock = Callable[[], float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StationPhotos:
-    """The two photos of one station."""
-
-    name: str
-    left: Photo
-    right: Photo
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +54,31 @@ class MeasureOptions:
     geometric: GeometricOptions = field(default_factory=GeometricOptions)
     faces: FaceOptions = field(default_factory=FaceOptions)
     least_markers_without_target: int = 2  # with `target.required: false`, two surveyed markers hold the scale
+    method: Method = "default"  # paper: the published pipeline, to compare with
+    depth: DepthMethod | None = None  # None: the method's own (default: stereo, paper: paper)
+    inversion: Inversion = "complement"  # how method: paper inverts the network's map
+
+    def __post_init__(self) -> None:
+        """Check what only two keys together can say.
+
+        Raises:
+            ValueError: the method can't measure on the depth map that is asked for.
+        """
+        depth_method(self.method, self.depth)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Instruments:
+    """What stands in the place of, or beside, this package's own means; None: there is none.
+
+    `segmenter` in the place of geometry; `relative_depth` for `depth: paper` and `depth: fused`.
+    """
+
+    segmenter: Segmenter | None = None
+    relative_depth: RelativeDepth | None = None
+
+
+OWN = Instruments()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,12 +102,16 @@ class StationMeasurement:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RejectedStation:
-    """A station that could not be measured, with its reasons and, where one could be read, its picture."""
+class StationDetail:
+    """A measurement with what it was made from, for pictures; all in the rectified left frame.
 
-    station: str
-    rejections: tuple[Rejection, ...]
-    picture: ByteImage | None = None
+    `depth` is the map that the areas come from; `instances` are those that `MeasuredFace.instance` counts.
+    """
+
+    measurement: StationMeasurement
+    pair: RectifiedPair
+    depth: DepthMap
+    instances: tuple[Instance, ...]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -104,14 +129,30 @@ class _Stopwatch:
 
 
 def measure_station(
-    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, clock: Clock = time.perf_counter
+    photos: StationPhotos,
+    rig: StereoRig,
+    options: MeasureOptions,
+    clock: Clock = time.perf_counter,
+    instruments: Instruments = OWN,
 ) -> StationMeasurement | RejectedStation:
     """Measure one station; what can't be measured is a `RejectedStation` with its reasons, never an exception.
 
     A pure function of its arguments but for the seconds that `clock` counts.
     """
+    found = measure_in_detail(photos, rig, options, clock, instruments)
+    return found.measurement if isinstance(found, StationDetail) else found
+
+
+def measure_in_detail(
+    photos: StationPhotos,
+    rig: StereoRig,
+    options: MeasureOptions,
+    clock: Clock = time.perf_counter,
+    instruments: Instruments = OWN,
+) -> StationDetail | RejectedStation:
+    """Measure one station and keep what its pictures are drawn from; else as `measure_station`."""
     watch = _Stopwatch(clock=clock, last=clock())
-    pair = _read(photos, rig)
+    pair = read_station(photos, rig)
     if isinstance(pair, RejectedStation):
         return pair
     watch.lap("read")
@@ -122,128 +163,70 @@ def measure_station(
     target, reasons = find_target(pair, options.target)
     markers = find_markers(pair, options.marker_family)
     watch.lap("target and markers")
-    refused = _without_scale(photos.name, target, reasons, markers, options)
+    least = options.least_markers_without_target
+    refused = without_scale(photos.name, target, reasons, markers, required=options.target.required, least=least)
     if refused:
         return RejectedStation(station=photos.name, rejections=refused, picture=pair.left)
-    return _measure(photos, pair, rig, options, target, markers, reasons, watch)
+    seen = _Sighted(photos=photos, pair=pair, rig=rig, target=target, markers=markers, reasons=reasons)
+    return _measure(seen, options, instruments, watch)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Sighted:
+    """A rectified pair whose scale is known."""
+
+    photos: StationPhotos
+    pair: RectifiedPair
+    rig: StereoRig
+    target: TargetSighting | None
+    markers: tuple[MarkerSighting, ...]
+    reasons: tuple[Rejection, ...]
 
 
 def _measure(
-    photos: StationPhotos,
-    pair: RectifiedPair,
-    rig: StereoRig,
-    options: MeasureOptions,
-    target: TargetSighting | None,
-    markers: tuple[MarkerSighting, ...],
-    reasons: tuple[Rejection, ...],
-    watch: _Stopwatch,
-) -> StationMeasurement:
-    depth = depth_map(pair, options.matcher)
-    sky = find_sky(pair, depth)
+    seen: _Sighted, options: MeasureOptions, instruments: Instruments, watch: _Stopwatch
+) -> StationDetail | RejectedStation:
+    pair, target = seen.pair, seen.target
+    stereo = depth_map(pair, options.matcher)
+    sky = find_sky(pair, stereo)
     watch.lap("stereo")
-    scene = read_scene(pair, depth, options.geometric.scene)
-    marks = marks_mask(pair.valid_left.shape, markers, target)
-    instances = without_boards(segment_scene(pair, scene, options.geometric), marks)
+    wanted = depth_method(options.method, options.depth)
+    depth = area_depth(pair, stereo, target, instruments.relative_depth, wanted, options.inversion)
+    if isinstance(depth, Rejection):
+        return RejectedStation(station=seen.photos.name, rejections=(*seen.reasons, depth), picture=pair.left)
+    if depth is not stereo:
+        watch.lap("depth network")
+    scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
+    marks = marks_mask(pair.valid_left.shape, seen.markers, target)
+    instances = without_boards(_instances(pair, scene, stereo, options, instruments), marks)
     watch.lap("instances")
-    found = measure_faces(pair, scene, instances, rig, options.faces, marks)
+    if options.method == "paper":
+        found = paper_faces(pair, depth, instances, options.faces)
+    else:
+        found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks)
     watch.lap("faces")
-    reference, picture = pack(depth, sky), thumbnail(pair)
+    reference, picture = pack(stereo, sky), thumbnail(pair)
     watch.lap("pack")
-    return StationMeasurement(
-        station=photos.name,
+    measurement = StationMeasurement(
+        station=seen.photos.name,
         camera=pair.camera,
         faces=found.faces,
         target=target,
-        markers=markers,
+        markers=seen.markers,
         depth_ref=reference,
         vertical=found.up,
-        rejections=(*reasons, *found.rejections),
+        rejections=(*seen.reasons, *found.rejections),
         seconds=watch.seconds,
-        left_digest=photos.left.digest,
-        right_digest=photos.right.digest,
+        left_digest=seen.photos.left.digest,
+        right_digest=seen.photos.right.digest,
         thumbnail_jpeg=picture,
     )
+    return StationDetail(measurement=measurement, pair=pair, depth=depth, instances=tuple(instances))
 
 
-def _read(photos: StationPhotos, rig: StereoRig) -> RectifiedPair | RejectedStation:
-    """Decode, check and rectify both photos."""
-    what = f"station {photos.name}"
-    images: list[ByteImage] = []
-    rejections: list[Rejection] = []
-    for photo, side in ((photos.left, "left"), (photos.right, "right")):
-        try:
-            image = decode(photo)
-        except PhotoError as error:
-            rejections.append(Rejection(what=what, reason=str(error)))
-            continue
-        size = (int(image.shape[1]), int(image.shape[0]))
-        rejections += check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
-        images.append(image)
-    if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
-        rejections.append(_sizes(what, images))
-    picture = images[0] if images else None
-    if rejections or len(images) < 2:
-        named = tuple(r if photos.name in r.what else _named(r, what) for r in rejections)
-        return RejectedStation(station=photos.name, rejections=named, picture=picture)
-    try:
-        return rectify(_prepared(rig), images[0], images[1], photos.name)
-    except (PhotoError, RigError, cv2.error) as error:
-        return RejectedStation(
-            station=photos.name, rejections=(Rejection(what=what, reason=str(error)),), picture=picture
-        )
-
-
-def _named(rejection: Rejection, station: str) -> Rejection:
-    return Rejection(
-        what=f"{station}, {rejection.what}", reason=rejection.reason, value=rejection.value, limit=rejection.limit,
-        remedy=rejection.remedy,
-    )  # fmt: skip
-
-
-def _sizes(what: str, images: list[ByteImage]) -> Rejection:
-    left, right = (f"{image.shape[1]} x {image.shape[0]} px" for image in images)
-    return Rejection(
-        what=what, reason="left and right photo differ in size", value=f"left {left}, right {right}",
-        remedy="use both photos as the rig stored them",
-    )  # fmt: skip
-
-
-def _without_scale(
-    name: str,
-    target: TargetSighting | None,
-    reasons: tuple[Rejection, ...],
-    markers: tuple[MarkerSighting, ...],
-    options: MeasureOptions,
-) -> tuple[Rejection, ...]:
-    """Return why a station without a target can't be used; empty where it can."""
-    if target is not None:
-        return ()
-    if options.target.required:
-        return reasons or (Rejection(what=f"station {name}", reason="the target is not in view"),)
-    both = sum(1 for marker in markers if marker.right_px is not None)
-    if both >= options.least_markers_without_target:
-        return ()
-    few = Rejection(
-        what=f"station {name}", reason="neither the target nor enough markers in view of both photos",
-        value=f"{both} markers", limit=f"{options.least_markers_without_target} markers",
-        remedy="place the red target, or move so that both photos show two surveyed markers",
-    )  # fmt: skip
-    return (*reasons, few)
-
-
-_RIGS: dict[bytes, Rectification] = {}
-
-
-def _prepared(rig: StereoRig) -> Rectification:
-    """Return the rig's rectification, kept from station to station: the maps take half a second."""
-    key = b"".join(
-        np.ascontiguousarray(part).tobytes()
-        for part in (
-            rig.left.K, rig.left.distortion, rig.right.K, rig.right.distortion, rig.right_from_left,
-            np.array([rig.left.width_px, rig.left.height_px, rig.right.width_px, rig.right.height_px]),
-        )
-    )  # fmt: skip
-    if key not in _RIGS:
-        _RIGS.clear()
-        _RIGS[key] = rectification(rig)
-    return _RIGS[key]
+def _instances(
+    pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: MeasureOptions, instruments: Instruments
+) -> list[Instance]:
+    if instruments.segmenter is None:
+        return segment_scene(pair, scene, options.geometric)
+    return instruments.segmenter.segment(pair, stereo)

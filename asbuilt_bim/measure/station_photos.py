@@ -1,0 +1,94 @@
+"""The photos of one station: decoded, held against the rig, rectified; or the station rejected by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.photo import Photo, decode
+from asbuilt_bim.camera.photo_check import check_photo_against_rig
+from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import PhotoError, Rejection, RigError
+from asbuilt_bim.geometry.arrays import ByteImage
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationPhotos:
+    """The two photos of one station."""
+
+    name: str
+    left: Photo
+    right: Photo
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RejectedStation:
+    """A station that could not be measured, with its reasons and, where one could be read, its picture."""
+
+    station: str
+    rejections: tuple[Rejection, ...]
+    picture: ByteImage | None = None
+
+
+def read_station(photos: StationPhotos, rig: StereoRig) -> RectifiedPair | RejectedStation:
+    """Decode, check and rectify both photos; what can't be used rejects the station by name."""
+    what = f"station {photos.name}"
+    images: list[ByteImage] = []
+    rejections: list[Rejection] = []
+    for photo, side in ((photos.left, "left"), (photos.right, "right")):
+        try:
+            image = decode(photo)
+        except PhotoError as error:
+            rejections.append(Rejection(what=what, reason=str(error)))
+            continue
+        size = (int(image.shape[1]), int(image.shape[0]))
+        rejections += check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
+        images.append(image)
+    if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
+        rejections.append(_sizes(what, images))
+    picture = images[0] if images else None
+    if rejections or len(images) < 2:
+        named = tuple(r if photos.name in r.what else _named(r, what) for r in rejections)
+        return RejectedStation(station=photos.name, rejections=named, picture=picture)
+    try:
+        return rectify(_prepared(rig), images[0], images[1], photos.name)
+    except (PhotoError, RigError, cv2.error) as error:
+        return RejectedStation(
+            station=photos.name, rejections=(Rejection(what=what, reason=str(error)),), picture=picture
+        )
+
+
+def _named(rejection: Rejection, station: str) -> Rejection:
+    return Rejection(
+        what=f"{station}, {rejection.what}", reason=rejection.reason, value=rejection.value, limit=rejection.limit,
+        remedy=rejection.remedy,
+    )  # fmt: skip
+
+
+def _sizes(what: str, images: list[ByteImage]) -> Rejection:
+    left, right = (f"{image.shape[1]} x {image.shape[0]} px" for image in images)
+    return Rejection(
+        what=what, reason="left and right photo differ in size", value=f"left {left}, right {right}",
+        remedy="use both photos as the rig stored them",
+    )  # fmt: skip
+
+
+_RIGS: dict[bytes, Rectification] = {}
+
+
+def _prepared(rig: StereoRig) -> Rectification:
+    """Return the rig's rectification, kept from station to station: the maps take half a second."""
+    key = b"".join(
+        np.ascontiguousarray(part).tobytes()
+        for part in (
+            rig.left.K, rig.left.distortion, rig.right.K, rig.right.distortion, rig.right_from_left,
+            np.array([rig.left.width_px, rig.left.height_px, rig.right.width_px, rig.right.height_px]),
+        )
+    )  # fmt: skip
+    if key not in _RIGS:
+        _RIGS.clear()
+        _RIGS[key] = rectification(rig)
+    return _RIGS[key]
