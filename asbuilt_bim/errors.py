@@ -7,6 +7,7 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── RigError                  a rig file or a rig that can't be right
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
+├── NetworkError              a network or its card can't be used: damaged, hostile, of another layout
 ├── ResultError               a result file is damaged or doesn't belong to this design
 ├── OutputError               outputs can't be written: place, rights, disk full
 └── MissingExtraError         an optional part isn't installed; the message holds the pip line
@@ -45,6 +46,10 @@ class SurveyError(AsBuiltError):
 
 class DesignError(AsBuiltError):
     """The IFC file can't be used as a design."""
+
+
+class NetworkError(AsBuiltError):
+    """A network, or its card, can't be used."""
 
 
 class ResultError(AsBuiltError):

@@ -14,7 +14,7 @@ import asbuilt_bim
 
 PACKAGE = Path(asbuilt_bim.__file__).parent
 LEVEL = {
-    **dict.fromkeys(["errors", "version", "schemas_dir", "strict_yaml", "plugins"], 0),
+    **dict.fromkeys(["errors", "version", "schemas_dir", "strict_yaml", "structure", "plugins"], 0),
     "geometry": 1,
     "camera": 2,
     "bim": 2,

@@ -48,12 +48,7 @@ class SemiGlobalMatcher:
         """Return disparity and sigma in pixels, float32 (H, W); NaN disparity where nothing was measured."""
         left, right = grey(pair.left), grey(pair.right)
         raw = self._semi_global(left, right, pair)
-        measured = np.isfinite(raw) & pair.valid_left & _lands_inside(raw, pair.valid_right)
-        start = np.where(measured, raw, 0.0).astype(np.float32)
-        refined, sigma = _refine(left, right, start, measured, self.refine_window_px, self.refine_steps)
-        measured &= (sigma < self.most_sigma_px) & _lands_inside(refined, pair.valid_right)
-        disparity = np.where(measured, refined, np.float32(np.nan)).astype(np.float32)
-        return disparity, np.where(measured, sigma, np.float32(np.inf)).astype(np.float32)
+        return _polished(pair, raw, left, right, (self.refine_window_px, self.refine_steps), self.most_sigma_px)
 
     def _semi_global(self, left: Float32Array, right: Float32Array, pair: RectifiedPair) -> Float32Array:
         camera = pair.camera
@@ -76,6 +71,13 @@ class SemiGlobalMatcher:
         return np.where(seen, disparity, np.float32(np.nan)).astype(np.float32)
 
 
+def disparity_sigma(pair: RectifiedPair, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Polish another's disparity (H, W), NaN where there is none, on the photos; return it with its sigma in pixels."""
+    matcher = SemiGlobalMatcher()
+    window = (matcher.refine_window_px, matcher.refine_steps)
+    return _polished(pair, disparity_px, grey(pair.left), grey(pair.right), window, matcher.most_sigma_px)
+
+
 def depth_map(pair: RectifiedPair, matcher: StereoMatcher) -> DepthMap:
     """Run the matcher and wrap its answer as a metric `DepthMap`."""
     disparity, sigma = matcher.match(pair)
@@ -95,6 +97,23 @@ def grey(image: np.ndarray) -> Float32Array:
     """Return the grey picture (H, W) float32 of a BGR or grey one."""
     one = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     return np.asarray(one, dtype=np.float32)
+
+
+def _polished(
+    pair: RectifiedPair,
+    raw: Float32Array,
+    left: Float32Array,
+    right: Float32Array,
+    window: tuple[int, int],
+    most_sigma_px: float,
+) -> tuple[Float32Array, Float32Array]:
+    """Refine a matcher's disparity in a window (px, steps), and drop what stays a guess or leaves the right photo."""
+    measured = np.isfinite(raw) & pair.valid_left & _lands_inside(raw, pair.valid_right)
+    start = np.where(measured, raw, 0.0).astype(np.float32)
+    refined, sigma = _refine(left, right, start, measured, *window)
+    measured &= (sigma < most_sigma_px) & _lands_inside(refined, pair.valid_right)
+    disparity = np.where(measured, refined, np.float32(np.nan)).astype(np.float32)
+    return disparity, np.where(measured, sigma, np.float32(np.inf)).astype(np.float32)
 
 
 def _lands_inside(disparity: Float32Array, valid_right: BoolArray) -> BoolArray:

@@ -1,0 +1,153 @@
+"""Networks in the places that the flow has for them: a second opinion on instances, relative depth, dense stereo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, freeze
+from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
+from asbuilt_bim.vision.networks.layouts import Sighting, read_sightings
+from asbuilt_bim.vision.networks.picture import input_of
+from asbuilt_bim.vision.networks.session import Network, open_network
+from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.stereo import SIXTEENTHS, disparity_sigma
+
+LEAST_PIXELS = 150
+"""A smaller mask is a crumb, whatever its class: no face is measured on it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadedNetwork:
+    """A card with its network."""
+
+    card: NetworkCard
+    network: Network
+
+
+def load(card_path: Path, task: Task) -> LoadedNetwork:
+    """Load a card's network, once a process; its task must be the one that is asked for.
+
+    Raises:
+        NetworkError: the card or the network can't be used, or is for something else.
+    """
+    path = card_path.resolve()
+    loaded = _loaded(path, path.stat().st_mtime_ns if path.exists() else 0)
+    if loaded.card.task != task:
+        raise NetworkError(
+            f"network card {card_path}: layout {loaded.card.layout} is for {loaded.card.task}, it is named for {task}"
+        )
+    return loaded
+
+
+@lru_cache(maxsize=6)
+def _loaded(card_path: Path, changed_ns: int) -> LoadedNetwork:
+    card = read_card(card_path)
+    return LoadedNetwork(card=card, network=open_network(card, model_path(card, card_path)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NetworkSegmenter:
+    """Finds walls and columns by a network; `Segmenter`, version 1."""
+
+    loaded: LoadedNetwork
+
+    @property
+    def name(self) -> str:
+        """Return the network's name."""
+        return self.loaded.card.name
+
+    def sightings(self, image: ByteImage) -> list[tuple[Meaning, Sighting]]:
+        """Return all that the network sees in a BGR photo, also what is no concrete, the surest first; disjoint."""
+        card = self.loaded.card
+        picture, fit = input_of(image, card.input)
+        found: list[tuple[Meaning, Sighting]] = []
+        taken = np.zeros(image.shape[:2], dtype=bool)
+        for one in read_sightings(self.loaded.network.run((picture,)), card, fit):
+            mask = one.mask & ~taken
+            meaning = card.meaning(one.number)
+            if meaning is None or np.count_nonzero(mask) < LEAST_PIXELS:
+                continue
+            taken |= mask
+            freeze(mask)
+            found.append((meaning, Sighting(number=one.number, score=one.score, mask=mask)))
+        return found
+
+    def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
+        """Return the walls and columns, masks in pixels of the rectified left photo, integers being pixel centres."""
+        found = self.sightings(pair.left)
+        return [instance_of(one, meaning, self.name) for meaning, one in found if meaning != "other"]
+
+
+def instance_of(sighting: Sighting, meaning: Meaning, source: str) -> Instance:
+    """Return a sighting of a wall or column as an instance."""
+    mask = sighting.mask
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return Instance(
+        label="column" if meaning == "column" else "wall", score=min(max(sighting.score, 0.0), 1.0), mask=mask,
+        box_px=(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1), source=source,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NetworkDepth:
+    """Estimates relative depth by a network; `RelativeDepth`, version 1."""
+
+    loaded: LoadedNetwork
+
+    @property
+    def name(self) -> str:
+        """Return the network's name."""
+        return self.loaded.card.name
+
+    def estimate(self, image: ByteImage) -> Float32Array:
+        """Return float32 (H, W): larger is nearer, defined up to scale and shift; of a metric network, 1/Z.
+
+        Raises:
+            NetworkError: the output is no map, or metric depths that aren't positive.
+        """
+        card = self.loaded.card
+        picture, fit = input_of(image, card.input)
+        small = _map_of(self.loaded.network.run((picture,))["depth"], card)
+        if card.layout == "metric-depth":
+            if small.min() <= 0.0:
+                raise NetworkError(
+                    f"network {card.name}: metric depths of {small.min():.3g} m; metric ones are positive"
+                )
+            small = 1.0 / small
+        step = (card.input.width_px / small.shape[1], card.input.height_px / small.shape[0])
+        return fit.to_photo(small.astype(np.float32), *step)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NetworkMatcher:
+    """Matches a pair by a stereo network; `StereoMatcher`, version 1. Its sigma is measured on the photos."""
+
+    loaded: LoadedNetwork
+
+    @property
+    def name(self) -> str:
+        """Return the network's name."""
+        return self.loaded.card.name
+
+    def match(self, pair: RectifiedPair) -> tuple[Float32Array, Float32Array]:
+        """Return disparity and sigma in pixels, float32 (H, W); NaN disparity where nothing was measured."""
+        card = self.loaded.card
+        (left, fit), (right, _) = input_of(pair.left, card.input), input_of(pair.right, card.input)
+        small = _map_of(self.loaded.network.run((left, right))["disparity"], card)
+        step = (card.input.width_px / small.shape[1], card.input.height_px / small.shape[0])
+        disparity = fit.to_photo(small.astype(np.float32), *step) / np.float32(fit.scale_x)
+        return disparity_sigma(pair, np.where(disparity > 1.0 / SIXTEENTHS, disparity, np.nan).astype(np.float32))
+
+
+def _map_of(answer: np.ndarray, card: NetworkCard) -> np.ndarray:
+    """Return a single map (h, w) of an answer with leading axes of one."""
+    if answer.ndim < 2 or any(size != 1 for size in answer.shape[:-2]) or min(answer.shape[-2:]) < 2:
+        raise NetworkError(f"network {card.name}: the layout {card.layout} wants one map (1, h, w), got {answer.shape}")
+    return np.asarray(answer.reshape(answer.shape[-2:]))

@@ -1,0 +1,77 @@
+"""A photo made into a network's input, and the way back: where each of the photo's pixels lies in the input."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
+from asbuilt_bim.vision.networks.card import InputCard
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """Where a photo lies in the input: `input = (photo + 0.5) * scale - 0.5 + offset` in pixels."""
+
+    scale_x: float
+    scale_y: float
+    offset_x_px: float
+    offset_y_px: float
+    photo_size: tuple[int, int]  # (width, height)
+    input_size: tuple[int, int]
+
+    def to_photo(self, small: Float32Array, step_x: float, step_y: float) -> Float32Array:
+        """Carry a map of the input, each of whose values spans (step_x, step_y) input pixels, to the photo's size.
+
+        Bilinear, in float32 (H, W); pixels beyond the map's border take the border's value.
+        """
+        width, height = self.photo_size
+        columns = ((np.arange(width) + 0.5) * self.scale_x + self.offset_x_px) / step_x - 0.5
+        rows = ((np.arange(height) + 0.5) * self.scale_y + self.offset_y_px) / step_y - 0.5
+        across = np.broadcast_to(columns.astype(np.float32), (height, width))
+        down = np.broadcast_to(rows.astype(np.float32)[:, None], (height, width))
+        return np.asarray(
+            cv2.remap(small, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=np.float32
+        )
+
+    def boxes_to_photo(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Carry boxes (N, 4) as x0, y0, x1, y1, in input pixels counted from the picture's corner, to the photo."""
+        offset = np.array([self.offset_x_px, self.offset_y_px] * 2)
+        return np.asarray((boxes - offset) / np.array([self.scale_x, self.scale_y] * 2))
+
+
+def input_of(image: ByteImage, card: InputCard) -> tuple[NDArray[np.float32], Fit]:
+    """Return the input array of a BGR photo (H, W, 3), in the card's order and size, and how the photo lies in it."""
+    height, width = image.shape[:2]
+    fit = _fit((width, height), card)
+    inside = (max(1, round(width * fit.scale_x)), max(1, round(height * fit.scale_y)))
+    shrunk = inside[0] < width or inside[1] < height
+    small = cv2.resize(image, inside, interpolation=cv2.INTER_AREA if shrunk else cv2.INTER_LINEAR)
+    canvas = np.full((card.height_px, card.width_px, 3), card.pad_value, dtype=np.float32)
+    x, y = round(fit.offset_x_px), round(fit.offset_y_px)
+    canvas[y : y + inside[1], x : x + inside[0]] = small
+    if card.colour == "rgb":
+        canvas = canvas[:, :, ::-1]
+    values = (canvas / card.divide - np.array(card.mean)) / np.array(card.std)
+    ordered = values if card.order == "nhwc" else values.transpose(2, 0, 1)
+    batched = ordered if card.order == "chw" else ordered[None]
+    return np.ascontiguousarray(batched, dtype=np.float32), fit
+
+
+def _fit(size: tuple[int, int], card: InputCard) -> Fit:
+    width, height = size
+    if card.resize == "stretch":
+        inside = (card.width_px, card.height_px)
+    else:
+        scale = min(card.width_px / width, card.height_px / height)
+        inside = (max(1, round(width * scale)), max(1, round(height * scale)))
+    centred = card.resize == "letterbox"
+    return Fit(
+        scale_x=inside[0] / width, scale_y=inside[1] / height,
+        offset_x_px=float((card.width_px - inside[0]) // 2 if centred else 0),
+        offset_y_px=float((card.height_px - inside[1]) // 2 if centred else 0),
+        photo_size=size, input_size=(card.width_px, card.height_px),
+    )  # fmt: skip

@@ -1,0 +1,154 @@
+"""One loaded network: arrays in, checked arrays out, within a bound of memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+from numpy.typing import NDArray
+
+from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.vision.networks.card import ROLES, NetworkCard
+from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
+
+MAX_MEMORY_BYTES = 2_000_000_000
+"""What all networks of a process may take together; two stations at a time fit an ordinary office computer."""
+MAX_OUTPUT_VALUES = 200_000_000
+_KINDS: dict[str, type[np.generic]] = {
+    "tensor(float)": np.float32,
+    "tensor(float16)": np.float16,
+    "tensor(uint8)": np.uint8,
+}
+_NUMBERS = {"tensor(float)", "tensor(float16)", "tensor(double)", "tensor(int64)", "tensor(int32)", "tensor(uint8)",
+            "tensor(bool)"}  # fmt: skip
+
+AnyArray = NDArray[np.generic]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Network:
+    """A network ready to run on this process's processor, one thread."""
+
+    path: Path
+    name: str
+    session: onnxruntime.InferenceSession
+    inputs: tuple[str, ...]
+    kinds: tuple[type[np.generic], ...]
+    outputs: Mapping[str, str]  # role -> the output's name
+
+    def run(self, pictures: tuple[NDArray[np.float32], ...]) -> dict[str, NDArray[np.float64]]:
+        """Run on one array an input; return the outputs by role, finite, as float64.
+
+        Raises:
+            NetworkError: it failed, took too much memory, or answered with NaN or too much.
+        """
+        feeds = {name: p.astype(kind) for name, p, kind in zip(self.inputs, pictures, self.kinds, strict=True)}
+        try:
+            answers = self.session.run(list(self.outputs.values()), feeds)
+        except Exception as problem:  # onnxruntime raises a dozen types of its own
+            raise NetworkError(f"network {self.path}: {_reason(problem)}") from problem
+        checked: dict[str, NDArray[np.float64]] = {}
+        for role, answer in zip(self.outputs, answers, strict=True):
+            array = np.asarray(answer)
+            if array.size > MAX_OUTPUT_VALUES:
+                raise NetworkError(
+                    f"network {self.path}: output {role} has {array.size} values, limit {MAX_OUTPUT_VALUES}"
+                )
+            if array.dtype.kind == "f" and not np.isfinite(array).all():
+                raise NetworkError(
+                    f"network {self.path}: output {role} holds NaN or infinity; export it again, in float32"
+                )
+            checked[role] = array.astype(np.float64)
+        return checked
+
+
+def open_network(card: NetworkCard, path: Path) -> Network:
+    """Load a card's ONNX file and check that it fits the card.
+
+    Raises:
+        NetworkError: the file is damaged or hostile, or inputs and outputs aren't those of the card.
+    """
+    check_onnx_file(path)
+    bounded = _bound_memory()
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1  # the processes are the parallelism
+    options.log_severity_level = 4  # its complaints come as exceptions, in our words
+    if bounded:
+        options.add_session_config_entry("session.use_env_allocators", "1")
+    try:
+        session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+    except Exception as problem:  # see above
+        raise NetworkError(f"network {path}: {_reason(problem)}") from problem
+    wanted = 2 if card.task == "stereo" else 1
+    given = session.get_inputs()
+    if len(given) != wanted:
+        raise NetworkError(f"network {path}: has {len(given)} inputs, a network for {card.task} has {wanted}")
+    for one in given:
+        _check_input(path, one.name, one.type, list(one.shape), card)
+    return Network(
+        path=path, name=card.name, session=session, inputs=tuple(one.name for one in given),
+        kinds=tuple(_KINDS[one.type] for one in given), outputs=_outputs(path, session, card),
+    )  # fmt: skip
+
+
+def _check_input(path: Path, name: str, kind: str, shape: list[int | str | None], card: NetworkCard) -> None:
+    if kind not in _KINDS:
+        raise NetworkError(f"network {path}: input {name} takes {kind}, not one of {', '.join(_KINDS)}")
+    w, h = card.input.width_px, card.input.height_px
+    asked = {"nchw": (1, 3, h, w), "nhwc": (1, h, w, 3), "chw": (3, h, w)}[card.input.order]
+    fits = len(shape) == len(asked) and all(not isinstance(s, int) or s == a for s, a in zip(shape, asked, strict=True))
+    if not fits:
+        raise NetworkError(
+            f"network {path}: input {name} has shape {shape}, the card says {list(asked)}; mend the card"
+        )
+
+
+def _outputs(path: Path, session: onnxruntime.InferenceSession, card: NetworkCard) -> dict[str, str]:
+    there = {one.name: one.type for one in session.get_outputs()}
+    roles = ROLES[card.layout]
+    if card.outputs:
+        chosen = {role: card.outputs[role] for role in roles}
+    elif set(roles) <= there.keys():
+        chosen = {role: role for role in roles}
+    else:
+        chosen = dict(zip(roles, there, strict=False))
+    missing = [name for name in chosen.values() if name not in there]
+    if missing or len(chosen) < len(roles):
+        raise NetworkError(
+            f"network {path}: the layout {card.layout} wants {', '.join(roles)}, the file gives {', '.join(there)}; "
+            "name them under outputs in the card"
+        )
+    for role, name in chosen.items():
+        if there[name] not in _NUMBERS:
+            raise NetworkError(f"network {path}: output {name} ({role}) is {there[name]}, no array of numbers")
+    return chosen
+
+
+@cache
+def _bound_memory() -> bool:
+    """Hold all sessions of this process to one bounded arena; say whether this build of onnxruntime can."""
+    place = onnxruntime.OrtMemoryInfo(
+        "Cpu", onnxruntime.OrtAllocatorType.ORT_ARENA_ALLOCATOR, 0, onnxruntime.OrtMemType.DEFAULT
+    )
+    try:
+        bound = onnxruntime.OrtArenaCfg({"max_mem": MAX_MEMORY_BYTES})
+        onnxruntime.create_and_register_allocator(place, bound)
+    except Exception:  # another part of this process has registered one already: its bound holds
+        return False
+    return True
+
+
+def _reason(problem: Exception) -> str:
+    """Return what onnxruntime said in one line, with what to do where it is known."""
+    text = " ".join(str(problem).split())
+    if "smaller than requested bytes" in text or "bad_alloc" in text or "Failed to allocate" in text:
+        return f"wants more than {MAX_MEMORY_BYTES / 1e9:.0f} GB of memory; use a smaller network or input size"
+    if "is not a registered function/op" in text or "custom" in text.lower():
+        return "uses operators that plain ONNX doesn't have; export it without custom operators"
+    if "Unsupported model IR version" in text or "opset" in text.lower():
+        return f"is of a newer ONNX than onnxruntime {onnxruntime.__version__} reads; export it with a lower opset"
+    return f"can't be run: {text.rsplit(' : ', 1)[-1][:200]}"

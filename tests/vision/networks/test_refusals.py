@@ -1,0 +1,172 @@
+"""Hostile and wrong networks and cards are refused by name, with what to do; nothing crashes and nothing is guessed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from onnx import TensorProto, helper
+
+from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
+from tests.vision.networks import graphs
+
+PHOTO = np.zeros((48, 64, 3), np.uint8)
+LOGITS = np.zeros((1, 3, 48, 64), np.float32)
+
+
+def refused(path: Path, task: Any = "segment") -> str:
+    with pytest.raises(NetworkError) as caught:
+        loaded = load(path, task)
+        if task == "segment":
+            NetworkSegmenter(loaded=loaded).sightings(PHOTO)
+        else:
+            NetworkDepth(loaded=loaded).estimate(PHOTO)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"layout": "yolov99"}, "layout: expected 'mask-rcnn'"),
+        ({"clases": []}, "did you mean classes"),
+        ({"classes": [{"id": 3, "name": "cat", "label": "other"}]}, "not one is a wall or a column"),
+        ({"classes": [{"id": 3, "name": n, "label": "wall"} for n in "ab"]}, "id 3 stands twice"),
+        ({"input": {"width_px": 64}}, "input.height_px: is missing"),
+        ({"input": graphs.INPUT | {"std": [1.0, 0.0, 1.0]}}, "must be positive"),
+        ({"input": graphs.INPUT | {"width_px": 100000}}, "expected 16 to 4096 px"),
+        ({"outputs": {"prototypes": "x"}}, "the layout semantic has logits"),
+        ({"file": "../tiny.onnx"}, "leaves the card's folder"),
+        ({"file": "/etc/passwd"}, "leaves the card's folder"),
+        ({"file": "gone.onnx"}, "is not there"),
+        ({"least_score": 2.0}, "expected 0 to 1"),
+    ],
+)
+def test_a_wrong_card_is_refused_by_its_key(tmp_path: Path, keys: dict[str, Any], says: str) -> None:
+    path = graphs.card(tmp_path, graphs.constant({"logits": LOGITS}), **({"layout": "semantic"} | keys))
+    message = refused(path)
+    assert says in message
+    assert "card.yaml" in message
+
+
+def test_a_missing_card_is_refused(tmp_path: Path) -> None:
+    assert "no such file" in refused(tmp_path / "nothing.yaml")
+
+
+def test_a_depth_network_is_no_segmenter(tmp_path: Path) -> None:
+    path = graphs.card(tmp_path, graphs.echo(), "inverse-depth")
+    assert "is for depth, it is named for segment" in refused(path)
+
+
+@pytest.mark.parametrize("data", [b"", b"hello, this is a text file and no network", os.urandom(4096), b"\xff" * 400])
+def test_what_is_no_onnx_file_is_refused(tmp_path: Path, data: bytes) -> None:
+    message = refused(graphs.card(tmp_path, data, "semantic"))
+    assert "tiny.onnx" in message
+
+
+def test_half_an_onnx_file_is_refused(tmp_path: Path) -> None:
+    data = graphs.constant({"logits": LOGITS}).SerializeToString()
+    assert "damaged" in refused(graphs.card(tmp_path, data[: len(data) // 2], "semantic"))
+
+
+def test_every_cut_of_a_file_is_refused_or_loads_but_never_crashes(tmp_path: Path) -> None:
+    data = graphs.echo().SerializeToString()
+    path = tmp_path / "cut.onnx"
+    for end in range(0, len(data), 7):
+        path.write_bytes(data[:end])
+        try:
+            check_onnx_file(path)
+        except NetworkError as problem:
+            assert "cut.onnx" in str(problem)
+
+
+@pytest.mark.parametrize("place", ["../secret.bin", "/etc/hostname", "a/../../secret.bin", "C:\\secret.bin", ""])
+def test_data_outside_the_networks_folder_are_refused(tmp_path: Path, place: str) -> None:
+    (tmp_path / "secret.bin").write_bytes(b"\0" * 64)
+    inside = tmp_path / "net"
+    inside.mkdir()
+    network = graphs.constant({"logits": LOGITS})
+    tensor = network.graph.initializer[0]
+    tensor.ClearField("raw_data")
+    tensor.data_location = TensorProto.EXTERNAL
+    entry = tensor.external_data.add()
+    entry.key, entry.value = "location", place
+    message = refused(graphs.card(inside, network, "semantic"))
+    assert "outside its folder" in message
+
+
+def test_data_beside_the_network_are_read(tmp_path: Path) -> None:
+    logits = np.stack([np.full((48, 64), v, np.float32) for v in (-5.0, 5.0, -5.0)])[None]
+    network = graphs.constant({"logits": logits})
+    tensor = network.graph.initializer[0]
+    (tmp_path / "weights.bin").write_bytes(tensor.raw_data)
+    tensor.ClearField("raw_data")
+    tensor.data_location = TensorProto.EXTERNAL
+    entry = tensor.external_data.add()
+    entry.key, entry.value = "location", "weights.bin"
+    path = graphs.card(tmp_path, network, "semantic")
+    ((meaning, one),) = NetworkSegmenter(loaded=load(path, "segment")).sightings(PHOTO)
+    assert meaning == "wall"
+    assert one.mask.all()
+
+
+def test_a_network_that_wants_too_much_memory_is_refused_before_it_gets_it(tmp_path: Path) -> None:
+    assert "GB of memory" in refused(graphs.card(tmp_path, graphs.greedy(60_000), "semantic"))  # 14 GB
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_nan_and_infinity_are_refused(tmp_path: Path, value: float) -> None:
+    logits = LOGITS.copy()
+    logits[0, 1, 5, 5] = value
+    assert "NaN or infinity" in refused(graphs.card(tmp_path, graphs.constant({"logits": logits}), "semantic"))
+
+
+def test_an_operator_that_onnx_does_not_have_is_refused(tmp_path: Path) -> None:
+    node = helper.make_node("RunShell", ["image"], ["logits"], domain="evil")
+    info = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [1, 3, 48, 64])
+    network = graphs.model([node], [info], [], ["image"])
+    network.opset_import.append(helper.make_opsetid("evil", 1))
+    assert "operators that plain ONNX doesn't have" in refused(graphs.card(tmp_path, network, "semantic"))
+
+
+def test_an_input_of_another_size_than_the_cards_is_refused(tmp_path: Path) -> None:
+    path = graphs.card(
+        tmp_path, graphs.constant({"logits": LOGITS}), "semantic", input={"width_px": 320, "height_px": 320}
+    )
+    assert "has shape [1, 3, 48, 64], the card says [1, 3, 320, 320]" in refused(path)
+
+
+@pytest.mark.parametrize(
+    ("layout", "answer"),
+    [
+        ("semantic", {"logits": np.zeros((3, 48, 64), np.float32)}),
+        ("query", {"logits": np.zeros((1, 5, 4), np.float32), "masks": np.zeros((1, 4, 12, 16), np.float32)}),
+        ("yolo-seg", {"p": np.zeros((1, 34, 9), np.float32), "q": np.zeros((1, 32, 12, 16), np.float32)}),
+        (
+            "mask-rcnn",
+            {
+                "boxes": np.zeros((2, 4), np.float32), "labels": np.zeros(3, np.int64),
+                "scores": np.zeros(2, np.float32), "masks": np.zeros((2, 1, 28, 28), np.float32),
+            },
+        ),
+    ],
+)  # fmt: skip
+def test_answers_of_another_shape_than_the_layouts_are_refused(
+    tmp_path: Path, layout: str, answer: dict[str, np.ndarray]
+) -> None:
+    message = refused(graphs.card(tmp_path, graphs.constant(answer), layout))
+    assert f"the layout {layout} wants" in message
+
+
+def test_too_few_outputs_are_refused_with_those_that_there_are(tmp_path: Path) -> None:
+    message = refused(graphs.card(tmp_path, graphs.constant({"p": LOGITS}), "query"))
+    assert "the layout query wants logits, masks, the file gives p" in message
+
+
+def test_an_output_named_in_the_card_must_be_there(tmp_path: Path) -> None:
+    path = graphs.card(tmp_path, graphs.constant({"p": LOGITS}), "semantic", outputs={"logits": "q"})
+    assert "the file gives p" in refused(path)
