@@ -24,7 +24,7 @@ class Line:
 
 def line(what: str, figure: str, limit: str, n: int, holds: bool, least_n: int = LEAST_N) -> Line:
     """Judge a line: it fails where its n is too small, whatever its figure."""
-    return Line(what=what, figure=figure, limit=limit, n=n, holds=holds and n >= least_n)
+    return Line(what=what, figure=figure, limit=limit, n=n, holds=bool(holds and n >= least_n))
 
 
 def told(what: str, figure: str, n: int) -> Line:

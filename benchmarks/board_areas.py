@@ -1,0 +1,79 @@
+"""The area of a board in a pair of photos, by the plane and polygon code that measures walls."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt_bim.camera.board import Board, find_board, same_way_round
+from asbuilt_bim.camera.photo import Photo, decode
+from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectify
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of
+from asbuilt_bim.geometry.plane import frame_on_plane
+from asbuilt_bim.geometry.polygon import contains, polygon, ring_area
+from asbuilt_bim.measure.refine import pictures, refine_plane
+from asbuilt_bim.vision.stereo import grey
+
+CORNER_SIGMA_PX = 0.1
+
+
+def area_errors(
+    pair: tuple[Photo, Photo], board: Board, rig: StereoRig, prepared: Rectification
+) -> tuple[float, float] | None:
+    """Return the relative errors of the board's area: its plane from the corners, and from the pixels within.
+
+    The outline is the ring of its outer inner-corners in the left photo, met with the plane, by Green's theorem. None
+    where the board isn't found in both photos; NaN where the pixels don't hold the plane.
+    """
+    images = [decode(photo) for photo in pair]
+    seen = [find_board(image, board) for image in images]
+    if seen[0] is None or seen[1] is None:
+        return None
+    numbered = same_way_round(seen[0], seen[1], board)
+    left, right = _rectified(rig, prepared, seen[0].pixels, 0), _rectified(rig, prepared, numbered.pixels, 1)
+    rays = _rays(prepared, left)
+    corner_q, _ = fit_q(rays, left[:, 0] - right[:, 0], np.full(len(left), CORNER_SIGMA_PX))
+    ring = left[_border(board)]
+    pixel_q = _pixel_plane(rectify(prepared, images[0], images[1], pair[0].name), prepared, ring, corner_q)
+    true_m2 = (board.inner[0] - 1) * (board.inner[1] - 1) * board.square_m**2
+    return _area(corner_q, ring, prepared) / true_m2 - 1.0, _area(pixel_q, ring, prepared) / true_m2 - 1.0
+
+
+def _pixel_plane(both: RectifiedPair, prepared: Rectification, ring: FloatArray, start: FloatArray) -> FloatArray:
+    """Refine the plane on the pixels within the ring, as faces are; NaN where they don't hold it."""
+    rows, columns = np.indices(both.valid_left.shape)
+    every = np.stack([columns, rows], axis=-1).astype(np.float64)
+    levels = pictures(grey(both.left), grey(both.right), both.valid_right)
+    fit = refine_plane(levels, _rays(prepared, every), contains(polygon([ring]), every), start)
+    return fit.q_px if fit is not None else np.full(3, np.nan)
+
+
+def _border(board: Board) -> FloatArray:
+    """Return the indices of the corners round the board's outline, in order."""
+    across, down = board.inner
+    grid = np.arange(across * down).reshape(down, across)
+    return np.concatenate([grid[0], grid[1:, -1], grid[-1, -2::-1], grid[-2:0:-1, 0]])
+
+
+def _rectified(rig: StereoRig, prepared: Rectification, pixels: FloatArray, side: int) -> FloatArray:
+    """Carry pixels (N, 2) of an original photo to the rectified one."""
+    camera = prepared.camera
+    lens, turn = (rig.left, camera.rectified_from_left) if side == 0 else (rig.right, prepared.rectified_from_right)
+    turned = lens.rays(pixels) @ turn.T
+    return np.array(turned[:, :2] / turned[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px])
+
+
+def _rays(prepared: Rectification, pixels: FloatArray) -> FloatArray:
+    camera = prepared.camera
+    rays = (pixels - [camera.cx_px, camera.cy_px]) / camera.f_px
+    return np.concatenate([rays, np.ones((*rays.shape[:-1], 1))], axis=-1)
+
+
+def _area(q_px: FloatArray, ring: FloatArray, prepared: Rectification) -> float:
+    """Return the area that a ring of rectified pixels (N, 2) encloses on the plane of q (3,)."""
+    if not np.all(np.isfinite(q_px)):
+        return float("nan")
+    plane = plane_of(q_px, prepared.camera.f_px * prepared.camera.baseline_m)
+    points = plane.intersect(np.zeros(3), _rays(prepared, ring))
+    return abs(ring_area(frame_on_plane(plane, points[0], [0.0, -1.0, 0.0]).to_uv(points)))

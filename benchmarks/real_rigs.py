@@ -1,0 +1,150 @@
+"""Real photographs: boards measured by rigs that never saw them, a published rig's scale, laser truth of disparity.
+
+python benchmarks/real_rigs.py --check --json figures.json      about two minutes
+python benchmarks/real_rigs.py --quick                          one real rig and the laser
+
+The photographs are not part of the project: ASBUILT_BIM_DATA names their folder (default ../shared/data). What is
+absent is said and not judged. The halves of a rig show consistency only: a board of another size cancels out.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import yaml
+from board_areas import area_errors
+from laser_truth import laser_lines
+from table import Line, line, options, report, told
+
+from asbuilt_bim.camera.board import Board
+from asbuilt_bim.camera.calibrate import calibrate_stereo
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.photo import Photo, read_photo
+from asbuilt_bim.camera.rectify import rectification
+from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.errors import CalibrationError
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import inverse
+
+DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[1] / "../shared/data"))
+CHESS = {
+    "sourishg": Board(kind="chessboard", columns=9, rows=6, square_m=0.02423),
+    "stereopi": Board(kind="chessboard", columns=9, rows=6, square_m=0.025),
+    "barry": Board(kind="chessboard", columns=9, rows=6, square_m=0.025),
+    "euroc": Board(kind="chessboard", columns=7, rows=6, square_m=0.06),
+}
+HALVES_LIMIT, SCALE_LIMIT = 0.008, 0.02
+FEWEST_HALF = 10
+"""Boards of one half of a real rig: there are 29 and 30 pairs, and no more to be had."""
+Pairs = list[tuple[Photo, Photo]]
+
+
+def photo_pairs(folder: str, pattern: str, right_of: Callable[[Path], Path] | None = None) -> Pairs:
+    """Read the pairs of photos of a folder; none where it is absent."""
+    right = right_of or (lambda path: path.with_name(path.name.replace("left", "right")))
+    return [(read_photo(left), read_photo(right(left))) for left in sorted((DATA / folder).glob(pattern))]
+
+
+def errors_by(rig: StereoRig, pairs: Pairs, board: Board) -> FloatArray:
+    """Return the area errors (N, 2) of the boards that are found: plane from corners, plane from pixels."""
+    prepared = rectification(rig)
+    found = [area_errors(pair, board, rig, prepared) for pair in pairs]
+    return np.array([one for one in found if one is not None]).reshape(-1, 2)
+
+
+def halves_lines(name: str, pairs: Pairs) -> list[Line]:
+    """Calibrate on each half of a rig's pairs and measure the boards of the other half."""
+    if not pairs:
+        return [told(f"{name}: absent, not judged", "", 0)]
+    board, medians, everything = CHESS[name], [], []
+    for start in (0, 1):
+        rig = calibrate_stereo(pairs[start::2], board).rig
+        errors = errors_by(rig, pairs[1 - start :: 2], board)
+        medians.append(np.nanmedian(np.abs(errors), axis=0))
+        everything.append(errors)
+    all_errors = np.concatenate(everything)
+    mean, n = np.mean(medians, axis=0), len(all_errors)
+    what = f"{name}: board's area by the other half's rig, mean of the two medians"
+    return [
+        line(what, f"{mean[0]:.2%}", f"<= {HALVES_LIMIT:.1%}", n, mean[0] <= HALVES_LIMIT, least_n=2 * FEWEST_HALF),
+        told("  plane from the pixels of both photos instead", f"{mean[1]:.2%}", n),
+        told("  signed median, corners / pixels", " / ".join(f"{m:+.2%}" for m in np.nanmedian(all_errors, axis=0)), n),
+        told("  worst, corners / pixels", " / ".join(f"{m:.2%}" for m in np.nanmax(np.abs(all_errors), axis=0)), n),
+    ]
+
+
+def scale_lines() -> list[Line]:
+    """Measure a board of known squares with the EuRoC rig as it was published."""
+    folder = DATA / "stereo/euroc"
+    lefts = sorted((folder / "pairs/cam0").glob("*.png"))
+    if not lefts:
+        return [told("euroc: absent, not judged", "", 0)]
+    pairs = [(read_photo(left), read_photo(folder / "pairs/cam1" / left.name)) for left in lefts]
+    errors = errors_by(published_rig(folder), pairs, CHESS["euroc"])
+    n = len(errors)
+    if not n:
+        return [line("euroc: the board is found in no pair", "", f"<= {SCALE_LIMIT:.0%}", 0, False)]
+    median = np.nanmedian(errors, axis=0)
+    worst = np.nanmax(np.abs(errors), axis=0)
+    return [
+        line("euroc: board of 60 mm squares by the published rig, median", f"{median[0]:+.2%}", f"<= {SCALE_LIMIT:.0%}",
+             n, abs(median[0]) <= SCALE_LIMIT, least_n=1),
+        told("  plane from the pixels of both photos instead", f"{median[1]:+.2%}", n),
+        told("  worst, corners / pixels", f"{worst[0]:.2%} / {worst[1]:.2%}", n),
+        told("  pairs in which the board was found", f"{n} of {len(pairs)}", len(pairs)),
+    ]  # fmt: skip
+
+
+def published_rig(folder: Path) -> StereoRig:
+    """Read the two EuRoC sensor files (OpenCV's YAML dialect, read as plain YAML)."""
+    cameras, poses = [], []
+    for side in ("Left", "Right"):
+        text = (folder / f"{side}CameraParams.yaml").read_text(encoding="utf-8")
+        content = yaml.safe_load(text.partition("\n")[2])
+        fx, fy, cx, cy = content["intrinsics"]
+        width, height = content["resolution"]
+        lens = frozen([*content["distortion_coefficients"], 0.0])
+        K = frozen([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+        cameras.append(Intrinsics(K=K, distortion=lens, width_px=width, height_px=height))
+        poses.append(np.array(content["T_BS"]["data"]).reshape(4, 4))
+    unknown = frozen(np.zeros((len(PARAMETERS), len(PARAMETERS))))
+    right_from_left = frozen(inverse(poses[1]) @ poses[0])
+    return StereoRig(left=cameras[0], right=cameras[1], right_from_left=right_from_left, covariance=unknown)
+
+
+def refusal_lines(pairs: Pairs) -> list[Line]:
+    """Ask that a rig whose left and right photos are exchanged is refused by that name."""
+    if not pairs:
+        return [told("barry: absent, not judged", "", 0)]
+    try:
+        calibrate_stereo(pairs, CHESS["barry"])
+        said = "calibrated"
+    except CalibrationError as error:
+        said = str(error)
+    named = "left and right are swapped" in said
+    what = "barry: left and right exchanged, refused by name"
+    return [line(what, "yes" if named else said[:60], "yes", len(pairs), named, least_n=1)]
+
+
+def main() -> int:
+    """Measure what is there and print the table."""
+    args = options(__doc__ or "").parse_args()
+    if not DATA.is_dir():
+        print(f"no real photographs in {DATA}: set ASBUILT_BIM_DATA; nothing was judged")
+        return 0
+    lines = halves_lines("sourishg", photo_pairs("rigs/sourishg_24.23mm", "left*.jpg"))
+    if not args.quick:
+        lines += halves_lines("stereopi", photo_pairs("rigs/stereopi/pairs", "left*.png"))
+        lines += scale_lines()
+        lines += refusal_lines(photo_pairs("rigs/barry_swapped", "left*.jpg")[::3])
+    laser = DATA / "stereo/eth3d_playground"
+    lines += laser_lines(laser) if laser.is_dir() else [told("eth3d: absent, not judged", "", 0)]
+    return report("Real photographs", lines, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
