@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -84,6 +85,9 @@ class Task:
     elements: tuple[str, ...]  # GlobalIds
     schedule_start: datetime | None
     schedule_finish: datetime | None
+    outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
+    links: tuple[TaskLink, ...] = ()  # predecessors, by the GlobalId of their tasks
+    schedule_uid: str = ""  # what a schedule file beside the IFC knows it by
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,6 +129,7 @@ class BimModel:
     tasks: tuple[Task, ...]
     cost_lines: tuple[CostLine, ...]
     notes: tuple[str, ...]  # what the file holds that can't be used, in words
+    schedule: ScheduleSource | None = None  # the file beside the IFC that the tasks' dates came from
 
     def element(self, global_id: str) -> BimElement:
         """Return the element of a GlobalId.

@@ -9,6 +9,16 @@ from typing import Any
 import ifcopenshell.util.date
 
 from asbuilt_bim.bim.model import Task
+from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+
+_LINKS: dict[str, LinkKind] = {
+    "FINISH_START": "FS",
+    "START_START": "SS",
+    "FINISH_FINISH": "FF",
+    "START_FINISH": "SF",
+}
+MAX_OUTLINE = 50
+"""No schedule is indented deeper; a task that is its own summary ends here."""
 
 
 def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
@@ -31,9 +41,44 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
                 elements=made,
                 schedule_start=start,
                 schedule_finish=finish,
+                outline=_outline(task),
+                links=tuple(_links(task)),
             )
         )
     return tuple(tasks)
+
+
+def _outline(task: Any) -> tuple[str, ...]:
+    """Return the names of the summary tasks above a task, the outermost first."""
+    names: list[str] = []
+    while len(names) < MAX_OUTLINE:
+        above = getattr(task, "Nests", None) or getattr(task, "Decomposes", None) or ()
+        task = next((r.RelatingObject for r in above if r.is_a("IfcRelNests")), None)
+        if task is None or not task.is_a("IfcTask"):
+            break
+        names.append(task.Name or "")
+    return tuple(reversed(names))
+
+
+def _links(task: Any) -> Iterable[TaskLink]:
+    """Yield a task's predecessors; a lag that is a share of a duration counts as none."""
+    for relation in task.IsSuccessorFrom or ():
+        other = relation.RelatingProcess
+        if other is None or not other.is_a("IfcTask"):
+            continue
+        kind = _LINKS.get(relation.SequenceType or "", "FS")
+        yield TaskLink(predecessor=other.GlobalId, kind=kind, lag_h=_lag_h(relation.TimeLag))
+
+
+def _lag_h(lag: Any) -> float:
+    """Return a time lag in hours: IFC2X3 holds seconds, later schemas an IfcLagTime with a duration."""
+    if lag is None or isinstance(lag, int | float):
+        return float(lag or 0.0) / 3600.0
+    try:
+        duration = ifcopenshell.util.date.ifc2datetime(lag.LagValue.wrappedValue)
+        return float(duration.total_seconds()) / 3600.0
+    except (ValueError, TypeError, AttributeError):
+        return 0.0
 
 
 def _products(task: Any) -> Iterable[str]:

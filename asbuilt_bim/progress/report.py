@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Literal
 
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.surface import SurfaceState
@@ -82,6 +83,13 @@ class TaskProgress:
     actual_start: date | None  # first visit that saw something built; None where unknown
     actual_finish: date | None  # only when all its elements are complete
     late: bool | None  # schedule_finish passed and not complete; None where unknown
+    identification: str = ""
+    outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
+    links: tuple[TaskLink, ...] = ()
+    schedule_uid: str = ""  # what the schedule file knows it by, "" where there is none
+    planned: float | None = None  # share that the plan wants by the end of the visit's day
+    days_late: int | None = None  # behind the plan, by the best estimate; negative: ahead
+    days_late_least: int | None = None  # at least, whatever was not seen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -214,3 +222,4 @@ class ProgressReport:
     unobserved: tuple[str, ...]  # design face ids
     notes: tuple[str, ...]
     provenance: Provenance | None = None  # the edge fills it in
+    schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from datetime import date
 
 from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.bim.schedule import EVERY_DAY
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.match.matches import FaceMatch, MatchResult
 from asbuilt_bim.measure.station import StationMeasurement
@@ -50,6 +51,7 @@ def summarise(
         by_face.setdefault(match.face_id, []).append(match)
     stations = [station_record(p.measurement, p.pose, visit_date, by_face) for p in matched.stations]
     stations += [station_record(one, None, visit_date, {}) for one in unplaced]
+    calendar = design.schedule.calendar if design.schedule else EVERY_DAY
     bodies = {element.global_id: element for element in design.elements}
     return ProgressReport(
         project_name=design.project_name,
@@ -58,7 +60,7 @@ def summarise(
         elements=elements,
         storeys=_storeys(design, elements, of_element, told),
         whole=group("", "Whole", elements, of_element, told),
-        tasks=tuple(task_progress(t, progress, of_element, history, visit_date, told) for t in design.tasks),
+        tasks=tuple(task_progress(t, progress, of_element, history, visit_date, told, calendar) for t in design.tasks),
         cost_lines=tuple(cost_progress(line, bodies, progress, told) for line in design.cost_lines),
         faces=tuple(design_face_record(f, by_id[f.face_id]) for e in design.elements for f in e.faces),
         stations=tuple(sorted(stations, key=lambda record: record.name)),
@@ -66,6 +68,7 @@ def summarise(
         unmatched=matched.unmatched,
         unobserved=tuple(s.face_id for s in surfaces if s.built_area_m2 + s.open_area_m2 <= 0.0),
         notes=design.notes,
+        schedule=design.schedule,
     )
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import date
 
 from asbuilt_bim.bim.model import Task
+from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
 from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.planned import days_late, planned_share
 from asbuilt_bim.progress.report import ElementProgress, TaskProgress
 from asbuilt_bim.progress.rollup import group
 from asbuilt_bim.progress.surface import SurfaceState
@@ -20,6 +23,7 @@ def task_progress(
     history: VisitHistory,
     visit_date: date,
     options: ProgressOptions,
+    calendar: WorkCalendar = EVERY_DAY,
 ) -> TaskProgress:
     """Return a task's progress. Its start is the first visit that saw something of it built; its finish the first one
     that found all of its elements complete. A task with elements that aren't measured here is never finished here.
@@ -27,14 +31,21 @@ def task_progress(
     members = [elements[key] for key in task.elements if key in elements]
     every_known = len(members) == len(task.elements) and bool(members)
     complete = every_known and all(element.state == "complete" for element in members)
-    return TaskProgress(
+    made = TaskProgress(
         progress=group(task.global_id, task.name, members, surfaces, options),
         schedule_start=task.schedule_start,
         schedule_finish=task.schedule_finish,
         actual_start=_start(members, history, visit_date),
         actual_finish=_finish(members, history, visit_date) if complete else None,
         late=_late(task, members, complete, visit_date),
+        identification=task.identification,
+        outline=task.outline,
+        links=task.links,
+        schedule_uid=task.schedule_uid,
+        planned=planned_share(task.schedule_start, task.schedule_finish, visit_date, calendar),
     )
+    best, least = days_late(made, made.progress.completion, visit_date, calendar)
+    return replace(made, days_late=best, days_late_least=least)
 
 
 def _start(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date | None:

@@ -15,7 +15,7 @@ from asbuilt_bim.report.validate import first_faults
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
-MINOR = 0  # raised when keys are added
+MINOR = 1  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is not one of ours, or would fill the memory
 REMEDY = "run the visit again, or take the file of another run folder"
 

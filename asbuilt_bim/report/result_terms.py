@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-SHARES = frozenset({"best", "lower", "upper", "coverage", "surface_coverage"})
+SHARES = frozenset({"best", "lower", "upper", "coverage", "surface_coverage", "planned"})
 """Keys that hold a share in 0..1."""
 
 CLASSES = {
@@ -18,6 +18,11 @@ CLASSES = {
     "FaceRecord": "A measured face and what it was matched to.",
     "Rejection": "What was left out and why: the value against its limit, and what to do about it.",
     "Provenance": "What the numbers were made from.",
+    "TaskLink": "A predecessor of a task.",
+    "ScheduleSource": "The schedule file beside the IFC that planned dates were read from.",
+    "WorkCalendar": "Working time: the seven weekdays and the dates that differ.",
+    "WorkDay": "What is worked on one day of the week, or on one date.",
+    "WorkSpan": "A piece of a day that is worked.",
 }
 
 TERMS = {
@@ -76,6 +81,29 @@ TERMS = {
     "actual_start": "First visit that saw something built; null where unknown.",
     "actual_finish": "Visit that saw all its elements complete; null before.",
     "late": "Planned finish has passed and it is not complete; null where unknown.",
+    "TaskProgress.identification": "Identification of the task in the IFC file or the schedule.",
+    "outline": "Names of the summary tasks above it, the outermost first.",
+    "links": "The task's predecessors.",
+    "schedule_uid": "What the schedule file knows the task by, empty where there is none.",
+    "planned": "Share that the plan wants done by the end of the visit's day; null without planned dates.",
+    "days_late": "Whole days behind the plan by the best estimate, negative when ahead; null where unknown.",
+    "days_late_least": "Whole days behind the plan at least, whatever was not seen; null without planned dates.",
+    "schedule": "The schedule file beside the IFC that planned dates were read from; null where there is none.",
+    "predecessor": "GlobalId of the other task, or what the schedule file knows it by.",
+    "TaskLink.kind": "FS, SS, FF or SF: which end of the predecessor holds which end of this task.",
+    "lag_h": "Lag in working hours, negative for a lead.",
+    "ScheduleSource.name": "Name of the file.",
+    "digest": "SHA-256 of the file.",
+    "ScheduleSource.kind": "What sort of file it is.",
+    "calendar": "The working time that planned shares are counted in.",
+    "WorkCalendar.name": "The calendar's name.",
+    "week": "Monday to Sunday.",
+    "exceptions": "Dates that differ.",
+    "weekday": "0 is Monday; null for a date.",
+    "WorkDay.day": "The date; null for a day of the week.",
+    "spans": "Pieces of the day that are worked.",
+    "from_min": "First minute, from midnight.",
+    "to_min": "Minute at which it ends, from midnight.",
     "identification": "Identification in the cost schedule.",
     "unit": "The line's own unit.",
     "measure": "What the quantity measures: volume, area, length or count.",

@@ -1,0 +1,166 @@
+"""Planned against actual: what the plan wanted by the status date, how late a task is, which elements are late."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from typing import Literal
+
+from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
+from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
+
+Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
+"""What a task's number is: the best estimate, a lower bound, a zero that was seen, or nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskVerdict:
+    """What a schedule is told of a task: `share` is None where it is told nothing."""
+
+    knowledge: Knowledge
+    share: float | None  # 0..1
+    finished: bool  # all its elements are complete
+    note: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LateElement:
+    """An element that should stand, by every task that makes it, and was seen not to."""
+
+    element: ElementProgress
+    task: str  # the one with the latest planned finish
+    due: date
+    days_late: int
+
+
+def verdict(task: TaskProgress) -> TaskVerdict:
+    """Return what a schedule may be told of a task; the same rule as in the IFC copy.
+
+    Where some of its elements are unknown the lower bound is what counts, and the note says so. Nothing is told of an
+    unknown task: what the schedule holds of it stays as it is.
+    """
+    progress, done = task.progress, task.progress.completion
+    if done.best is None:
+        return TaskVerdict(knowledge="unknown", share=None, finished=False, note=_unknown_note(task))
+    if task.actual_finish is not None:
+        seen = f"Seen complete: all {len(progress.elements)} elements. Measured {done.best * 100:.1f} %."
+        return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=seen)
+    if progress.unknown:
+        text = (
+            f"Part measured: at least {done.lower * 100:.1f} % (lower bound), possibly {done.upper * 100:.1f} %; "
+            f"{progress.unknown} of {len(progress.elements)} elements are unknown."
+        )
+        return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=text)
+    if done.best <= 0.0:
+        return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note="Measured: nothing is built yet.")
+    text = f"Measured {done.best * 100:.1f} % ({done.lower * 100:.1f} to {done.upper * 100:.1f} %)."
+    return TaskVerdict(knowledge="measured", share=min(done.best, 1.0), finished=False, note=text)
+
+
+def _unknown_note(task: TaskProgress) -> str:
+    begun = f" Something of it was seen built by {task.actual_start.isoformat()}." if task.actual_start else ""
+    return f"Unknown: too little was seen to say.{begun}"
+
+
+def planned_share(
+    start: datetime | None, finish: datetime | None, day: date, calendar: WorkCalendar = EVERY_DAY
+) -> float | None:
+    """Return the share (0..1) that the plan wants done by the end of a day: working time gone by of all working time.
+
+    None where the plan has no start or no finish, or they are the wrong way round.
+    """
+    if start is None or finish is None or finish < start:
+        return None
+    status = _end_of(day)
+    if status >= finish:
+        return 1.0
+    if status <= start:
+        return 0.0
+    whole = calendar.hours(start, finish)
+    return min(1.0, calendar.hours(start, status) / whole) if whole > 0.0 else 0.0
+
+
+def days_late(
+    task: TaskProgress, completion: Completion, day: date, calendar: WorkCalendar = EVERY_DAY
+) -> tuple[int | None, int | None]:
+    """Return how many whole days a task is behind its plan: by the best estimate, and at least (upper bound).
+
+    A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now;
+    a finished one, as its finish was seen after the planned one. Negative is ahead. The first is None where the
+    completion is unknown, both where there is no plan.
+    """
+    start, finish = task.schedule_start, task.schedule_finish
+    if finish is None or (start is not None and finish < start):
+        return None, None
+    if task.actual_finish is not None:
+        late = (task.actual_finish - finish.date()).days
+        return late, late
+    if start is None:  # only whether the finish has passed can be told
+        passed = max(0, (day - finish.date()).days)
+        return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else 0)
+    best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
+    least = 0 if completion.upper >= 1.0 else max(0, _behind(start, finish, completion.upper, day, calendar))
+    return best, least
+
+
+def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
+    """Return the elements seen unfinished after the latest planned finish of their tasks, the latest first."""
+    due = _due(report)
+    late: tuple[State, ...] = ("part", "not started")
+    found = [
+        LateElement(
+            element=e, task=due[e.global_id][1], due=due[e.global_id][0], days_late=_days(due[e.global_id][0], report)
+        )
+        for e in report.elements
+        if e.global_id in due and e.state in late and due[e.global_id][0] < report.visit_date
+    ]
+    return tuple(sorted(found, key=lambda one: (-one.days_late, one.element.name, one.element.global_id)))
+
+
+def due_but_unknown(report: ProgressReport) -> int:
+    """Return how many elements should stand and were seen too little to say."""
+    due = _due(report)
+    return sum(
+        1
+        for e in report.elements
+        if e.state == "unknown" and e.global_id in due and due[e.global_id][0] < report.visit_date
+    )
+
+
+def calendar_of(report: ProgressReport) -> WorkCalendar:
+    """Return the working time that planned shares are counted in."""
+    return report.schedule.calendar if report.schedule else EVERY_DAY
+
+
+def _due(report: ProgressReport) -> Mapping[str, tuple[date, str]]:
+    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out."""
+    due: dict[str, tuple[date, str]] = {}
+    open_ended: set[str] = set()
+    for task in report.tasks:
+        for key in task.progress.elements:
+            if task.schedule_finish is None:
+                open_ended.add(key)
+            elif key not in due or task.schedule_finish.date() > due[key][0]:
+                due[key] = (task.schedule_finish.date(), task.progress.name)
+    return {key: value for key, value in due.items() if key not in open_ended}
+
+
+def _days(due: date, report: ProgressReport) -> int:
+    return (report.visit_date - due).days
+
+
+def _behind(start: datetime, finish: datetime, share: float, day: date, calendar: WorkCalendar) -> int:
+    """Return the whole days from when the plan wanted `share` to the end of `day`; 0 before the plan begins."""
+    status = _end_of(day)
+    if share <= 0.0 and status <= start:
+        return 0
+    whole = calendar.hours(start, finish)
+    wanted = finish if share >= 1.0 or whole <= 0.0 else calendar.after(start, share * whole)
+    days = (status - wanted) / timedelta(days=1)
+    return math.floor(days) if days >= 0.0 else math.ceil(days)
+
+
+def _end_of(day: date) -> datetime:
+    return datetime(day.year, day.month, day.day) + timedelta(days=1)
