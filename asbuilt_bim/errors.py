@@ -8,8 +8,10 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
 ├── NetworkError              a network or its card can't be used: damaged, hostile, of another layout
+├── ScheduleError              the schedule beside the IFC can't be used: no MS Project XML, P6 XML or CSV, damaged
 ├── ResultError               a result file is damaged or doesn't belong to this design
 ├── OutputError               outputs can't be written: place, rights, disk full
+├── PluginError               another package's plugin is missing, doubled, or fails
 └── MissingExtraError         an optional part isn't installed; the message holds the pip line
 
 A station that can't be used is no exception: it is a `Rejection`, and the other stations count.
@@ -50,6 +52,10 @@ class DesignError(AsBuiltError):
 
 class NetworkError(AsBuiltError):
     """A network, or its card, can't be used."""
+
+
+class ScheduleError(AsBuiltError):
+    """The schedule file beside the IFC can't be used."""
 
 
 class ResultError(AsBuiltError):

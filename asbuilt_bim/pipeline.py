@@ -24,6 +24,8 @@ from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.rig_source import rig_of
+from asbuilt_bim.schedule.read import read_schedule
+from asbuilt_bim.schedule.tie import with_schedule
 from asbuilt_bim.stations import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.stopwatch import Stopwatch
 
@@ -80,6 +82,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     watch = Stopwatch()
     with watch.step("read the IFC"):
         design = read_design(project.ifc, project.scope)
+        if project.schedule is not None:
+            design = with_schedule(design, read_schedule(project.schedule))
         survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
         stray = check_survey(survey, design)
     with watch.step("rig"):

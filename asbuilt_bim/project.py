@@ -55,6 +55,8 @@ class Project:
     survey: Path
     visits: tuple[Visit, ...]
     options: Options
+    schedule: Path | None = None
+    writers: tuple[str, ...] = ()
 
     @property
     def folder(self) -> Path:
@@ -67,7 +69,8 @@ class Project:
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [self.rig.file] if self.rig.file else []
-        return (self.path, self.ifc, self.survey, *rig, *boards, *photos)
+        schedule = [self.schedule] if self.schedule else []
+        return (self.path, self.ifc, self.survey, *schedule, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -104,6 +107,9 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         pairs=checker.pairs(boards.left, boards.right, "rig.boards") if boards else (),
     )
     visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(written.visits)]
+    for index, name in enumerate(written.writers):
+        if reason := safe_name(name):  # it becomes a folder's name
+            checker.problems.add(f"writers[{index}]", reason)
     _check_dates(written.visits, checker.problems)
     return Project(
         path=path,
@@ -116,6 +122,8 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         survey=checker.file(written.markers.survey, "markers.survey"),
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
+        schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
+        writers=tuple(dict.fromkeys(written.writers)),
     )
 
 

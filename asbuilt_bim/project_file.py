@@ -106,3 +106,5 @@ class ProjectFile:
     target: TargetFile = field(default_factory=TargetFile)
     options: Options = field(default_factory=Options)
     scope: str | None = None
+    schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV
+    writers: tuple[str, ...] = ()  # report writers that other packages add

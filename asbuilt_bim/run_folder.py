@@ -22,9 +22,17 @@ from asbuilt_bim.errors import OutputError
 from asbuilt_bim.run_lock import run_lock
 
 CURRENT = "current.json"
-COPIED = ("result.json", "quantities.csv", "quantities.xlsx", "report.html")
+COPIED = (
+    "result.json",
+    "quantities.csv",
+    "quantities.xlsx",
+    "tasks.csv",
+    "schedule.msp.xml",
+    "schedule.p6.xml",
+    "report.html",
+)
 """What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""
-COPIED_FOLDERS = ("overlays",)
+COPIED_FOLDERS = ("overlays", "extra")
 _PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 _RUN_NAME = re.compile(r"runs/[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
 
@@ -112,7 +120,7 @@ class OutputFolder:
         for relative in wanted:
             target = self.path / relative
             try:
-                target.parent.mkdir(exist_ok=True)
+                target.parent.mkdir(parents=True, exist_ok=True)
                 _replace_bytes(target, (run / relative).read_bytes())
             except OSError as problem:
                 yield (
@@ -207,7 +215,7 @@ def _check_sources(path: Path, sources: Iterable[Path]) -> None:
 def _copies(run: Path) -> list[Path]:
     """Return what is copied from a run folder, relative to it."""
     models = [f.name for f in sorted(run.glob("*.asbuilt.ifc"))]
-    deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).glob("*")) if f.is_file()]
+    deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).rglob("*")) if f.is_file()]
     return [*deep, *(Path(name) for name in (*models, *COPIED) if (run / name).is_file())]  # the page last
 
 

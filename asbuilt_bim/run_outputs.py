@@ -15,10 +15,12 @@ from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.ifc.source import file_digest
 from asbuilt_bim.ifc.writer import write_asbuilt
 from asbuilt_bim.pipeline import RunResult
+from asbuilt_bim.plugins import Plugin
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.project import Project
 from asbuilt_bim.report.document import read_result, write_result
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
+from asbuilt_bim.report.writers import run_writers, writers_of
 from asbuilt_bim.run_folder import OutputFolder, Published
 from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
@@ -26,14 +28,17 @@ from asbuilt_bim.version import __version__
 from asbuilt_bim.version_info import library_versions
 
 
-def publish_run(out: OutputFolder, result: RunResult, project: Project, when: datetime) -> Published:
-    """Write a run's files into a run folder of its own and make it current.
+def publish_run(
+    out: OutputFolder, result: RunResult, project: Project, when: datetime, writers: Sequence[Plugin] = ()
+) -> Published:
+    """Write a run's files into a run folder of its own and make it current; `writers` are other packages'.
 
     Raises:
         OutputError: something can't be written; the earlier run stays current.
     """
     made_from = provenance(result, project, when)
     reports = [replace(report, provenance=made_from) for report in result.reports]
+    warnings: list[str] = []
 
     def write(folder: Path) -> None:
         _write_pictures(folder, result.pictures)
@@ -43,8 +48,10 @@ def publish_run(out: OutputFolder, result: RunResult, project: Project, when: da
             write_result(report, folder / "visits" / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
         _write_views(folder, reports[-1], reports[:-1], project.ifc)
+        warnings.extend(run_writers(writers, reports[-1], folder))
 
-    return out.publish(write, when=when, digest=_digest(made_from, reports), ifc=_from(out.path, project.ifc))
+    published = out.publish(write, when=when, digest=_digest(made_from, reports), ifc=_from(out.path, project.ifc))
+    return replace(published, warnings=(*warnings, *published.warnings))
 
 
 def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Published:
@@ -60,6 +67,8 @@ def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Publis
     report = read_result(current.folder / "result.json")
     source = ifc or out.path / current.ifc
     _check_ifc(source, report)
+    writers, missing = writers_of(current.folder)
+    warnings = list(missing)
 
     def write(folder: Path) -> None:
         for name in ("pictures", "visits"):
@@ -70,9 +79,11 @@ def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Publis
                 shutil.copyfile(current.folder / name, folder / name)
         earlier = [read_result(path) for path in sorted((folder / "visits").glob("*.json"))]
         _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], source)
+        warnings.extend(run_writers(writers, report, folder))
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
-    return out.publish(write, when=when, digest=digest, ifc=_from(out.path, source))
+    published = out.publish(write, when=when, digest=digest, ifc=_from(out.path, source))
+    return replace(published, warnings=(*warnings, *published.warnings))
 
 
 def previous_result(out: OutputFolder) -> ProgressReport | None:

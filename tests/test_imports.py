@@ -27,6 +27,7 @@ LEVEL = {
 }
 BESIDE = {  # what stands beside the flow, and all that it may know of
     "scale": {"errors", "scale"},
+    "schedule": {"errors", "bim", "schedule"},
     "ifc": {"errors", "version", "geometry", "bim", "progress", "ifc"},
 }
 STRANGERS = [("camera", "bim"), ("bim", "camera"), ("vision", "bim"), ("measure", "bim"), ("vision", "match")]

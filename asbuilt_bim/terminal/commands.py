@@ -14,6 +14,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project import Project, Visit, read_project
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
+from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.rig_source import calibrate
 from asbuilt_bim.run_folder import Published, open_output, output_error
 from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run
@@ -50,13 +51,14 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         AsBuiltError: there is no result, with the reason.
     """
     project = _until(read_project(request.project, allow_outside=request.allow_outside), request.until)
+    writers = load_writers(project.writers)
     cache = Cache(folder=None if request.no_cache else default_folder())
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
     with open_output(request.out, project.sources) as out:
         before = previous_result(out)
         with screen.steps() as progress:
             result = run_project(project, place, progress)
-        published = publish_run(out, result, project, when)
+        published = publish_run(out, result, project, when, writers)
     cache.prune()
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):

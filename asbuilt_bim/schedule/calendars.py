@@ -1,0 +1,108 @@
+"""The working time of a schedule file: the calendar that its project counts in by default."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from datetime import date, datetime, time, timedelta
+
+from asbuilt_bim.bim.schedule import DAY_MIN, EVERY_DAY, WorkCalendar, WorkDay, WorkSpan
+from asbuilt_bim.schedule.rows import moment
+from asbuilt_bim.schedule.safe_xml import child, children, text
+
+MAX_EXCEPTIONS = 20_000
+"""Fifty years of days; more are a damaged file."""
+_DAYS = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+_OFFICE = (WorkSpan(from_min=480, to_min=720), WorkSpan(from_min=780, to_min=1020))  # MS Project's own default
+
+
+def msp_calendar(root: ET.Element) -> WorkCalendar:
+    """Return the project's calendar of an MS Project document, with what it takes from the calendar it is based on."""
+    by_uid = {text(one, "UID"): one for one in children(child(root, "Calendars"), "Calendar")}
+    own = by_uid.get(text(root, "CalendarUID"))
+    if own is None:
+        return EVERY_DAY
+    week: dict[int, tuple[WorkSpan, ...]] = {n: _OFFICE if n < 5 else () for n in range(7)}
+    exceptions: dict[date, tuple[WorkSpan, ...]] = {}
+    base = by_uid.get(text(own, "BaseCalendarUID"))
+    for calendar in (base, own) if base is not None and base is not own else (own,):
+        for day in children(child(calendar, "WeekDays"), "WeekDay"):
+            spans = tuple(_msp_spans(day))
+            kind = text(day, "DayType")
+            if kind in {"1", "2", "3", "4", "5", "6", "7"}:
+                week[(int(kind) + 5) % 7] = spans  # 1 is Sunday
+            else:
+                exceptions.update(dict.fromkeys(_period(day), spans))
+        for other in children(child(calendar, "Exceptions"), "Exception"):
+            if text(other, "Type") in ("", "0", "1"):  # the others recur, and their period isn't all of it
+                exceptions.update(dict.fromkeys(_period(other), tuple(_msp_spans(other))))
+    return _made(text(own, "Name"), week, exceptions)
+
+
+def p6_calendar(root: ET.Element) -> WorkCalendar:
+    """Return the default calendar of a P6 document's first project."""
+    project = child(root, "Project")
+    wanted = text(project, "ActivityDefaultCalendarObjectId")
+    calendars = [*children(root, "Calendar"), *children(project, "Calendar")]
+    own = next((one for one in calendars if text(one, "ObjectId") == wanted), None)
+    if own is None:
+        return EVERY_DAY
+    week: dict[int, tuple[WorkSpan, ...]] = dict.fromkeys(range(7), ())
+    for day in children(child(own, "StandardWorkWeek"), "StandardWorkHours"):
+        if text(day, "DayOfWeek") in _DAYS:
+            week[_DAYS.index(text(day, "DayOfWeek"))] = tuple(_p6_spans(day))
+    exceptions: dict[date, tuple[WorkSpan, ...]] = {}
+    for other in children(child(own, "HolidayOrExceptions"), "HolidayOrException"):
+        when = moment(text(other, "Date"), end=False)
+        if when is not None:
+            exceptions[when.date()] = tuple(_p6_spans(other))
+    return _made(text(own, "Name"), week, exceptions)
+
+
+def _made(name: str, week: dict[int, tuple[WorkSpan, ...]], others: dict[date, tuple[WorkSpan, ...]]) -> WorkCalendar:
+    """Put a calendar together; one without any working time is of no use, and time passes evenly."""
+    if not any(week.values()):
+        return EVERY_DAY
+    days = sorted(others)[:MAX_EXCEPTIONS]
+    return WorkCalendar(
+        name=name or "Calendar",
+        week=tuple(WorkDay(weekday=n, day=None, spans=week[n]) for n in range(7)),
+        exceptions=tuple(WorkDay(weekday=None, day=day, spans=others[day]) for day in days),
+    )
+
+
+def _msp_spans(day: ET.Element) -> Iterator[WorkSpan]:
+    if text(day, "DayWorking") != "1":
+        return
+    for span in children(child(day, "WorkingTimes"), "WorkingTime"):
+        yield from _span(text(span, "FromTime"), text(span, "ToTime"))
+
+
+def _p6_spans(day: ET.Element) -> Iterator[WorkSpan]:
+    for span in children(day, "WorkTime"):
+        yield from _span(text(span, "Start"), text(span, "Finish"))
+
+
+def _span(begin: str, end: str) -> Iterator[WorkSpan]:
+    """Yield a span; P6 names the last minute worked (11:59), midnight is the end of the day as well."""
+    try:
+        first, last = time.fromisoformat(begin), time.fromisoformat(end)
+    except ValueError:
+        return
+    from_min, to_min = first.hour * 60 + first.minute, last.hour * 60 + last.minute
+    to_min = to_min + 1 if to_min % 60 == 59 else to_min or DAY_MIN
+    if from_min < to_min:
+        yield WorkSpan(from_min=from_min, to_min=to_min)
+
+
+def _period(element: ET.Element) -> list[date]:
+    period = child(element, "TimePeriod")
+    first, last = moment(text(period, "FromDate"), end=False), moment(text(period, "ToDate"), end=True)
+    return list(_days(first, last)) if first and last else []
+
+
+def _days(first: datetime, last: datetime) -> Iterator[date]:
+    day = first.date()
+    while day <= last.date() and (day - first.date()).days < MAX_EXCEPTIONS:
+        yield day
+        day += timedelta(days=1)

@@ -1,0 +1,84 @@
+"""MS Project XML (namespace http://schemas.microsoft.com/project): its tasks, their links and its calendar.
+
+Reference: Microsoft, Project XML Data Interchange Schema (mspdi_pj12.xsd).
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from datetime import datetime
+
+from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+from asbuilt_bim.schedule.rows import ScheduleRow, global_ids, moment
+from asbuilt_bim.schedule.safe_xml import child, children, text
+
+_LINKS: dict[str, LinkKind] = {"0": "FF", "1": "FS", "2": "SF", "3": "SS"}
+_SHARE_OF_DURATION = {"19", "20", "51", "52"}  # lag formats that are percents, not times
+_TENTHS_OF_MINUTE = 600.0  # in an hour
+
+
+def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
+    """Return the tasks of an MS Project document and remarks; summaries only as the outline of what is below them."""
+    rows: list[ScheduleRow] = []
+    above: list[tuple[int, str]] = []
+    tasks = [t for t in children(child(root, "Tasks"), "Task") if text(t, "IsNull") != "1" and text(t, "Active") != "0"]
+    levels = [_level(task) for task in tasks]
+    baselines = 0
+    for index, task in enumerate(tasks):
+        level = levels[index]
+        while above and above[-1][0] >= level:
+            above.pop()
+        if text(task, "Summary") == "1" or (index + 1 < len(tasks) and levels[index + 1] > level):
+            if level > 0:  # level 0 is the project itself
+                above.append((level, text(task, "Name")))
+            continue
+        if not text(task, "Name"):
+            continue
+        start, finish, planned = _dates(task)
+        baselines += planned
+        rows.append(
+            ScheduleRow(
+                uid=text(task, "UID"),
+                name=text(task, "Name"),
+                identification=text(task, "WBS") or text(task, "OutlineNumber"),
+                outline=tuple(name for _, name in above),
+                start=start,
+                finish=finish,
+                links=tuple(_links(task)),
+                global_ids=global_ids(text(field, "Value") for field in children(task, "ExtendedAttribute")),
+            )
+        )
+    notes = (f"{baselines} of its {len(rows)} tasks have a baseline: that is their plan",) if baselines else ()
+    return tuple(rows), notes
+
+
+def _dates(task: ET.Element) -> tuple[datetime | None, datetime | None, bool]:
+    """Return planned start and finish, and whether they are the baseline's: a task in progress has moved its own."""
+    for baseline in children(task, "Baseline"):
+        start, finish = moment(text(baseline, "Start"), end=False), moment(text(baseline, "Finish"), end=True)
+        if text(baseline, "Number") == "0" and start and finish:
+            return start, finish, True
+    return moment(text(task, "Start"), end=False), moment(text(task, "Finish"), end=True), False
+
+
+def _links(task: ET.Element) -> Iterator[TaskLink]:
+    for link in children(task, "PredecessorLink"):
+        if text(link, "CrossProject") == "1" or not text(link, "PredecessorUID"):
+            continue
+        lag = 0.0 if text(link, "LagFormat") in _SHARE_OF_DURATION else number(text(link, "LinkLag"))
+        kind = _LINKS.get(text(link, "Type"), "FS")
+        yield TaskLink(predecessor=text(link, "PredecessorUID"), kind=kind, lag_h=lag / _TENTHS_OF_MINUTE)
+
+
+def _level(task: ET.Element) -> int:
+    return int(number(text(task, "OutlineLevel")))
+
+
+def number(written: str) -> float:
+    """Return a number as it is written, 0 where it is none, or one that no schedule holds."""
+    try:
+        value = float(written)
+    except ValueError:
+        return 0.0
+    return value if abs(value) < 1e9 else 0.0

@@ -1,0 +1,62 @@
+"""Primavera P6 XML (APIBusinessObjects, any version): its activities, their links and its calendar."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+from asbuilt_bim.schedule.msp import number
+from asbuilt_bim.schedule.rows import ScheduleRow, global_ids, moment
+from asbuilt_bim.schedule.safe_xml import children, text
+
+_LINKS: dict[str, LinkKind] = {
+    "Finish to Start": "FS",
+    "Start to Start": "SS",
+    "Finish to Finish": "FF",
+    "Start to Finish": "SF",
+}
+_NO_WORK = {"WBS Summary", "Level of Effort"}
+MAX_OUTLINE = 50
+
+
+def p6_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
+    """Return the activities of a P6 document's projects and remarks; baselines are other projects and aren't read."""
+    projects = children(root, "Project")
+    rows = [row for project in projects for row in _rows(project)]
+    notes = (f"it holds {len(projects)} projects, which are read as one",) if len(projects) > 1 else ()
+    return tuple(rows), notes
+
+
+def _rows(project: ET.Element) -> list[ScheduleRow]:
+    wbs = {text(node, "ObjectId"): node for node in children(project, "WBS")}
+    links: dict[str, list[TaskLink]] = {}
+    for relation in children(project, "Relationship"):
+        link = TaskLink(
+            predecessor=text(relation, "PredecessorActivityObjectId"),
+            kind=_LINKS.get(text(relation, "Type"), "FS"),
+            lag_h=number(text(relation, "Lag")),
+        )
+        links.setdefault(text(relation, "SuccessorActivityObjectId"), []).append(link)
+    return [
+        ScheduleRow(
+            uid=text(activity, "ObjectId"),
+            name=text(activity, "Name"),
+            identification=text(activity, "Id"),
+            outline=_outline(text(activity, "WBSObjectId"), wbs),
+            start=moment(text(activity, "PlannedStartDate") or text(activity, "StartDate"), end=False),
+            finish=moment(text(activity, "PlannedFinishDate") or text(activity, "FinishDate"), end=True),
+            links=tuple(links.get(text(activity, "ObjectId"), ())),
+            global_ids=global_ids(text(field, "TextValue") for field in children(activity, "UDF")),
+        )
+        for activity in children(project, "Activity")
+        if text(activity, "Type") not in _NO_WORK
+    ]
+
+
+def _outline(key: str, wbs: dict[str, ET.Element]) -> tuple[str, ...]:
+    """Return the names of the work breakdown above an activity, the outermost first."""
+    names: list[str] = []
+    while key in wbs and len(names) < MAX_OUTLINE:
+        names.append(text(wbs[key], "Name"))
+        key = text(wbs[key], "ParentObjectId")
+    return tuple(reversed(names))

@@ -1,0 +1,65 @@
+"""What a schedule file holds, whatever its format: its tasks in order, and its working time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import date, datetime, time
+
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
+
+MAX_ROWS = 200_000
+"""The largest schedules of building projects have some ten thousand tasks."""
+FIRST_YEAR, LAST_YEAR = 1950, 2200
+DAY_START, DAY_END = time(8), time(17)
+"""What a date without a time means: the customary working day of both MS Project and P6."""
+_GLOBAL_ID = re.compile(r"(?<![0-9A-Za-z_$])[0-3][0-9A-Za-z_$]{21}(?![0-9A-Za-z_$])")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScheduleRow:
+    """One task as the file has it: no summary, no blank line."""
+
+    uid: str  # unique in the file; links name it
+    name: str
+    identification: str
+    outline: tuple[str, ...]
+    start: datetime | None
+    finish: datetime | None
+    links: tuple[TaskLink, ...]
+    global_ids: tuple[str, ...]  # of IFC tasks or of elements, out of its custom fields
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScheduleFile:
+    """A schedule that was read."""
+
+    source: ScheduleSource
+    rows: tuple[ScheduleRow, ...]
+    notes: tuple[str, ...]  # what could not be taken over, in words
+
+
+def global_ids(texts: Iterable[str]) -> tuple[str, ...]:
+    """Return the IFC GlobalIds that stand in some texts, each once, in their order."""
+    return tuple(dict.fromkeys(found for text in texts for found in _GLOBAL_ID.findall(text)))
+
+
+def moment(text: str, *, end: bool) -> datetime | None:
+    """Return an ISO date or date and time without zone; a date alone is the beginning or the end of the working day.
+
+    None where there is none, or it lies outside any building project's years.
+    """
+    try:
+        value = datetime.fromisoformat(text.strip())
+    except ValueError:
+        return None
+    value = value.replace(tzinfo=None)
+    if not FIRST_YEAR <= value.year <= LAST_YEAR:
+        return None
+    return at_time(value.date(), end=end) if len(text.strip()) <= len("2026-03-02") else value
+
+
+def at_time(day: date, *, end: bool) -> datetime:
+    """Return the beginning or the end of a date's working day."""
+    return datetime.combine(day, DAY_END if end else DAY_START)

@@ -1,0 +1,109 @@
+"""A schedule as CSV: one task a line, its columns named in the first."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from datetime import date, datetime
+from pathlib import Path
+
+from asbuilt_bim.errors import ScheduleError
+from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleRow, at_time, global_ids, moment
+
+COLUMNS = {
+    "id": ("id", "identification", "taskid", "activityid", "wbs"),
+    "name": ("name", "task", "taskname", "activityname", "activity"),
+    "start": ("start", "plannedstart", "startdate", "schedulestart"),
+    "finish": ("finish", "end", "plannedfinish", "finishdate", "enddate", "schedulefinish"),
+    "globalids": ("globalid", "globalids", "elements", "ifcglobalid", "ifcglobalids"),
+}
+"""What a column may be called; capitals, spaces, dashes and underscores don't count."""
+_GERMAN = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
+MAX_FAULTS = 8
+
+
+def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
+    """Return the tasks of a CSV file; dates as 2026-03-02 (with or without a time) or 02.03.2026.
+
+    Raises:
+        ScheduleError: no text, no known columns, or dates that can't be read; names the lines.
+    """
+    reader = csv.reader(io.StringIO(_text(data, path), newline=""), delimiter=_delimiter(data))
+    try:
+        lines = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
+    except csv.Error as problem:
+        raise ScheduleError(f"{path}, line {reader.line_num}: no CSV ({problem}); save it as CSV again") from problem
+    if len(lines) > MAX_ROWS:
+        raise ScheduleError(f"{path}: more than {MAX_ROWS:,} lines, which no schedule has")
+    places = _places(lines[0][1] if lines else [], path)
+    faults: list[str] = []
+    rows = []
+    for number, cells in lines[1:]:
+        got = {key: cells[index].strip() if index < len(cells) else "" for key, index in places.items()}
+        rows.append(_row(number, got, faults))
+    if faults:
+        more = f"\n  and {len(faults) - MAX_FAULTS} more" if len(faults) > MAX_FAULTS else ""
+        raise ScheduleError(f"{path}: can't be used:\n  " + "\n  ".join(faults[:MAX_FAULTS]) + more)
+    return tuple(rows), ()
+
+
+def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:
+    start, finish = _date(got["start"], False, number, faults), _date(got["finish"], True, number, faults)
+    if start and finish and finish < start:
+        faults.append(f"line {number}: finish {got['finish']} is before start {got['start']}")
+    if not got.get("name") and not got.get("id"):
+        faults.append(f"line {number}: has neither an id nor a name")
+    return ScheduleRow(
+        uid=str(number),
+        name=got.get("name") or got.get("id", ""),
+        identification=got.get("id", ""),
+        outline=(),
+        start=start,
+        finish=finish,
+        links=(),
+        global_ids=global_ids([got.get("globalids", "")]),
+    )
+
+
+def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime | None:
+    if not written:
+        return None
+    if dotted := _GERMAN.fullmatch(written):
+        try:
+            day, month, year = (int(part) for part in dotted.groups())
+            return at_time(date(year, month, day), end=end)
+        except ValueError:
+            pass
+    when = moment(written, end=end)
+    if when is None:
+        shown = written if len(written) <= 40 else written[:37] + "..."
+        faults.append(f"line {number}: '{shown}' is no date; write 2026-03-02 (what 03/02 means differs by country)")
+    return when
+
+
+def _places(header: list[str], path: Path) -> dict[str, int]:
+    """Return where each column is; a start, a finish, and a name or an id must be there."""
+    names = [re.sub(r"[\s_-]", "", cell).casefold() for cell in header]
+    places = {key: names.index(name) for key, known in COLUMNS.items() for name in reversed(known) if name in names}
+    missing = [key for key in ("start", "finish") if key not in places]
+    missing += [] if "name" in places or "id" in places else ["name"]
+    if missing:
+        raise ScheduleError(
+            f"{path}: the first line names no column {', '.join(missing)}; a schedule as CSV has the columns "
+            "id, name, start, finish, and where wanted globalids"
+        )
+    return places
+
+
+def _delimiter(data: bytes) -> str:
+    first = data.split(b"\n", 1)[0].replace(b"\0", b"")
+    return max(",;\t", key=lambda sign: first.count(sign.encode()))
+
+
+def _text(data: bytes, path: Path) -> str:
+    try:
+        return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        raise ScheduleError(f"{path}: not UTF-8 text (byte {problem.start}); save it as CSV UTF-8") from problem

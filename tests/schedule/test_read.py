@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import os
+from datetime import date, datetime
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.bim.schedule import TaskLink
+from asbuilt_bim.errors import ScheduleError
+from asbuilt_bim.schedule.read import read_schedule
+from tests.schedule.files import COLUMN, MSP, P6, TASK_A, WALL, written
+
+DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[3] / "shared" / "data")) / "ifc"
+
+
+def test_ms_project_tasks_come_with_their_outline_their_baseline_and_their_links(tmp_path: Path) -> None:
+    found = read_schedule(written(tmp_path, MSP))
+    columns, walls, painting = found.rows
+    assert (columns.uid, columns.identification, columns.outline) == ("11", "1.1", ("Ground floor",))
+    assert columns.start == datetime(2026, 3, 2, 8)  # the baseline, not what was rescheduled
+    assert walls.links == (TaskLink(predecessor="11", kind="SS", lag_h=8.0),)
+    assert walls.finish == datetime(2026, 3, 27, 17)
+    assert painting.outline == ()
+    assert "1 of its 3 tasks have a baseline" in found.notes[0]
+
+
+def test_ms_project_working_time_holds_holidays_and_falls_back_on_the_office_week(tmp_path: Path) -> None:
+    calendar = read_schedule(written(tmp_path, MSP)).source.calendar
+    monday, tuesday = datetime(2026, 3, 2), datetime(2026, 3, 3)
+    assert calendar.hours(monday, tuesday) == 8.0  # 7 to 15, as the file says
+    assert calendar.hours(tuesday, datetime(2026, 3, 4)) == 8.0  # not in the file: 8 to 12, 13 to 17
+    assert calendar.hours(datetime(2026, 3, 4), datetime(2026, 3, 6)) == 0.0  # two holidays
+    assert calendar.after(datetime(2026, 3, 3, 8), 9.0) == datetime(2026, 3, 6, 9)
+
+
+def test_p6_activities_come_with_their_breakdown_ids_fields_and_links(tmp_path: Path) -> None:
+    found = read_schedule(written(tmp_path, P6))
+    columns, other = found.rows  # a level of effort is no work that could be measured
+    assert (columns.identification, columns.outline) == ("A1000", ("Ground floor", "Columns of it"))
+    assert columns.global_ids == (TASK_A,)
+    assert other.links == (TaskLink(predecessor="100", kind="FS", lag_h=8.0),)
+    calendar = found.source.calendar
+    assert calendar.week[0].minutes == 480  # 11:59 is the last minute worked
+    assert [one.day for one in calendar.exceptions] == [date(2026, 4, 6)]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "plan.csv"
+    lines = [
+        "Task ID;Task Name;Start Date;Finish;GlobalIds",
+        f"A1;Stützen;2.3.2026;2026-03-13;{COLUMN}, {WALL}",
+        ";;;;",
+    ]
+    path.write_bytes("\r\n".join(lines).encode(encoding))
+    (row,) = read_schedule(path).rows
+    assert (row.identification, row.name) == ("A1", "Stützen")
+    assert (row.start, row.finish) == (datetime(2026, 3, 2, 8), datetime(2026, 3, 13, 17))
+    assert row.global_ids == (COLUMN, WALL)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("id,name,start,finish\nA,B,03/02/2026,2026-03-04\n", "line 2: '03/02/2026' is no date"),
+        ("id,name,start,finish\nA,B,2026-03-05,2026-03-04\n", "line 2: finish 2026-03-04 is before start"),
+        ("id,name,start,finish\n,,2026-03-05,2026-03-06\n", "neither an id nor a name"),
+        ("task,begin\nA,2026-03-05\n", "names no column start, finish"),
+        ("id,name,start,finish\n", "holds no task"),
+        ('<!DOCTYPE p [<!ENTITY a "b">]><Project>&a;</Project>', "document type"),
+        ("<Project>" + "<a>" * 80 + "</a>" * 80 + "</Project>", "nested deeper than 60"),
+        (MSP[:900], "damaged XML"),
+        ("<html></html>", "neither of MS Project nor of P6"),
+        (MSP.replace("<UID>12<", "<UID>11<"), "two tasks have the number 11"),
+        ("ERMHDR\t8.0\n", "P6 XER file"),
+    ],
+)
+def test_a_schedule_that_cannot_be_used_is_refused_with_the_place(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(ScheduleError, match=says):
+        read_schedule(written(tmp_path, text))
+
+
+def test_a_binary_schedule_and_a_missing_one_are_named(tmp_path: Path) -> None:
+    (tmp_path / "a.mpp").write_bytes(b"\xd0\xcf\x11\xe0" + bytes(100))
+    with pytest.raises(ScheduleError, match=r"MS Project file \(\.mpp\); save it as XML"):
+        read_schedule(tmp_path / "a.mpp")
+    with pytest.raises(ScheduleError, match="check the path"):
+        read_schedule(tmp_path / "none.xml")
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the shared files are not here (ASBUILT_BIM_DATA)")
+def test_the_real_planning_of_a_housing_project_is_read_whole() -> None:
+    found = read_schedule(DATA / "schependomlaan" / "Uitvoering Schependomlaan 18-02-2015.xml")
+    assert len(found.rows) > 100
+    assert all(row.start and row.finish and row.start <= row.finish for row in found.rows)
+    calendar = found.source.calendar
+    assert calendar.week[0].minutes == 480
+    assert calendar.week[5].minutes == 0
+    assert calendar.exceptions

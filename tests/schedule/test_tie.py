@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from asbuilt_bim.schedule.read import read_schedule
+from asbuilt_bim.schedule.tie import with_schedule
+from tests.schedule.files import COLUMN, MSP, P6, TASK_A, TASK_B, WALL, design, task, written
+
+OLD = datetime(2025, 1, 1)
+
+
+def test_tasks_are_tied_by_name_and_what_makes_no_element_is_named(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP))
+    tied = with_schedule(design(task(TASK_A, "columns "), task(TASK_B, "Walls")), plan)
+    columns, walls = tied.tasks
+    assert columns.schedule_start == datetime(2026, 3, 2, 8)
+    assert columns.outline == ("Ground floor",)
+    assert walls.links[0].predecessor == TASK_A  # links are between the IFC's own tasks
+    assert walls.schedule_uid == "12"
+    assert tied.schedule is not None
+    assert tied.schedule.kind == "MS Project XML"
+    assert any("2 of its 3 tasks make walls or columns; not: 'Painting'" in note for note in tied.notes)
+
+
+def test_a_global_id_goes_before_a_name_and_an_activity_id_ties_what_has_another_name(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, P6))
+    tied = with_schedule(design(task(TASK_B, "Columns", "A1010"), task(TASK_A, "Stützen")), plan)
+    by_key = {one.global_id: one for one in tied.tasks}
+    assert by_key[TASK_A].identification == "A1000"
+    assert by_key[TASK_B].identification == "A1010"
+
+
+def test_an_outline_number_alone_ties_nothing(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP))
+    tied = with_schedule(design(task(TASK_A, "Site fence", "1.1")), plan)
+    assert tied.tasks[0].schedule_start == OLD
+    assert any("which keep their own dates: 'Site fence'" in note for note in tied.notes)
+
+
+def test_what_fits_twice_is_tied_to_neither_and_named(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP.replace("Painting", "Walls")))
+    tied = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Walls")), plan)
+    assert tied.tasks[1].schedule_start == OLD
+    assert any("not tied, because more than one" in note and "'Walls'" in note for note in tied.notes)
+    twice = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Columns")), plan)
+    assert all(one.schedule_start == OLD for one in twice.tasks)
+
+
+def test_outline_number_and_name_together_tell_two_of_a_name_apart(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP.replace("<Name>Painting</Name>", "<Name>Walls</Name><WBS>2.2</WBS>")))
+    tied = with_schedule(design(task(TASK_A, "Walls", "1.2"), task(TASK_B, "Walls", "2.2")), plan)
+    assert [one.schedule_uid for one in tied.tasks] == ["12", "13"]
+
+
+def test_a_row_with_the_elements_own_global_ids_becomes_a_task(tmp_path: Path) -> None:
+    text = f"name,start,finish,globalids\nAll of it,2026-03-02,2026-03-13,{COLUMN} {WALL}\n"
+    (made,) = with_schedule(design(), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
+    assert made.elements == (COLUMN, WALL)
+    assert made.schedule_finish == datetime(2026, 3, 13, 17)
+
+
+def test_a_row_without_dates_leaves_the_tasks_own(tmp_path: Path) -> None:
+    text = "name,start,finish\nColumns,,\n"
+    (kept,) = with_schedule(design(task(TASK_A, "Columns")), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
+    assert kept.schedule_start == OLD
