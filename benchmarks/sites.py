@@ -14,8 +14,9 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "sample_models" / "site"
-REPORTING_SEEDS = (100, 101, 102, 103, 104, 105)
-"""Never looked at while thresholds were chosen; with the sample's two visits 14 visits, 70 stations, 28 storeys."""
+REPORTING_SEEDS = (106, 107, 108, 109, 110, 111)
+"""Never looked at while the program was changed, which 100 to 105 no longer can say: what the first record told of them
+guided the work that followed. With the sample's two visits 14 visits, 70 stations, 28 storeys."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

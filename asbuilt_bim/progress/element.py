@@ -1,105 +1,39 @@
-"""From the states of an element's faces to its cells, its completion and its state."""
+"""From the states of an element's cells to its completion and its state."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import date
 
 import numpy as np
 
-from asbuilt_bim.bim.cells import Cells, CellSamples, cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
-from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.progress.cell_states import CellStates, cell_states
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.surface import SurfaceState
 
-MANTLE_SIDES = 8
-"""Sides that a round column is taken to have."""
 
+def completion_of(
+    built: float,
+    opened: float,
+    total: float,
+    options: ProgressOptions,
+    *,
+    least: float = np.inf,
+    most: float = 0.0,
+) -> Completion:
+    """Return completion and its bounds from amounts (cells, m2); what is neither built nor open is unknown.
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CellStates:
-    """The cells of an element, each (n,) bool over its real cells only; `height` (n,) is their row from below, 0..1."""
-
-    built: BoolArray
-    open: BoolArray
-    conflict: BoolArray
-    height: FloatArray
-
-    @property
-    def count(self) -> int:
-        """Return how many cells there are."""
-        return len(self.built)
-
-
-def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> CellStates:
-    """Decide each cell by its sides: built if any side is seen built, open if any is seen open, both is a conflict.
-
-    A side decides a cell when enough of its samples there say the same, the unknown ones counted against it. At a pour
-    line, where no side is clear, the sides are counted together: that is no conflict.
+    `least` and `most` are how much of the total is built at least and at most: no bound is tighter than they say.
     """
-    cells = element_cells(element)
-    real = cells.weight.ravel() > 0.0
-    height = np.tile((np.arange(cells.shape[1]) + 0.5) / cells.shape[1], cells.shape[0])[real]
-    no = np.zeros(int(real.sum()), dtype=bool)
-    if not any(surface.built_uv_m or surface.open_uv_m for surface in surfaces):
-        return CellStates(built=no, open=no, conflict=no, height=height)
-    counts = _counts(element, cells, surfaces, options)[:, :, real]
-    total, built, opened = counts
-    decided = built + opened
-    share = built / np.maximum(decided, 1.0)
-    says_built = (built >= options.decided_share * total) & (built > 0.0)
-    says_open = (opened >= options.decided_share * total) & (opened > 0.0) & ~says_built
-    enough = says_built | says_open
-    clear = enough & ((share >= options.clear_share) | (share <= 1.0 - options.clear_share))
-    any_built, any_open = says_built.any(axis=0), says_open.any(axis=0)
-    both = any_built & any_open
-    conflict = both & (clear & says_built).any(axis=0) & (clear & says_open).any(axis=0)
-    pooled = np.where(enough, built, 0.0).sum(axis=0) >= np.where(enough, opened, 0.0).sum(axis=0)
-    return CellStates(
-        built=np.where(both, pooled & ~conflict, any_built),
-        open=np.where(both, ~pooled & ~conflict, any_open),
-        conflict=conflict,
-        height=height,
-    )
-
-
-def _counts(
-    element: BimElement, cells: Cells, surfaces: Sequence[SurfaceState], options: ProgressOptions
-) -> FloatArray:
-    """Return how many samples each side has in each cell, all, built and open: (3, sides, cells).
-
-    A mantle is taken as eight sides, since no station sees half of it.
-    """
-    samples: CellSamples = cell_samples(element, options.spacing_m)
-    size = cells.shape[0] * cells.shape[1]
-    by_face = {surface.face_id: surface for surface in surfaces}
-    counts = []
-    for index, face in enumerate(element.faces):
-        own = samples.face == index
-        cell, uv, surface = samples.cell[own], samples.uv_m[own], by_face[face.face_id]
-        says = [np.ones(len(uv), dtype=bool)]
-        says += [polygon.contains(region, uv) for region in (surface.built_uv_m, surface.open_uv_m)]
-        side = np.zeros(len(uv), dtype=int)
-        if isinstance(face.frame, CylinderFrame):
-            side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * MANTLE_SIDES).astype(int)
-        for number in np.unique(side):
-            counts.append([np.bincount(cell[(side == number) & one], minlength=size) for one in says])
-    return np.asarray(counts, dtype=np.float64).reshape(-1, 3, size).transpose(1, 0, 2)
-
-
-def completion_of(built: float, opened: float, total: float, options: ProgressOptions) -> Completion:
-    """Return completion and its bounds from amounts (cells, m2); what is neither built nor open is unknown."""
     if total <= 0.0:
         return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
     coverage = min((built + opened) / total, 1.0)
     best = built / (built + opened) if coverage >= options.known_from and built + opened > 0.0 else None
-    lower, upper = min(built / total, 1.0), max(1.0 - opened / total, 0.0)
-    return Completion(best=best, lower=lower, upper=max(upper, lower), coverage=coverage)
+    lower, upper = min(built, least, total) / total, max(total - opened, most, 0.0) / total
+    return Completion(best=best, lower=lower, upper=min(max(upper, lower), 1.0), coverage=coverage)
 
 
 def progress_of(
@@ -112,7 +46,8 @@ def progress_of(
     """Return one element's progress from the states of its faces."""
     cells = cell_states(element, surfaces, options)
     built, opened, conflict = (float(np.sum(one)) for one in (cells.built, cells.open, cells.conflict))
-    completion = completion_of(built, opened, float(cells.count), options)
+    least, most = float(cells.least.sum()), float(cells.most.sum())
+    completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
     state, why = _state(cells, completion, options)
     notes = [*why, *(note for surface in surfaces for note in surface.notes)]
     if conflict:

@@ -13,11 +13,17 @@ from asbuilt_bim.progress.surface import SurfaceState
 
 
 def weighted(elements: Sequence[ElementProgress], weights: Sequence[float], options: ProgressOptions) -> Completion:
-    """Return the completion of a group: each element's built, open and unknown shares by its weight."""
-    total = float(sum(weights))
-    built = sum(w * e.completion.lower for e, w in zip(elements, weights, strict=True))
-    opened = sum(w * (1.0 - e.completion.upper) for e, w in zip(elements, weights, strict=True))
-    return completion_of(built, opened, total, options)
+    """Return the completion of a group: each element's built and open shares, and its bounds, by its weight."""
+    shares = np.array([_shares(element) for element in elements]).reshape(-1, 4)
+    built, opened, least, most = (float(amount) for amount in np.asarray(weights, dtype=np.float64) @ shares)
+    return completion_of(built, opened, float(sum(weights)), options, least=least, most=most)
+
+
+def _shares(element: ElementProgress) -> tuple[float, float, float, float]:
+    """Return an element's shares of built and of open cells, and the bounds of its completion."""
+    cells = element.cells_built + element.cells_open + element.cells_unknown + element.cells_conflict
+    count = max(cells, 1.0)
+    return element.cells_built / count, element.cells_open / count, element.completion.lower, element.completion.upper
 
 
 def group(

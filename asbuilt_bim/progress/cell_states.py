@@ -1,0 +1,147 @@
+"""From the states of an element's faces to its cells: built, open, in conflict or unknown, and within what bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.cells import Cells, CellSamples, cell_samples, element_cells
+from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.surface import SurfaceState
+
+MANTLE_SIDES = 8
+"""Sides that a round column is taken to have."""
+
+BORDER_SAMPLES = 2.0
+"""How far a border of built and open may lie from where it shows: a sample that it cuts, and one that depth smears."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CellStates:
+    """The cells of an element, each (n,) over its real cells only; `height` is their row from below, 0..1.
+
+    `least` and `most` are the shares of each cell that are built at least and at most: 1 and 1 of a built cell, 0 and 0
+    of an open one, 0 and 1 of an unknown one, and what lies between where a pour line may run through the cell.
+    """
+
+    built: BoolArray
+    open: BoolArray
+    conflict: BoolArray
+    least: FloatArray
+    most: FloatArray
+    height: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Return how many cells there are."""
+        return len(self.built)
+
+
+def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> CellStates:
+    """Decide each cell by its sides: built if any side is seen built, open if any is seen open, both is a conflict.
+
+    A side decides a cell when enough of its samples there say the same, the unknown ones counted against it. At a pour
+    line, where no side is clear, the sides are counted together: that is no conflict.
+    """
+    cells = element_cells(element)
+    real = cells.weight.ravel() > 0.0
+    height = np.tile((np.arange(cells.shape[1]) + 0.5) / cells.shape[1], cells.shape[0])[real]
+    no = np.zeros(int(real.sum()), dtype=bool)
+    if not any(surface.built_uv_m or surface.open_uv_m for surface in surfaces):
+        return CellStates(built=no, open=no, conflict=no, least=0.0 * no, most=1.0 - no, height=height)
+    counts = _counts(element, cells, surfaces, options)[:, :, real]
+    total, built, opened = counts
+    decided = built + opened
+    share = built / np.maximum(decided, 1.0)
+    says_built = (built >= options.decided_share * total) & (built > 0.0)
+    says_open = (opened >= options.decided_share * total) & (opened > 0.0) & ~says_built
+    enough = says_built | says_open
+    clear = enough & ((share >= options.clear_share) | (share <= 1.0 - options.clear_share))
+    any_built, any_open = says_built.any(axis=0), says_open.any(axis=0)
+    both = any_built & any_open
+    conflict = both & (clear & says_built).any(axis=0) & (clear & says_open).any(axis=0)
+    sums = np.where(enough, counts, 0.0).sum(axis=1)
+    is_built = np.where(both, (sums[1] >= sums[2]) & ~conflict, any_built)
+    is_open = np.where(both, (sums[1] < sums[2]) & ~conflict, any_open)
+    least, most = _bounds(element, cells, (is_built, is_open), sums, options)
+    return CellStates(built=is_built, open=is_open, conflict=conflict, least=least, most=most, height=height)
+
+
+def _bounds(
+    element: BimElement,
+    cells: Cells,
+    states: tuple[BoolArray, BoolArray],
+    sums: FloatArray,
+    options: ProgressOptions,
+) -> tuple[FloatArray, FloatArray]:
+    """Return how much of each cell (n,) is built at least and at most, from its samples: all, built and open (3, n).
+
+    A pour line may run through a built cell under one that isn't, through an open cell over one that isn't, and through
+    both where built and open lie side by side: these count by their samples. Concrete rises from below: an open cell
+    under a built one is as likely a mistake as an opening, and counts as built at most.
+    """
+    built, opened = states
+    height_m = element.height_m / cells.shape[1]
+    blur = BORDER_SAMPLES * options.spacing_m / max(height_m, options.spacing_m)
+    share = np.maximum(sums[1:] / np.maximum(sums[0], 1.0) - blur, 0.0)
+    least, most = built.astype(np.float64), (~opened).astype(np.float64)
+    edge = built & (_next_to(cells, ~built, 0, 1) | _beside(cells, opened))
+    least[edge] = share[0][edge]
+    edge = opened & (_next_to(cells, ~opened, 0, -1) | _beside(cells, built))
+    most[edge] = 1.0 - share[1][edge]
+    most[opened & _under(cells, built)] = 1.0
+    return least, most
+
+
+def _on_grid(cells: Cells, flags: BoolArray) -> BoolArray:
+    grid = np.zeros(cells.shape, dtype=bool)
+    grid[cells.weight > 0.0] = flags
+    return grid
+
+
+def _next_to(cells: Cells, flags: BoolArray, along: int, up: int) -> BoolArray:
+    """Say which real cells (n,) have a flagged one that many cells further along and up."""
+    padded = np.pad(_on_grid(cells, flags), 1)
+    shifted: BoolArray = np.roll(padded, (-along, -up), axis=(0, 1))[1:-1, 1:-1][cells.weight > 0.0]
+    return shifted
+
+
+def _beside(cells: Cells, flags: BoolArray) -> BoolArray:
+    return _next_to(cells, flags, 1, 0) | _next_to(cells, flags, -1, 0)
+
+
+def _under(cells: Cells, flags: BoolArray) -> BoolArray:
+    """Say which real cells (n,) have a flagged one anywhere over them."""
+    so_far = np.logical_or.accumulate(_on_grid(cells, flags)[:, ::-1], axis=1)[:, ::-1]
+    under: BoolArray = so_far[cells.weight > 0.0]
+    return under
+
+
+def _counts(
+    element: BimElement, cells: Cells, surfaces: Sequence[SurfaceState], options: ProgressOptions
+) -> FloatArray:
+    """Return how many samples each side has in each cell, all, built and open: (3, sides, cells).
+
+    A mantle is taken as eight sides, since no station sees half of it.
+    """
+    samples: CellSamples = cell_samples(element, options.spacing_m)
+    size = cells.shape[0] * cells.shape[1]
+    by_face = {surface.face_id: surface for surface in surfaces}
+    counts = []
+    for index, face in enumerate(element.faces):
+        own = samples.face == index
+        cell, uv, surface = samples.cell[own], samples.uv_m[own], by_face[face.face_id]
+        says = [np.ones(len(uv), dtype=bool)]
+        says += [polygon.contains(region, uv) for region in (surface.built_uv_m, surface.open_uv_m)]
+        side = np.zeros(len(uv), dtype=int)
+        if isinstance(face.frame, CylinderFrame):
+            side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * MANTLE_SIDES).astype(int)
+        for number in np.unique(side):
+            counts.append([np.bincount(cell[(side == number) & one], minlength=size) for one in says])
+    return np.asarray(counts, dtype=np.float64).reshape(-1, 3, size).transpose(1, 0, 2)
