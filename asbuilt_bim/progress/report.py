@@ -18,7 +18,7 @@ State = Literal["complete", "part", "not started", "unknown"]
 class Completion:
     """Completion in 0..1: best = built / (built + open), None when coverage is under 10 %.
 
-    In `lower` unknown counts as open, in `upper` as built; a cell that a pour line may cut counts by what of it is sure.
+    In `lower` unknown counts as open, in `upper` as built; a cell that a pour line may cut by what is sure of it.
     """
 
     best: float | None
