@@ -8,8 +8,11 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.instruments import NetworkChoice
+from asbuilt_bim.measure.depth_source import depth_method, missing_network
 from asbuilt_bim.options import Options
-from asbuilt_bim.project_file import BoardsFile, MarkersFile, ProjectFile, TargetFile, VisitFile
+from asbuilt_bim.plugins import PREFIX
+from asbuilt_bim.project_file import BoardsFile, MarkersFile, NetworksFile, ProjectFile, TargetFile, VisitFile
 from asbuilt_bim.project_paths import PathChecker, safe_name
 from asbuilt_bim.strict_yaml import read_yaml
 from asbuilt_bim.structure import Problem, Problems, structure
@@ -54,6 +57,7 @@ class Project:
     markers: MarkersFile
     survey: Path
     visits: tuple[Visit, ...]
+    networks: NetworkChoice
     options: Options
     schedule: Path | None = None
     writers: tuple[str, ...] = ()
@@ -120,6 +124,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         target=written.target,
         markers=written.markers,
         survey=checker.file(written.markers.survey, "markers.survey"),
+        networks=_networks(written.networks, written.options, checker),
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
@@ -145,6 +150,28 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
             checker.problems.add(f"{at}.right", f"is the same file as left ({station.left})")
         stations.append(Station(name=station.name, left=left, right=right))
     return Visit(date=visit.date, stations=tuple(stations))
+
+
+def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> NetworkChoice:
+    def chosen(text: str | None, key: str) -> str:
+        if not text or text.startswith(PREFIX):
+            return text or ""
+        return str(checker.file(text, f"networks.{key}"))
+
+    named = "named" if written.depth else None
+    if missing := missing_network(options.measure.method, options.measure.depth, named):
+        checker.problems.add("networks.depth", missing)
+    if named and depth_method(options.measure.method, options.measure.depth) == "stereo":
+        checker.problems.add(
+            "networks.depth", "isn't used by depth: stereo; set options.measure.depth: fused, or drop it"
+        )
+    if written.stereo and written.stereo.startswith(PREFIX):
+        checker.problems.add("networks.stereo", "takes a network's card; plugins segment or give relative depth")
+    return NetworkChoice(
+        segment=chosen(written.segment, "segment"),
+        depth=chosen(written.depth, "depth"),
+        stereo=chosen(written.stereo, "stereo"),
+    )
 
 
 def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:

@@ -93,6 +93,15 @@ class VisitFile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class NetworksFile:
+    """`networks`: cards of networks (YAML beside their ONNX files), or `plugin:NAME`; none is needed."""
+
+    segment: str | None = None
+    depth: str | None = None
+    stereo: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ProjectFile:
     """The whole project file, as it was written."""
 
@@ -104,6 +113,7 @@ class ProjectFile:
     markers: MarkersFile
     visits: tuple[VisitFile, ...]
     target: TargetFile = field(default_factory=TargetFile)
+    networks: NetworksFile = field(default_factory=NetworksFile)
     options: Options = field(default_factory=Options)
     scope: str | None = None
     schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV

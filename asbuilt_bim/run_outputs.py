@@ -14,6 +14,7 @@ from asbuilt_bim.camera.rig_file import write_rig
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.ifc.source import file_digest
 from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.instruments import identities
 from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.plugins import Plugin
 from asbuilt_bim.progress.report import ProgressReport, Provenance
@@ -107,7 +108,7 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
         rig_digest=plain_digest(result.rig, StereoRig),
         survey_digest=file_digest(project.survey),
         options_digest=digest_of([repr(options)]),
-        networks={},
+        networks=identities(project.networks),
         libraries=library_versions(),
     )
 

@@ -12,6 +12,7 @@ import cv2
 from asbuilt_bim.camera.photo import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection
+from asbuilt_bim.instruments import NONE, NetworkChoice, identities, instruments_of
 from asbuilt_bim.measure.station import (
     MeasureOptions,
     RejectedStation,
@@ -45,6 +46,7 @@ class StationJob:
     photos: StationPhotos
     rig: StereoRig
     options: MeasureOptions
+    networks: NetworkChoice = NONE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +82,7 @@ def measure_job(job: StationJob) -> Outcome:
     """
     name = job.photos.name
     try:
-        return measure_station(job.photos, job.rig, job.options)
+        return measure_station(job.photos, job.rig, job.options, instruments=instruments_of(job.networks))
     except AsBuiltError as problem:
         return _rejected(name, str(problem))
     except MemoryError:
@@ -96,6 +98,7 @@ def measure_visit(
     """Measure every station of a visit; results come from the cache where nothing they depend on has changed."""
     options = options_of(project)
     rig_digest = plain_digest(rig, StereoRig)
+    networks = [f"{name} {digest}" for name, digest in identities(project.networks).items()]
     outcomes: dict[str, Outcome] = {}
     known: list[str] = []
     keys: dict[str, str] = {}
@@ -112,14 +115,14 @@ def measure_visit(
             if isinstance(photos, RejectedStation):
                 note(station.name, photos)
                 continue
-            key = _key(photos, rig_digest, options)
+            key = _key(photos, rig_digest, options, networks)
             found = place.cache.get(key, StationMeasurement)
             if found is not None:
                 known.append(station.name)
                 note(station.name, found)
                 continue
             keys[station.name] = key
-            yield StationJob(photos=photos, rig=rig, options=options)
+            yield StationJob(photos=photos, rig=rig, options=options, networks=project.networks)
 
     progress(step, 0, total)
     for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler):
@@ -155,7 +158,7 @@ def picture_name(day: date, station: str) -> str:
     return f"pictures/{day.isoformat()}/{station}.jpg"
 
 
-def _key(photos: StationPhotos, rig_digest: str, options: MeasureOptions) -> str:
+def _key(photos: StationPhotos, rig_digest: str, options: MeasureOptions, networks: list[str]) -> str:
     libraries = [f"{name} {version}" for name, version in sorted(library_versions().items())]
     return digest_of(
         [
@@ -167,6 +170,7 @@ def _key(photos: StationPhotos, rig_digest: str, options: MeasureOptions) -> str
             repr(options),
             measuring_code_digest(),
             *libraries,
+            *networks,
         ]
     )
 

@@ -9,7 +9,16 @@ import pytest
 
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.project import read_project
-from asbuilt_bim.project_file import BoardsFile, MarkersFile, ProjectFile, RigFile, StationFile, TargetFile, VisitFile
+from asbuilt_bim.project_file import (
+    BoardsFile,
+    MarkersFile,
+    NetworksFile,
+    ProjectFile,
+    RigFile,
+    StationFile,
+    TargetFile,
+    VisitFile,
+)
 from asbuilt_bim.project_paths import safe_name
 from asbuilt_bim.schemas_dir import schema
 from tests.project_folder import plain, write_project
@@ -175,6 +184,7 @@ def test_names_that_no_file_can_have_are_refused(name: str) -> None:
         (["rig", "boards"], BoardsFile),
         (["target"], TargetFile),
         (["markers"], MarkersFile),
+        (["networks"], NetworksFile),
         (["visits", "[]"], VisitFile),
         (["visits", "[]", "stations", "[]"], StationFile),
     ],

@@ -27,7 +27,7 @@ def depth_method(method: Method, depth: DepthMethod | None) -> DepthMethod:
     return depth or ("paper" if method == "paper" else "stereo")
 
 
-def missing_network(method: Method, depth: DepthMethod | None, network: RelativeDepth | None) -> str:
+def missing_network(method: Method, depth: DepthMethod | None, network: object | None) -> str:
     """Return why the depth map asked for can't be made, "" where it can: two of the three need a network."""
     wanted = depth_method(method, depth)
     if network is not None or wanted == "stereo":

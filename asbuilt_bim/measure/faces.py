@@ -39,6 +39,7 @@ class MeasuredFace:
     occluded: bool  # something nearer touches its outline
     flatness_rms_m: float
     instance: int  # index into StationMeasurement.instances' order
+    source: str = "geometric"  # who found the instance: geometry, a network, or both
 
     @property
     def area_sigma_m2(self) -> float:

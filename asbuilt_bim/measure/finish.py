@@ -52,6 +52,7 @@ def finish_face(
         face_id=face_id,
         label=instance.label,
         score=instance.score,
+        source=instance.source,
         frame=frame,
         outline_uv_m=clean,
         outline_px=rings_px,

@@ -76,7 +76,8 @@ def _face(pair: RectifiedPair, depth: DepthMap, instance: Instance, number: int,
     x0, y0 = pixels.min(axis=0)
     x1, y1 = pixels.max(axis=0)
     return MeasuredFace(
-        face_id=name, label=instance.label, score=instance.score, frame=_image_plane(pair.camera, middle_m),
+        face_id=name, label=instance.label, score=instance.score, source=instance.source,
+        frame=_image_plane(pair.camera, middle_m),
         outline_uv_m=(frozen(outline),), outline_px=(frozen(pixels),), area_m2=area, area_sigma_calibration_m2=0.0,
         area_sigma_image_m2=area, covariance=frozen(np.diag([0.25 * middle_m**2, TILT_RAD**2, TILT_RAD**2])),
         width_m=float(high[0] - low[0]), height_m=float(high[1] - low[1]), width_px=float(min(x1 - x0, y1 - y0)),

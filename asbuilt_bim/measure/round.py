@@ -89,7 +89,8 @@ def round_face(
     middle = frame.from_uv(np.array([0.0, 0.5 * height]))
     seen = how_seen(bench, outline, _front_plane(bench, fit))
     return MeasuredFace(
-        face_id=face_id, label=instance.label, score=instance.score, frame=frame, outline_uv_m=(frozen(ring),),
+        face_id=face_id, label=instance.label, score=instance.score, source=instance.source, frame=frame,
+        outline_uv_m=(frozen(ring),),
         outline_px=(frozen(ring_px),), area_m2=float(area), area_sigma_calibration_m2=0.0, area_sigma_image_m2=sigma,
         covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
         height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),

@@ -19,6 +19,7 @@ from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.scale import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
+from asbuilt_bim.vision.agreement import Agreed, agree
 from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.depth_paper import Inversion
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
@@ -26,7 +27,7 @@ from asbuilt_bim.vision.markers import MarkerSighting, find_markers
 from asbuilt_bim.vision.scene import Scene, read_scene
 from asbuilt_bim.vision.segment import Instance, Segmenter
 from asbuilt_bim.vision.sky import find_sky
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, StereoMatcher, depth_map
 from asbuilt_bim.vision.target import TargetOptions, TargetSighting, find_target
 
 __all__ = [
@@ -71,11 +72,14 @@ class MeasureOptions:
 class Instruments:
     """What stands in the place of, or beside, this package's own means; None: there is none.
 
-    `segmenter` in the place of geometry; `relative_depth` for `depth: paper` and `depth: fused`.
+    `segmenter` in the place of geometry; `opinion` beside it: its instances and the geometry's are brought together;
+    `relative_depth` for `depth: paper` and `depth: fused`; `matcher` in the place of semi-global matching.
     """
 
     segmenter: Segmenter | None = None
+    opinion: Segmenter | None = None
     relative_depth: RelativeDepth | None = None
+    matcher: StereoMatcher | None = None
 
 
 OWN = Instruments()
@@ -187,7 +191,7 @@ def _measure(
     seen: _Sighted, options: MeasureOptions, instruments: Instruments, watch: _Stopwatch
 ) -> StationDetail | RejectedStation:
     pair, target = seen.pair, seen.target
-    stereo = depth_map(pair, options.matcher)
+    stereo = depth_map(pair, instruments.matcher or options.matcher)
     sky = find_sky(pair, stereo)
     watch.lap("stereo")
     wanted = depth_method(options.method, options.depth)
@@ -198,7 +202,8 @@ def _measure(
         watch.lap("depth network")
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
     marks = marks_mask(pair.valid_left.shape, seen.markers, target)
-    instances = without_boards(_instances(pair, scene, stereo, options, instruments), marks)
+    agreed = _instances(pair, scene, stereo, options, instruments)
+    instances = without_boards(agreed.instances, marks)
     watch.lap("instances")
     if options.method == "paper":
         found = paper_faces(pair, depth, instances, options.faces)
@@ -215,7 +220,7 @@ def _measure(
         markers=seen.markers,
         depth_ref=reference,
         vertical=found.up,
-        rejections=(*seen.reasons, *found.rejections),
+        rejections=(*seen.reasons, *agreed.notes, *found.rejections),
         seconds=watch.seconds,
         left_digest=seen.photos.left.digest,
         right_digest=seen.photos.right.digest,
@@ -226,7 +231,12 @@ def _measure(
 
 def _instances(
     pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: MeasureOptions, instruments: Instruments
-) -> list[Instance]:
-    if instruments.segmenter is None:
-        return segment_scene(pair, scene, options.geometric)
-    return instruments.segmenter.segment(pair, stereo)
+) -> Agreed:
+    """Return the instances: those of the segmenter that stands in for geometry, of both opinions, or of geometry."""
+    chosen = instruments.segmenter
+    if chosen is None and instruments.opinion is not None:
+        if options.method == "default":
+            return agree(pair, scene, stereo, instruments.opinion, options.geometric)
+        chosen = instruments.opinion  # as published: the network's masks as they are
+    found = segment_scene(pair, scene, options.geometric) if chosen is None else chosen.segment(pair, stereo)
+    return Agreed(instances=tuple(found), notes=())

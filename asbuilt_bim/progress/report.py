@@ -132,6 +132,7 @@ class FaceRecord:
     width_px: float
     design_faces: tuple[str, ...]  # DesignFace.face_ids, empty when unmatched
     elements: tuple[str, ...]
+    source: str = "geometric"  # who found it: geometry, a network, or both
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -36,10 +36,11 @@ def face_text(face: FaceRecord, names: dict[str, str]) -> tuple[str, ...]:
     known = [names[element] for element in face.elements if element in names]
     sigma = float(np.hypot(face.area_sigma_calibration_m2, face.area_sigma_image_m2))
     area = wording.area(face.area_m2, sigma) + ("" if face.whole else " (part)")
+    who = () if face.source == "geometric" else (_cut(face.source),)  # a word only where there were two opinions
     if not known:
-        return (f"{face.face_id.rpartition('/')[2]}: {area}",)
+        return (f"{face.face_id.rpartition('/')[2]}: {area}", *who)
     more = f" +{len(known) - 1}" if len(known) > 1 else ""
-    return (_cut(known[0]) + more, area)
+    return (_cut(known[0]) + more, area, *who)
 
 
 def _cut(name: str) -> str:

@@ -186,6 +186,7 @@ TERMS = {
     "rig_digest": "SHA-256 of the rig.",
     "survey_digest": "SHA-256 of the marker survey.",
     "options_digest": "SHA-256 of the options.",
+    "source": "Who found it: geometry, a network, or both.",
     "networks": "Name and digest of each network used.",
     "libraries": "Name and version of each library used.",
 }

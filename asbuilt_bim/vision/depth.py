@@ -37,7 +37,10 @@ class DepthMap:
 class RelativeDepth(Protocol):
     """Estimates relative depth from one photo; version 1 of the interface."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Return the network's name, for reports."""
+        ...
 
     def estimate(self, image: ByteImage) -> Float32Array:
         """Return float32 (H, W): larger is nearer, defined up to scale and shift."""

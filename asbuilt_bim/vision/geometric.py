@@ -30,6 +30,14 @@ class GeometricOptions:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Opinion:
+    """What another segmenter says of a group of pieces: its class, and how sure it is, 0..1."""
+
+    label: InstanceClass
+    score: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class GeometricSegmenter:
     """Finds walls and columns as groups of upright surfaces in the disparity map."""
 
@@ -46,14 +54,14 @@ def segment_scene(pair: RectifiedPair, scene: Scene, options: GeometricOptions |
     """Group a scene's upright pieces to instances, the largest first."""
     chosen = options or GeometricOptions()
     found: list[Instance] = []
-    for group in _groups(scene.pieces):
-        instance = _instance(pair, scene, group, chosen)
+    for group in piece_groups(scene.pieces):
+        instance = instance_of_pieces(pair, scene, group, chosen)
         if instance is not None:
             found.append(instance)
     return sorted(found, key=lambda instance: -int(np.count_nonzero(instance.mask)))
 
 
-def _groups(pieces: tuple[Piece, ...]) -> list[list[int]]:
+def piece_groups(pieces: tuple[Piece, ...]) -> list[list[int]]:
     """Return the pieces' numbers by instance: neighbours in a chain that meet in a convex edge."""
     groups: list[list[int]] = [[0]] if pieces else []
     for one, other in pairwise(range(len(pieces))):
@@ -73,7 +81,13 @@ class _Size:
     distance_m: float
 
 
-def _instance(pair: RectifiedPair, scene: Scene, group: list[int], options: GeometricOptions) -> Instance | None:
+def instance_of_pieces(
+    pair: RectifiedPair, scene: Scene, group: list[int], options: GeometricOptions, opinion: Opinion | None = None
+) -> Instance | None:
+    """Return a group of pieces as an instance, None where it hasn't a wall's or a column's size, place and colour.
+
+    An `opinion` stands for colour and distance; of a slender thing it decides the class too, which size can't tell.
+    """
     sizes: list[_Size] = []
     mask = np.zeros(scene.labels.shape, dtype=bool)
     round_column = False
@@ -88,15 +102,17 @@ def _instance(pair: RectifiedPair, scene: Scene, group: list[int], options: Geom
         mask |= own
         circle = scene.pieces[number].circle
         round_column |= circle is not None and circle.radius_m < 0.5 * options.column_width_m
-    if not sizes or min(size.distance_m for size in sizes) > options.most_distance_m:
+    if not sizes or (opinion is None and min(size.distance_m for size in sizes) > options.most_distance_m):
         return None
     if sum(size.width_m for size in sizes) < options.least_width_m:
         return None
-    score = _concrete_score(pair, mask, options.most_chroma)
+    score = opinion.score if opinion is not None else _concrete_score(pair, mask, options.most_chroma)
     if score <= 0.0:
         return None
     slender = all(size.width_m < options.column_width_m for size in sizes)
     label: InstanceClass = "column" if round_column or slender else "wall"
+    if opinion is not None and slender and not round_column:
+        label = opinion.label
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
     freeze(mask)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray
@@ -23,10 +23,22 @@ class Instance:
     source: str  # which segmenter said so
 
 
+@runtime_checkable
+class Refuter(Protocol):
+    """What a segmenter may have beside: it knows things that are no wall and no column; version 1 of the interface."""
+
+    def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
+        """Return masks bool (H, W) of what is something else: formwork, hoardings, people, machines."""
+        ...
+
+
 class Segmenter(Protocol):
     """Finds walls and columns in a rectified pair; version 1 of the interface."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Return the segmenter's name, for reports."""
+        ...
 
     def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
         """Return the instances, masks in pixels of the rectified left photo, integers being pixel centres."""

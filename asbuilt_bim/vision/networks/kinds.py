@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import NetworkError
-from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.layouts import Sighting, read_sightings
@@ -52,11 +54,24 @@ def _loaded(card_path: Path, changed_ns: int) -> LoadedNetwork:
     return LoadedNetwork(card=card, network=open_network(card, model_path(card, card_path)))
 
 
+def network_digest(card_path: Path) -> str:
+    """Return the SHA-256 of a card and its ONNX file together.
+
+    Raises:
+        NetworkError: the card can't be used.
+    """
+    digest = hashlib.sha256(card_path.read_bytes())
+    with model_path(read_card(card_path), card_path).open("rb") as file:
+        digest.update(hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NetworkSegmenter:
     """Finds walls and columns by a network; `Segmenter`, version 1."""
 
     loaded: LoadedNetwork
+    _last: list[Any] = field(default_factory=list, repr=False)  # the pair seen last, and what was seen in it
 
     @property
     def name(self) -> str:
@@ -81,8 +96,19 @@ class NetworkSegmenter:
 
     def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
         """Return the walls and columns, masks in pixels of the rectified left photo, integers being pixel centres."""
-        found = self.sightings(pair.left)
+        found = self._seen(pair)
         return [instance_of(one, meaning, self.name) for meaning, one in found if meaning != "other"]
+
+    def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
+        """Return masks bool (H, W) of what the network knows to be something else; `Refuter`, version 1."""
+        return tuple(one.mask for meaning, one in self._seen(pair) if meaning == "other")
+
+    def _seen(self, pair: RectifiedPair) -> list[tuple[Meaning, Sighting]]:
+        """Look at a pair's left photo once, whatever is asked of it."""
+        if not self._last or self._last[0] is not pair:
+            self._last[:] = [pair, self.sightings(pair.left)]
+        found: list[tuple[Meaning, Sighting]] = self._last[1]
+        return found
 
 
 def instance_of(sighting: Sighting, meaning: Meaning, source: str) -> Instance:

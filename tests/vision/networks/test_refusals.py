@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 from onnx import TensorProto, helper
 
 from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.schemas_dir import schema
+from asbuilt_bim.vision.networks.card import ROLES, ClassCard, InputCard, NetworkCard
 from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
 from tests.vision.networks import graphs
@@ -51,6 +54,18 @@ def test_a_wrong_card_is_refused_by_its_key(tmp_path: Path, keys: dict[str, Any]
     message = refused(path)
     assert says in message
     assert "card.yaml" in message
+
+
+def test_the_schema_knows_the_cards_keys() -> None:
+    whole = schema("network-1")
+    for part, kind in (
+        (whole, NetworkCard),
+        (whole["properties"]["input"], InputCard),
+        (whole["properties"]["classes"]["items"], ClassCard),
+    ):
+        assert set(part["properties"]) == {f.name for f in fields(kind)}
+        assert part["additionalProperties"] is False
+    assert set(whole["properties"]["layout"]["enum"]) == set(ROLES)
 
 
 def test_a_missing_card_is_refused(tmp_path: Path) -> None:
