@@ -1,0 +1,124 @@
+"""Writes a pair of twins with its exact truth: photos, which face each pixel shows, areas and what is in view whole."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from asbuilt_synthetic.lens import camera_of, in_frame, project, world_from_camera
+from asbuilt_synthetic.meshes import transform
+from asbuilt_synthetic.model import CameraTruth, FloatArray, Scene, Station
+from asbuilt_synthetic.truth import disc_truth, pixel_truth
+from asbuilt_synthetic.twins import Plan, plan
+from asbuilt_synthetic.twins_scene import twin_scene
+
+MARGIN_PX = 6.0  # within it an edge can't be told from the photo's end
+_QUALITY = 95
+_PATHS = {"samples": 5, "supersample": 1.1}  # the denoiser keeps texture by its albedo: a third of a site photo's time
+
+
+def write_twin(seed: int, folder: Path, renderer: str = "raycast") -> None:
+    """Write left.jpg, right.jpg, faces.png (number of the face + 1 in the distorted left photo) and truth.json."""
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = twin_scene(seed)
+    station = scene.stations[0]
+    render = import_module(f"asbuilt_synthetic.{renderer}").render
+    options = _PATHS if renderer == "cycles" else {}
+    for side in ("left", "right"):
+        photo = np.ascontiguousarray(render(scene, station, side, **options)[..., ::-1])
+        cv2.imwrite(str(folder / f"{side}.jpg"), photo, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    labels = pixel_truth(scene, station).face + 1
+    cv2.imwrite(str(folder / "faces.png"), labels.astype(np.uint8))
+    truth = twin_truth(scene, plan(seed), np.bincount(labels.ravel(), minlength=len(scene.faces) + 1)[1:])
+    (folder / "truth.json").write_text(json.dumps({**truth, "renderer": renderer}, indent=1), encoding="utf-8")
+
+
+def twin_truth(scene: Scene, drawn: Plan, pixels: np.ndarray) -> dict[str, Any]:
+    """Tell rig, target and every face that the left photo shows; lengths in metres."""
+    station = scene.stations[0]
+    disc = disc_truth(scene, station)
+    element = {e.global_id: k for k, e in enumerate(scene.elements)}
+    return {
+        "seed": scene.seed,
+        "rig": {
+            "left": _camera(scene.rig.left),
+            "right": _camera(scene.rig.right),
+            "right_from_left": scene.rig.right_from_left.tolist(),
+        },
+        "target": None if disc is None else {"depth_m": disc.depth_m, "range_m": disc.range_m},
+        "objects": [{"kind": o.kind, "material": o.material} for o in drawn.objects],
+        "faces": [
+            {"face": k, "object": element[f.element], **_face(scene, station, k)}
+            for k, f in enumerate(scene.faces)
+            if pixels[k] > 0
+        ],
+    }
+
+
+def _face(scene: Scene, station: Station, index: int) -> dict[str, Any]:
+    """Tell one face. Nothing stands before another here, so what is in the frame and faces both cameras is in view."""
+    face = scene.faces[index]
+    body = next(b for b in scene.bodies if (b.face_id == index).any())
+    corners = body.vertices_m[body.triangles[body.face_id == index]].reshape(-1, 3)
+    low, high = corners[:, 2].min(), corners[:, 2].max()
+    whole = True
+    for side in ("left", "right"):
+        pose, camera = world_from_camera(scene.rig, station, side), camera_of(scene.rig, side)
+        shown = corners
+        if face.kind == "cylinder":
+            shown = _shown_half(corners, face.origin_m, pose[:3, 3])
+        elif (pose[:3, 3] - face.origin_m) @ face.normal <= 0.0:
+            whole = False
+        px = project(camera, transform(np.linalg.inv(pose), shown))
+        whole &= bool(in_frame(camera, px, MARGIN_PX).all())
+        if side == "left":
+            level = np.c_[shown[:, :2], np.full(len(shown), np.clip(pose[2, 3], low, high))]
+            across = float(np.ptp(project(camera, transform(np.linalg.inv(pose), level))[:, 0]))
+            narrow = min(across, float(np.ptp(px[:, 1])))
+    way = station.world_from_left[:3, 3] - face.origin_m
+    cosine = float(way @ face.normal / np.linalg.norm(way)) if face.kind == "plane" else 1.0
+    return {
+        "kind": face.kind,
+        "area_m2": face.design_area_m2,
+        "radius_m": face.radius_m,
+        "height_m": float(high - low),
+        "whole": whole,
+        "narrow_px": narrow,
+        "distance_m": float(np.linalg.norm(way)),
+        "level_distance_m": float(np.linalg.norm(way[:2])),  # of a round one, to its axis
+        "incidence_deg": float(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))),
+    }
+
+
+def _shown_half(corners: FloatArray, axis_m: FloatArray, eye_m: FloatArray) -> FloatArray:
+    out = corners[:, :2] - axis_m[:2]
+    radius = np.linalg.norm(out, axis=1)
+    return corners[((eye_m[:2] - axis_m[:2]) * out).sum(1) >= radius**2 - 1e-9]
+
+
+def _camera(c: CameraTruth) -> dict[str, Any]:
+    return {"K": c.K.tolist(), "distortion": c.distortion.tolist(), "width_px": c.width_px, "height_px": c.height_px}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write the pairs of some seeds; those that are there already are kept."""
+    parser = argparse.ArgumentParser(prog="python -m asbuilt_synthetic.twins_truth", description=main.__doc__)
+    parser.add_argument("--seeds", type=int, nargs="+", required=True)
+    parser.add_argument("--renderer", choices=["raycast", "cycles"], default="raycast")
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args(arguments)
+    for seed in given.seeds:
+        folder = given.out / f"twin-{seed}-{given.renderer}"
+        if not (folder / "truth.json").exists():
+            write_twin(seed, folder, given.renderer)
+
+
+if __name__ == "__main__":
+    main()
