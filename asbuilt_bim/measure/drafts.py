@@ -28,8 +28,8 @@ MATCHER_BLOCK_PX = 150.0
 """Pixels of a matcher's answer that err together: its window and its smoothness."""
 FRAME_MARGIN_PX = 4
 HIDDEN_SHARE = 0.12
-LEAK_PX = 2.0
-"""Blur carries the neighbour 1 px in on each side, at another disparity: tenths of a px on a face 20 px wide."""
+LEAK_PX = 0.5
+"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border."""
 NARROW_SHARE = 0.9
 """A face under this share of its neighbour's width in the photo takes top and foot from it."""
 
