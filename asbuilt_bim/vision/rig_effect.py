@@ -1,0 +1,66 @@
+"""What a rig that no longer stands as it was calibrated does to a measured area, and to the rows of the photos."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import rotation_from_vector, unit
+
+AREA_DISTANCE_M = 5.0
+"""Where areas are judged: the middle of the 3 to 8 m from which faces are photographed."""
+_SIDE_M = 1.0
+_PLACES = ((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0), (0.0, -0.25), (0.0, 0.25))  # of the frame, about its middle
+_STEP_RAD = 1e-6
+
+
+def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return the relative errors (5,) of an area of 1 m2 at 5 m: in the middle, left, right, above, below.
+
+    The square faces the camera; the photos are those of the corrected rig, and the calibration's is used on them.
+    A turn about the camera's axis tilts what it sees: it leaves the middle right and moves the sides.
+    """
+    corners = 0.5 * _SIDE_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    span = np.array([camera.width_px, camera.height_px]) / camera.f_px * AREA_DISTANCE_M
+    middle = (np.array([camera.width_px, camera.height_px]) / 2 - [camera.cx_px, camera.cy_px]) / camera.f_px
+    centres = middle * AREA_DISTANCE_M + np.array(_PLACES) * span
+    xy = centres[:, None, :] + corners[None]
+    points = np.concatenate([xy, np.full((*xy.shape[:2], 1), AREA_DISTANCE_M)], axis=-1)
+    left, right = _seen(points, correction_rad, camera)
+    disparity = np.maximum(left[..., 0] - right[..., 0], 1e-6)
+    depth = camera.baseline_m / disparity
+    rays = np.concatenate([left, np.ones((*left.shape[:2], 1))], axis=-1)
+    measured = rays * depth[..., None]
+    diagonals = measured[:, 2] - measured[:, 0], measured[:, 3] - measured[:, 1]
+    areas = 0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1)
+    effects: FloatArray = areas / _SIDE_M**2 - 1.0
+    return effects
+
+
+def worst_area_effect(
+    correction_rad: FloatArray, covariance: FloatArray, camera: RectifiedCamera
+) -> tuple[float, float]:
+    """Return the largest of `area_effects` by amount, and its sigma from the correction's covariance (5, 5)."""
+    effects = area_effects(correction_rad, camera)
+    worst = int(np.argmax(np.abs(effects)))
+    steps = _STEP_RAD * np.eye(5)
+    slopes = np.array([(area_effects(correction_rad + step, camera)[worst] - effects[worst]) for step in steps])
+    slopes /= _STEP_RAD
+    return float(effects[worst]), float(np.sqrt(max(slopes @ covariance @ slopes, 0.0)))
+
+
+def row_effect_px(correction_rad: FloatArray, camera: RectifiedCamera) -> float:
+    """Return how far apart in pixels the rows of both photos lie at 5 m, the worst place of the frame's inner half."""
+    across = np.array([-0.25, 0.0, 0.25])
+    grid = np.stack(np.meshgrid(across * camera.width_px, across * camera.height_px), axis=-1).reshape(1, -1, 2)
+    rays = np.concatenate([grid / camera.f_px, np.ones((1, grid.shape[1], 1))], axis=-1)
+    left, right = _seen(rays * AREA_DISTANCE_M, correction_rad, camera)
+    return float(camera.f_px * np.abs(left[..., 1] - right[..., 1]).max())
+
+
+def _seen(points_m: FloatArray, correction: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
+    """Return x/z and y/z (..., 2) of points (..., 3) in the rectified left frame, in both photos as they are."""
+    eye = camera.baseline_m * unit(np.array([1.0, correction[3], correction[4]]))
+    right = (points_m - eye) @ rotation_from_vector(correction[:3]).T
+    return points_m[..., :2] / points_m[..., 2:], right[..., :2] / right[..., 2:]
