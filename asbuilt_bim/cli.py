@@ -36,6 +36,7 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--visit", type=click.DateTime(["%Y-%m-%d"]), default=None, help="The state as of this visit.")
 @click.option("--strict", is_flag=True, help="Exit with 1 where a station was left out.")
+@click.option("--refine-rig", is_flag=True, help="Where the rig was knocked: use it as the visit's photos show it.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.option("--scheduler", default="", metavar="tcp://HOST:PORT", help="Measure on a Dask cluster.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")

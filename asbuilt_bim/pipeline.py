@@ -97,6 +97,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         with watch.step("register, match, judge"):
             rejections = (*stray, *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
+            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes))
             history = remember(history, report)
         progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))

@@ -42,6 +42,7 @@ class RigSource:
     file: Path | None
     boards: BoardsFile | None
     pairs: tuple[tuple[Path, Path], ...]
+    refine: bool = False  # measure with the rig as the visit's photos show it, where it was knocked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +110,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         file=checker.file(written.rig.file, "rig.file") if written.rig.file else None,
         boards=boards,
         pairs=checker.pairs(boards.left, boards.right, "rig.boards") if boards else (),
+        refine=written.rig.refine,
     )
     visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(written.visits)]
     for index, name in enumerate(written.writers):

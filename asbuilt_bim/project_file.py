@@ -46,6 +46,7 @@ class RigFile:
 
     file: str | None = None
     boards: BoardsFile | None = None
+    refine: bool = False  # where it was knocked since: measure with the rig as each visit's photos show it
 
     def __post_init__(self) -> None:
         """Check that there is one source of the rig.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Protocol
@@ -20,15 +20,15 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_station,
 )
+from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project import Project, Station, Visit
+from asbuilt_bim.rig_watch import Outcome, WatchedVisit, watch_rig
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
 from asbuilt_bim.version_info import library_versions, measuring_code_digest
 
 PICTURE_WIDTH_PX = 1280
-
-Outcome = StationMeasurement | RejectedStation
 
 
 class Progress(Protocol):
@@ -57,6 +57,8 @@ class MeasuredVisit:
     rejections: tuple[Rejection, ...]
     pictures: dict[str, bytes]  # by station: JPEG without EXIF, rejected stations' too where there is one
     from_cache: int
+    rig: tuple[RigRecord, ...] = ()
+    rig_notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,22 +97,39 @@ def measure_job(job: StationJob) -> Outcome:
 def measure_visit(
     visit: Visit, project: Project, rig: StereoRig, place: Workplace, progress: Progress
 ) -> MeasuredVisit:
-    """Measure every station of a visit; results come from the cache where nothing they depend on has changed."""
+    """Measure every station of a visit; results come from the cache where nothing they depend on has changed.
+
+    The stations' photos together judge the rig: where it was knocked, the stations are refused, or measured again with
+    a refined rig where the project asks for that.
+    """
+    outcomes, known = _measured(visit.stations, f"measure {visit.date.isoformat()}", project, rig, place, progress)
+
+    def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
+        stations = [station for station in visit.stations if station.name in names]
+        step = f"measure {visit.date.isoformat()} again, rig refined"
+        return _measured(stations, step, project, refined, place, progress)[0]
+
+    in_order = [outcomes[station.name] for station in visit.stations]
+    return _gathered(watch_rig(in_order, rig, again if project.rig.refine else None), known)
+
+
+def _measured(
+    stations: Sequence[Station], step: str, project: Project, rig: StereoRig, place: Workplace, progress: Progress
+) -> tuple[dict[str, Outcome], int]:
+    """Measure stations with a rig; returns the outcomes by name, and how many came from the cache."""
     options = options_of(project)
     rig_digest = plain_digest(rig, StereoRig)
     networks = [f"{name} {digest}" for name, digest in identities(project.networks).items()]
     outcomes: dict[str, Outcome] = {}
-    known: list[str] = []
     keys: dict[str, str] = {}
-    total = len(visit.stations)
-    step = f"measure {visit.date.isoformat()}"
+    known: list[str] = []
 
     def note(name: str, outcome: Outcome) -> None:
         outcomes[name] = outcome
-        progress(step, len(outcomes), total, name)
+        progress(step, len(outcomes), len(stations), name)
 
     def jobs() -> Iterator[StationJob]:
-        for station in visit.stations:
+        for station in stations:
             photos = read_pair(station, project)
             if isinstance(photos, RejectedStation):
                 note(station.name, photos)
@@ -124,7 +143,7 @@ def measure_visit(
             keys[station.name] = key
             yield StationJob(photos=photos, rig=rig, options=options, networks=project.networks)
 
-    progress(step, 0, total)
+    progress(step, 0, len(stations))
     for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler):
         name = done.job.photos.name
         if isinstance(done.result, WorkerLoss):
@@ -133,7 +152,7 @@ def measure_visit(
             if isinstance(done.result, StationMeasurement):  # what failed may be mended: never kept
                 place.cache.put(keys[name], done.result, StationMeasurement)
             note(name, done.result)
-    return _gathered([outcomes[station.name] for station in visit.stations], len(known))
+    return outcomes, len(known)
 
 
 def read_pair(station: Station, project: Project) -> StationPhotos | RejectedStation:
@@ -175,12 +194,15 @@ def _key(photos: StationPhotos, rig_digest: str, options: MeasureOptions, networ
     )
 
 
-def _gathered(outcomes: list[Outcome], from_cache: int) -> MeasuredVisit:
+def _gathered(watched: WatchedVisit, from_cache: int) -> MeasuredVisit:
+    outcomes = watched.outcomes
     return MeasuredVisit(
         measured=tuple(o for o in outcomes if isinstance(o, StationMeasurement)),
-        rejections=tuple(rejection for outcome in outcomes for rejection in _reasons(outcome)),
+        rejections=(*watched.warnings, *(rejection for outcome in outcomes for rejection in _reasons(outcome))),
         pictures={outcome.station: picture for outcome in outcomes if (picture := _picture(outcome))},
         from_cache=from_cache,
+        rig=watched.records,
+        rig_notes=watched.notes,
     )
 
 

@@ -84,10 +84,13 @@ def overlap_share(pair: RectifiedPair, matches: PairMatches) -> float:
     return float(np.mean(seen))
 
 
-def check_pair(pair: RectifiedPair) -> tuple[Rejection, ...]:
-    """Return why both photos can't be used together: swapped, not of one scene, rows apart, too little overlap."""
+def check_pair(pair: RectifiedPair, matches: PairMatches | None = None) -> tuple[Rejection, ...]:
+    """Return why both photos can't be used together: swapped, not of one scene, rows apart, too little overlap.
+
+    `matches` are those of `match_pair`, where they are there already.
+    """
     what = f"station {pair.name}"
-    matches = match_pair(pair)
+    matches = match_pair(pair) if matches is None else matches
     count = len(matches.left_px)
     if count < _FEWEST:
         return (

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from asbuilt_bim.camera.overlap import check_pair
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
@@ -16,6 +15,7 @@ from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.marks import marks_mask, without_boards
 from asbuilt_bim.measure.paper import paper_faces
+from asbuilt_bim.measure.rig_check import check_rig
 from asbuilt_bim.measure.scale import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
@@ -24,6 +24,7 @@ from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.depth_paper import Inversion
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.markers import MarkerSighting, find_markers
+from asbuilt_bim.vision.rig_health import StationHealth
 from asbuilt_bim.vision.scene import Scene, read_scene
 from asbuilt_bim.vision.segment import Instance, Segmenter
 from asbuilt_bim.vision.sky import find_sky
@@ -103,6 +104,7 @@ class StationMeasurement:
     thumbnail_jpeg: (
         bytes  # the rectified left photo without EXIF, for overlays when the photos are gone; at most 1280 px wide
     )
+    health: StationHealth | None = None  # of the rig; None where too few matches say anything of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -160,9 +162,11 @@ def measure_in_detail(
     if isinstance(pair, RejectedStation):
         return pair
     watch.lap("read")
-    rejections = list(check_pair(pair))
-    if rejections:
-        return RejectedStation(station=photos.name, rejections=tuple(rejections), picture=pair.left)
+    checked = check_rig(pair, rig)
+    if checked.rejections:
+        return RejectedStation(
+            station=photos.name, rejections=checked.rejections, picture=pair.left, health=checked.health
+        )
     watch.lap("check")
     target, reasons = find_target(pair, options.target)
     markers = find_markers(pair, options.marker_family)
@@ -170,8 +174,10 @@ def measure_in_detail(
     least = options.least_markers_without_target
     refused = without_scale(photos.name, target, reasons, markers, required=options.target.required, least=least)
     if refused:
-        return RejectedStation(station=photos.name, rejections=refused, picture=pair.left)
-    seen = _Sighted(photos=photos, pair=pair, rig=rig, target=target, markers=markers, reasons=reasons)
+        return RejectedStation(station=photos.name, rejections=refused, picture=pair.left, health=checked.health)
+    seen = _Sighted(
+        photos=photos, pair=pair, rig=rig, health=checked.health, target=target, markers=markers, reasons=reasons
+    )
     return _measure(seen, options, instruments, watch)
 
 
@@ -182,6 +188,7 @@ class _Sighted:
     photos: StationPhotos
     pair: RectifiedPair
     rig: StereoRig
+    health: StationHealth | None
     target: TargetSighting | None
     markers: tuple[MarkerSighting, ...]
     reasons: tuple[Rejection, ...]
@@ -197,7 +204,8 @@ def _measure(
     wanted = depth_method(options.method, options.depth)
     depth = area_depth(pair, stereo, target, instruments.relative_depth, wanted, options.inversion)
     if isinstance(depth, Rejection):
-        return RejectedStation(station=seen.photos.name, rejections=(*seen.reasons, depth), picture=pair.left)
+        reasons = (*seen.reasons, depth)
+        return RejectedStation(station=seen.photos.name, rejections=reasons, picture=pair.left, health=seen.health)
     if depth is not stereo:
         watch.lap("depth network")
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
@@ -225,6 +233,7 @@ def _measure(
         left_digest=seen.photos.left.digest,
         right_digest=seen.photos.right.digest,
         thumbnail_jpeg=picture,
+        health=seen.health,
     )
     return StationDetail(measurement=measurement, pair=pair, depth=depth, instances=tuple(instances))
 

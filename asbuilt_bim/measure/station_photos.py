@@ -13,6 +13,7 @@ from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectificati
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage
+from asbuilt_bim.vision.rig_health import StationHealth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,6 +32,7 @@ class RejectedStation:
     station: str
     rejections: tuple[Rejection, ...]
     picture: ByteImage | None = None
+    health: StationHealth | None = None  # of the rig, where the photos said something of it
 
 
 def read_station(photos: StationPhotos, rig: StereoRig) -> RectifiedPair | RejectedStation:

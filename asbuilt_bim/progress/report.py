@@ -170,6 +170,25 @@ class StationRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RigRecord:
+    """How the rig stood at some stations of the visit, against its calibration: fitted to their own photos."""
+
+    stations: tuple[str, ...]
+    state: Literal["sound", "doubtful", "knocked", "undetermined"]
+    refined: bool  # the stations were measured with the rig as their photos show it
+    pitch_rad: float  # of the right camera, about x, y, z of the rectified frame
+    yaw_rad: float
+    roll_rad: float
+    pitch_sigma_rad: float  # the matches' and the calibration's
+    yaw_sigma_rad: float
+    roll_sigma_rad: float
+    area_effect: float  # relative error of an area at 5 m, used as calibrated
+    area_effect_sigma: float
+    rows_px: float
+    matches: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
     """What the numbers were made from."""
 
@@ -224,3 +243,4 @@ class ProgressReport:
     notes: tuple[str, ...]
     provenance: Provenance | None = None  # the edge fills it in
     schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from
+    rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked

@@ -38,6 +38,7 @@ class RunRequest:
     workers: int | None = None
     until: date | None = None
     strict: bool = False
+    refine_rig: bool = False
     allow_outside: bool = False
     scheduler: str = ""
     no_cache: bool = False
@@ -52,6 +53,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     """
     project = _until(read_project(request.project, allow_outside=request.allow_outside), request.until)
     writers = load_writers(project.writers)
+    if request.refine_rig:
+        project = replace(project, rig=replace(project.rig, refine=True))
     cache = Cache(folder=None if request.no_cache else default_folder())
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
     with open_output(request.out, project.sources) as out:
