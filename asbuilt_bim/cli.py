@@ -104,6 +104,33 @@ def inspect(context: click.Context, file: Path) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("left", type=_FILE)
+@click.argument("right", type=_FILE)
+@click.option("--rig", type=_FILE, required=True, metavar="RIG.yaml", help="The rig that took the photos.")
+@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
+@click.option("--target-diameter", type=click.FloatRange(0.05, 2.0), default=None, metavar="METRES")
+@click.option("--no-target", is_flag=True, help="Go on without a red disc: nothing then checks the scale.")
+@click.option("--masks", type=_FILE, default=None, help="PNG of labels, COCO JSON or clicked polygons of LEFT.")
+@click.option("--mask-class", multiple=True, metavar="LABEL=CLASS", help="What a PNG's label is: 1=wall, 2=column.")
+@click.option("--segment-network", default="", metavar="CARD", help="Card of a segmenter, or plugin:NAME.")
+@click.option("--depth-network", default="", metavar="CARD", help="Card of a relative-depth network, or plugin:NAME.")
+@click.option("--method", type=click.Choice(["default", "paper"]), default="default", help="paper: as published.")
+@click.option("--depth", type=click.Choice(["stereo", "paper", "fused"]), default=None, help="The depth map to take.")
+@click.option("--inversion", type=click.Choice(["complement", "reciprocal"]), default="complement")
+@click.pass_context
+def measure(context: click.Context, /, **options: Any) -> None:
+    """Measure the walls and columns of one photo pair, LEFT and RIGHT, without any IFC file."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.measure_command import MeasureRequest, measure_command
+
+        return measure_command(MeasureRequest(**options), screen, datetime.now(UTC))
+
+    _guarded(context, screen, action)
+
+
 def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -> None:
     """Run an action (it imports what it needs: `--help` stays quick); what goes wrong is a message and an exit code."""
     from asbuilt_bim.errors import AsBuiltError

@@ -3,6 +3,8 @@
 AsBuiltError                  everything this package raises on purpose; the command line prints it and exits 1
 ├── ProjectError              the project file: unknown keys, wrong types, paths that leave the project
 ├── PhotoError                a photo can't be used: missing, truncated, no picture, wrong size, another camera
+├── MaskError                 a file of masks can't be used: no PNG, COCO or polygons, wrong size, unknown class
+├── MeasureError              a photo pair can't be measured; the message holds every reason
 ├── CalibrationError          boards or control points don't give a rig
 ├── RigError                  a rig file or a rig that can't be right
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
@@ -32,6 +34,14 @@ class ProjectError(AsBuiltError):
 
 class PhotoError(AsBuiltError):
     """A photo can't be used."""
+
+
+class MaskError(AsBuiltError):
+    """A file of masks can't be used."""
+
+
+class MeasureError(AsBuiltError):
+    """A photo pair can't be measured; the message holds every reason."""
 
 
 class CalibrationError(AsBuiltError):

@@ -132,4 +132,5 @@ def test_every_public_module_is_documented_and_exports_what_it_says() -> None:
     for path in modules():
         tree = ast.parse(path.read_text(encoding="utf-8"))
         assert path.stat().st_size == 0 or ast.get_docstring(tree), f"{path} has no docstring"
-    assert asbuilt_bim.__all__ == ["__version__"]
+    for name in asbuilt_bim.__all__:
+        assert getattr(asbuilt_bim, name) is not None, name

@@ -13,7 +13,7 @@ from asbuilt_bim.vision.target import TargetSighting
 
 Method = Literal["default", "paper"]
 
-NAME_A_NETWORK = "name a relative-depth network (networks: {depth: card.yaml})"
+NAME_A_NETWORK = "name a relative-depth network by its card (networks: {depth: card.yaml}, --depth-network card.yaml)"
 
 
 def depth_method(method: Method, depth: DepthMethod | None) -> DepthMethod:
@@ -32,7 +32,7 @@ def missing_network(method: Method, depth: DepthMethod | None, network: object |
     wanted = depth_method(method, depth)
     if network is not None or wanted == "stereo":
         return ""
-    remedy = f"{NAME_A_NETWORK}, or take stereo for its depth (depth: stereo)"
+    remedy = f"{NAME_A_NETWORK}, or take stereo for its depth (depth: stereo, --depth stereo)"
     asked = "method: paper" if method == "paper" and depth is None else f"depth: {wanted}"
     return f"{asked} needs a network that gives relative depth, and none is named; {remedy}"
 

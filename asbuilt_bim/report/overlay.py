@@ -27,6 +27,12 @@ def draw_overlay(picture_jpeg: bytes, station: StationRecord, report: ProgressRe
     """
     image = decode_picture(picture_jpeg, f"station {station.name}")
     layout = overlay_layout(station, report, image.shape[1], image.shape[0])
+    title = f"{station.name}   {station.day.isoformat()}"
+    return encode_picture(draw_layout(image, layout, title), JPEG_QUALITY)
+
+
+def draw_layout(image: ByteImage, layout: OverlayLayout, title: str) -> ByteImage:
+    """Draw a layout on its picture (which is changed) and set a strip with the title and the colours below it."""
     _fill(image, layout.outlines)
     for outline in layout.outlines:
         _stroke(image, outline, max(2, round(layout.text_px / (12 if outline.dashed else 7))))
@@ -36,8 +42,7 @@ def draw_overlay(picture_jpeg: bytes, station: StationRecord, report: ProgressRe
         _draw_leader(image, label)
     for label in layout.labels:
         _draw_label(image, label, layout.text_px)
-    framed = np.vstack([image, _legend(layout, station)])
-    return encode_picture(framed, JPEG_QUALITY)
+    return np.vstack([image, _legend(layout, title)])
 
 
 def decode_picture(data: bytes, what: str) -> ByteImage:
@@ -136,15 +141,14 @@ def _draw_label(image: ByteImage, label: Label, text_px: float) -> None:
         draw_text(image, line, left, label.top + (1.15 + 1.3 * index) * text_px, size, _INK)
 
 
-def _legend(layout: OverlayLayout, station: StationRecord) -> ByteImage:
-    """Draw the strip below the picture: station, date and what the colours say."""
+def _legend(layout: OverlayLayout, title: str) -> ByteImage:
+    """Draw the strip below the picture: its title and what the colours say."""
     size = layout.text_px
     strip = np.full((round(2.4 * size), layout.width, 3), bgr(_PAPER), np.uint8)
     baseline, x = 1.5 * size, 0.8 * size
-    title = f"{station.name}   {station.day.isoformat()}"
     draw_text(strip, title, x, baseline, size, _INK)
     x += text_width(title, size) + 2.0 * size
-    meanings = dict.fromkeys((outline.meaning, outline.colour) for outline in layout.outlines)
+    meanings = dict.fromkeys((outline.meaning, outline.colour) for outline in layout.outlines if outline.meaning)
     entries = [*meanings, *([("target", TARGET_COLOUR)] if layout.disc is not None else [])]
     for meaning, colour in entries:
         if x + 1.5 * size + text_width(meaning, size) > layout.width:

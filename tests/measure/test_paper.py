@@ -88,7 +88,7 @@ def test_a_mask_at_the_photos_border_is_said_to_be_cut() -> None:
 def test_without_a_network_the_published_method_says_what_to_do() -> None:
     found = measure_station(photos(), rig_of(site()[1]), replace(FREE, method="paper"))
     assert isinstance(found, RejectedStation)
-    assert "networks: {depth: card.yaml}" in str(found.rejections[-1])
+    assert "networks: {depth: card.yaml}, --depth-network" in str(found.rejections[-1])
     said = missing_network("paper", None, None)
     assert "method: paper needs a network" in said
     assert "depth: stereo" in said

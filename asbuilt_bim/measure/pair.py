@@ -1,0 +1,117 @@
+"""One photo pair measured without any design: the paper's own use, and what its outputs are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import MeasureError, Rejection
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.measure.depth_source import Method, missing_network
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.station import (
+    Instruments,
+    MeasureOptions,
+    RejectedStation,
+    StationDetail,
+    StationPhotos,
+    measure_in_detail,
+)
+from asbuilt_bim.vision.given_masks import photo_from_rectified
+from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.target import TargetSighting
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PairMeasurement:
+    """The faces of one photo pair, and all that their pictures are drawn from.
+
+    `rejections` name what was left out: faces, masks in which nothing was measured, other red discs.
+    """
+
+    detail: StationDetail
+    rig: StereoRig
+    options: MeasureOptions
+    left_name: str
+    right_name: str
+    rejections: tuple[Rejection, ...]
+
+    @property
+    def faces(self) -> tuple[MeasuredFace, ...]:
+        """Return the measured faces."""
+        return self.detail.measurement.faces
+
+    @property
+    def target(self) -> TargetSighting | None:
+        """Return the red disc, None where the scale is the rig's baseline alone."""
+        return self.detail.measurement.target
+
+    @property
+    def calibration_known(self) -> bool:
+        """Say whether the rig knows how sure it is; where not, no sigma holds the calibration's part."""
+        return bool(self.rig.covariance.any())
+
+    def instance_of(self, face: MeasuredFace) -> Instance:
+        """Return the wall or column that a face belongs to."""
+        return self.detail.instances[face.instance]
+
+    def photo_outline_px(self, face: MeasuredFace) -> tuple[FloatArray, ...]:
+        """Return a face's rings (N, 2) in pixels of the ORIGINAL left photo."""
+        return tuple(photo_from_rectified(ring, self.rig.left, self.detail.pair.camera) for ring in face.outline_px)
+
+
+def measure_photos(
+    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, instruments: Instruments
+) -> PairMeasurement:
+    """Measure a pair with the rig that took it.
+
+    Where `options.target.required` is off the rig's baseline alone gives the scale, and no marker is asked for.
+
+    Raises:
+        MeasureError: the pair can't be measured; the message holds every reason.
+    """
+    missing = missing_network(options.method, options.depth, instruments.relative_depth)
+    if missing:
+        raise MeasureError(missing)
+    chosen = options if options.target.required else replace(options, least_markers_without_target=0)
+    found = measure_in_detail(photos, rig, chosen, instruments=instruments)
+    if isinstance(found, RejectedStation):
+        raise MeasureError("\n".join(str(rejection) for rejection in found.rejections))
+    rejections = found.measurement.rejections
+    if instruments.segmenter is not None:
+        rejections = (*rejections, *_unmeasured(found, photos.name))
+    return PairMeasurement(
+        detail=found, rig=rig, options=chosen, left_name=photos.left.name, right_name=photos.right.name,
+        rejections=rejections,
+    )  # fmt: skip
+
+
+def dominating(face: MeasuredFace, *, calibration_known: bool) -> str:
+    """Return what an area's sigma comes from most: `calibration`, `image`, or that the calibration's isn't known."""
+    if not calibration_known:
+        return "image (calibration unknown)"
+    return "calibration" if face.area_sigma_calibration_m2 > face.area_sigma_image_m2 else "image"
+
+
+def seen(face: MeasuredFace, method: Method) -> str:
+    """Return how much of a face was seen: `whole`, `cut` by the photo's border, `hidden` in part, or both.
+
+    The published method doesn't ask whether something stands before a face: `not checked` where the photo's border
+    doesn't cut it.
+    """
+    words = [word for word, is_so in (("cut", face.cut_by_frame), ("hidden", face.occluded)) if is_so]
+    return " and ".join(words) or ("whole" if method == "default" else "not checked")
+
+
+def _unmeasured(found: StationDetail, name: str) -> list[Rejection]:
+    """Name the instances in which no face was measured."""
+    measured = {face.instance for face in found.measurement.faces}
+    lost = [instance for number, instance in enumerate(found.instances) if number not in measured]
+    return [
+        Rejection(
+            what=f"station {name}, {instance.label} {instance.source}",
+            reason="no face was measured in this mask",
+            remedy="a face is an upright plane or cylinder with texture, seen by both photos",
+        )
+        for instance in lost
+    ]

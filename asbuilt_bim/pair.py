@@ -1,0 +1,70 @@
+"""Measuring one photo pair from files, in a few lines: the Python face of `asbuilt-bim measure`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from asbuilt_bim.camera.photo import Photo, read_photo
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.instruments import NetworkChoice, instruments_of
+from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
+from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
+from asbuilt_bim.plugins import PREFIX
+from asbuilt_bim.vision.given_masks import GivenMasks
+from asbuilt_bim.vision.mask_file import read_masks
+from asbuilt_bim.vision.segment import InstanceClass
+
+
+def measure_pair(
+    left: Path | str,
+    right: Path | str,
+    rig: StereoRig,
+    *,
+    target_diameter_m: float | None = None,
+    target: bool = True,
+    masks: Path | str | None = None,
+    mask_classes: Mapping[int, InstanceClass] | None = None,
+    segment_network: Path | str = "",
+    depth_network: Path | str = "",
+    options: MeasureOptions | None = None,
+) -> PairMeasurement:
+    """Measure the walls and columns of one photo pair; prints nothing, writes nothing.
+
+    `target` False measures without the red disc: the scale is the rig's baseline, and nothing checks it.
+    `masks` (PNG of labels, COCO JSON, clicked polygons; pixels of the ORIGINAL left photo) say what is measured;
+    geometry finds it where there are none, together with `segment_network`. `mask_classes` says what a PNG's labels
+    are. A network is named by the path of its card, or as `plugin:NAME`.
+
+    Raises:
+        PhotoError: a photo can't be read.
+        MaskError: the masks can't be used.
+        NetworkError, PluginError: a network can't be used.
+        MeasureError: the pair can't be measured; the message holds every reason.
+    """
+    photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
+    instruments = instruments_of(NetworkChoice(segment=_network(segment_network), depth=_network(depth_network)))
+    left_out: tuple[str, ...] = ()
+    if masks is not None:
+        size = (rig.left.width_px, rig.left.height_px)
+        read = read_masks(Path(masks), size, Path(left).name, mask_classes)
+        given = GivenMasks(photo=rig.left, masks=read.masks)
+        instruments, left_out = replace(instruments, segmenter=given, opinion=None), read.left_out
+    chosen = options or MeasureOptions()
+    asked = replace(chosen.target, required=target, diameter_m=target_diameter_m)
+    found = measure_photos(photos, rig, replace(chosen, target=asked), instruments)
+    unused = [Rejection(what=f"masks {Path(str(masks)).name}", reason=f"{text}: left out") for text in left_out]
+    return replace(found, rejections=(*found.rejections, *unused))
+
+
+def _photo(path: Path) -> Photo:
+    """Read a photo that results name by its bare name: folders are nobody else's business."""
+    return replace(read_photo(path), name=path.name)
+
+
+def _network(named: Path | str) -> str:
+    """Return a card's absolute path, or `plugin:NAME` as it is."""
+    text = str(named)
+    return text if not text or text.startswith(PREFIX) else str(Path(text).absolute())

@@ -1,0 +1,121 @@
+"""`asbuilt-bim measure`: one photo pair, no IFC; faces on the terminal, pictures and JSON in a folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from asbuilt_bim.camera.rig_file import read_rig
+from asbuilt_bim.errors import MaskError, MeasureError
+from asbuilt_bim.measure.depth_source import Method
+from asbuilt_bim.measure.pair import PairMeasurement
+from asbuilt_bim.measure.station import MeasureOptions
+from asbuilt_bim.measure_folder import check_place, save_measurement
+from asbuilt_bim.pair import measure_pair
+from asbuilt_bim.report.faces_csv import HEADINGS, face_rows
+from asbuilt_bim.report.wording import length, plain
+from asbuilt_bim.terminal.screen import Screen
+from asbuilt_bim.vision.depth import DepthMethod
+from asbuilt_bim.vision.depth_paper import Inversion
+from asbuilt_bim.vision.segment import InstanceClass
+
+TABLE_WIDTH = 124
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureRequest:
+    """The command line of `measure`, as it was given."""
+
+    left: Path
+    right: Path
+    rig: Path
+    out: Path
+    target_diameter: float | None = None
+    no_target: bool = False
+    masks: Path | None = None
+    mask_class: tuple[str, ...] = ()
+    segment_network: str = ""
+    depth_network: str = ""
+    method: Method = "default"
+    depth: DepthMethod | None = None
+    inversion: Inversion = "complement"
+
+
+def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> int:
+    """Measure a pair, print its faces and write its outputs.
+
+    Raises:
+        AsBuiltError: there is no result, with the reason.
+    """
+    check_place(request.out)
+    try:
+        options = MeasureOptions(method=request.method, depth=request.depth, inversion=request.inversion)
+    except ValueError as problem:
+        raise MeasureError(str(problem)) from problem
+    found = measure_pair(
+        request.left,
+        request.right,
+        read_rig(request.rig),
+        target_diameter_m=request.target_diameter,
+        target=not request.no_target,
+        masks=request.masks,
+        mask_classes=_classes(request.mask_class),
+        segment_network=request.segment_network,
+        depth_network=request.depth_network,
+        options=options,
+    )
+    written = save_measurement(found, request.out, when)
+    _show(found, screen)
+    screen.say(f"Pictures and numbers: {written[-1]} and {len(written) - 1} files beside it")
+    return 0
+
+
+def _classes(given: tuple[str, ...]) -> dict[int, InstanceClass]:
+    """Read `1=wall` and the like.
+
+    Raises:
+        MaskError: it isn't of that form.
+    """
+    classes: dict[int, InstanceClass] = {}
+    for text in given:
+        value, _, label = text.partition("=")
+        if not value.isdecimal() or len(value) > 5 or label not in ("wall", "column"):
+            raise MaskError(f"--mask-class {text:.40}: a label and its class are expected, such as 1=wall or 2=column")
+        classes[int(value)] = "wall" if label == "wall" else "column"
+    return classes
+
+
+def _show(found: PairMeasurement, screen: Screen) -> None:
+    if found.target is not None:
+        sigma = length(found.target.depth_m, found.target.depth_sigma_m)
+        tape = f"{length(found.target.range_m)} from the left camera, as a tape shows"
+        screen.say(f"Target: Z {sigma} ({tape}), diameter {found.target.diameter_m * 1000.0:.0f} mm")
+    else:
+        screen.say("No target: the scale is the rig's baseline alone, and nothing checks it.")
+    if found.options.method == "paper":
+        screen.say(
+            f"Method: the published one, depth: {found.detail.depth.method}. Areas are those of the faces' shadows on "
+            "the image plane; it states no uncertainty."
+        )
+    elif not found.calibration_known:
+        screen.say("The rig file holds no covariance: no sigma below holds the calibration's part.")
+    rows = face_rows(found)
+    if screen.width >= TABLE_WIDTH:
+        table = Table()
+        for heading in HEADINGS:
+            table.add_column(heading, justify="left" if heading in ("Class", "Kind", "Sigma from", "Seen") else "right")
+        for row in rows:
+            table.add_row(*(Text(cell) for cell in row))
+        screen.say(table)
+    else:
+        for number, label, kind, width, height, area, source, seen, flatness, distance in rows:
+            screen.say(f"face {number} ({label}, {kind}): {area}, {width} x {height}, {seen}")
+            screen.say(f"  sigma from {source}, flatness {flatness}, {distance} away")
+    for rejection in found.rejections:
+        screen.warn(plain(str(rejection)))
+    if not rows:
+        screen.warn("not one face was measured")
