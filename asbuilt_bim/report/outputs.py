@@ -9,7 +9,10 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.csv import write_csv
 from asbuilt_bim.report.overlay import draw_overlay
 from asbuilt_bim.report.page import write_page
+from asbuilt_bim.report.schedule_msp import write_msp
+from asbuilt_bim.report.schedule_p6 import write_p6
 from asbuilt_bim.report.tables import station_rows
+from asbuilt_bim.report.tasks_csv import write_tasks_csv
 from asbuilt_bim.report.workbook import write_workbook
 
 MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
@@ -17,6 +20,8 @@ MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
 
 def write_outputs(report: ProgressReport, folder: Path, pictures_folder: Path) -> tuple[Path, ...]:
     """Write `overlays/*.jpg`, `quantities.csv`, `quantities.xlsx` and `report.html` into `folder`; return their paths.
+
+    A design with tasks gets `tasks.csv`, `schedule.msp.xml` and `schedule.p6.xml` as well.
 
     `pictures_folder` is the run folder that `StationRecord.picture` is relative to, or the folder of the visit's
     pictures itself. A station whose picture is missing gets no overlay, and the page says so.
@@ -30,7 +35,18 @@ def write_outputs(report: ProgressReport, folder: Path, pictures_folder: Path) -
     write_csv(report, table)
     write_workbook(report, workbook)
     write_page(report, pictures, page)
-    return (*written, table, workbook, page)
+    return (*written, table, workbook, *_write_tasks(report, folder), page)
+
+
+def _write_tasks(report: ProgressReport, folder: Path) -> tuple[Path, ...]:
+    """Write the tasks as a table and as schedules that planning programs import."""
+    if not report.tasks:
+        return ()
+    table, msp, p6 = folder / "tasks.csv", folder / "schedule.msp.xml", folder / "schedule.p6.xml"
+    write_tasks_csv(report, table)
+    write_msp(report, msp)
+    write_p6(report, p6)
+    return table, msp, p6
 
 
 def read_pictures(report: ProgressReport, pictures_folder: Path) -> dict[str, bytes]:

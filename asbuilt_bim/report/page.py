@@ -26,6 +26,7 @@ from asbuilt_bim.report.tables import (
     storey_names,
     subject_of,
 )
+from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
 
 TEMPLATES = Path(__file__).parent / "templates"
 FULL_WIDTH_PX, SMALL_WIDTH_PX = 1280, 720
@@ -65,6 +66,10 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes]) -> str:
             lost=lost_stations(report),
             other_rejections=_others(report),
             conflicts=[element for element in report.elements if element.cells_conflict > 0],
+            tasks=task_rows(report),
+            late=late_rows(report),
+            plan_words=plan_words(report),
+            late_words=late_words(report),
             cost_groups=_cost_groups(report),
             order=ORDER,
             target_colour=TARGET_COLOUR,

@@ -10,11 +10,12 @@ from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.progress.report import GroupProgress, ProgressReport, TaskProgress
+from asbuilt_bim.progress.report import GroupProgress, ProgressReport
 from asbuilt_bim.report.sheet import Cell, Column, Styles, finish_table, page_setup, write_cell, write_head, write_row
 from asbuilt_bim.report.tables import ElementRow, StationRow, element_rows, group_rows, station_rows
+from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording import plain
-from asbuilt_bim.report.workbook_columns import COST, ELEMENTS, NOTES, STATIONS, STOREYS, TASKS
+from asbuilt_bim.report.workbook_columns import COST, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
 from asbuilt_bim.report.workbook_cost import write_cost
 
 
@@ -43,7 +44,8 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     _summary(book.add_worksheet("Summary"), report, styles)
     _table(book.add_worksheet("Elements"), ELEMENTS, [_element(row) for row in element_rows(report)], styles, keep=4)
     write_cost(book.add_worksheet("Cost"), report, styles)
-    _table(book.add_worksheet("Tasks"), TASKS, [_task(task) for task in report.tasks], styles, keep=1)
+    _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
+    _table(book.add_worksheet("Late"), LATE, [_late(row) for row in late_rows(report)], styles, keep=2)
     _table(book.add_worksheet("Stations"), STATIONS, [_station(row) for row in station_rows(report)], styles, keep=1)
     _notes(book.add_worksheet("Notes"), report, styles)
     book.close()
@@ -140,22 +142,31 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
     )
 
 
-def _task(task: TaskProgress) -> tuple[Cell, ...]:
+def _task(row: TaskRow) -> tuple[Cell, ...]:
     """Lay out a task."""
-    done = task.progress.completion
-    late = {None: None, True: "late", False: "no"}[task.late]
-    dates = (task.schedule_start, task.schedule_finish, task.actual_start, task.actual_finish)
+    done = row.completion
+    late = {None: None, True: "late", False: "no"}[row.late]
+    dates = (row.planned_start, row.planned_finish, row.seen_begun, row.seen_complete)
     return (
-        task.progress.name,
+        row.name,
         *(date or "" for date in dates),
+        row.knowledge,
         done.best,
         done.lower,
         done.upper,
         done.coverage,
+        "" if row.planned is None else row.planned,
+        row.days_late if row.has_plan else "",
+        row.days_late_least if row.has_plan else "",
         late,
-        len(task.progress.elements),
-        task.progress.complete,
+        row.elements,
+        row.complete,
     )
+
+
+def _late(row: LateRow) -> tuple[Cell, ...]:
+    """Lay out a late element."""
+    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.days_late)
 
 
 def _station(row: StationRow) -> tuple[Cell, ...]:
@@ -177,8 +188,10 @@ def _station(row: StationRow) -> tuple[Cell, ...]:
 def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     """Explain every column."""
     write_head(sheet, 0, NOTES, styles)
-    tables = (("Summary", STOREYS), ("Elements", ELEMENTS), ("Cost", COST), ("Tasks", TASKS), ("Stations", STATIONS))
-    rows: list[tuple[Cell, ...]] = [(name, c.heading, c.meaning) for name, columns in tables for c in columns]
+    tables = (("Summary", STOREYS), ("Elements", ELEMENTS), ("Cost", COST), ("Tasks", TASKS), ("Late", LATE))
+    every = (*tables, ("Stations", STATIONS))
+    rows: list[tuple[Cell, ...]] = [(name, c.heading, c.meaning) for name, columns in every for c in columns]
+    rows += [("Tasks", "", plan_words(report)), ("Late", "", late_words(report))] if report.tasks else []
     rows += [("", "", "")] + [("Left out", item.what, str(item)) for item in (*report.rejections, *report.unmatched)]
     if report.provenance:
         made = report.provenance

@@ -80,10 +80,26 @@ TASKS = (
     _column("Planned finish", "date", 12, "Planned finish."),
     _column("Seen begun", "date", 12, "First visit that saw something built."),
     _column("Seen complete", "date", 12, "Visit that saw all its elements complete."),
+    _column(
+        "Known",
+        "text",
+        14,
+        "measured; part measured (the lower bound counts); measured 0 (seen, and nothing is there); unknown.",
+    ),
     _column("Completion best", "percent", 12, _BEST),
     _column("Completion lower", "percent", 12, _LOWER),
     _column("Completion upper", "percent", 12, _UPPER),
     _column("Coverage", "percent", 10, _COVERAGE),
+    _column(
+        "Planned by now",
+        "percent",
+        11,
+        "Share that the plan wants by the end of the visit's day; empty without a plan.",
+    ),
+    _column(
+        "Days late", "count", 8, "Days behind the plan by the best estimate; negative: ahead; empty without a plan."
+    ),
+    _column("Days late at least", "count", 9, "Days behind the plan at least, whatever was not seen."),
     _column(
         "Late",
         "text",
@@ -92,6 +108,19 @@ TASKS = (
     ),
     _column("Elements", "count", 10, "Walls and columns of the task."),
     _column("Complete", "count", 10, "Elements seen complete."),
+)
+
+LATE = (
+    _column("Storey", "text", 18, "Building storey."),
+    _column(
+        "Element", "text", 30, "Name of the wall or column, seen unfinished after the planned finish of its last task."
+    ),
+    _column("GlobalId", "text", 25, "The element's GlobalId in the IFC file."),
+    _column("State", "text", 12, "part or not started."),
+    _column("Completion best", "percent", 12, _BEST),
+    _column("Task", "text", 34, "The task that should have finished it."),
+    _column("Due", "date", 12, "Planned finish of that task."),
+    _column("Days late", "count", 10, "Days from then to the visit."),
 )
 
 STATIONS = (

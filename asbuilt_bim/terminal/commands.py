@@ -14,6 +14,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project import Project, Visit, read_project
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
+from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.rig_source import calibrate
 from asbuilt_bim.run_folder import Published, open_output, output_error
@@ -150,6 +151,8 @@ def _warn_left_out(visit: Visit, report: ProgressReport, screen: Screen) -> bool
 def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen) -> None:
     screen.say()
     screen.say(summary(report, screen.width))
+    if plan := late_words(report):
+        screen.say(f"Against the plan: {plan}")
     if before is None:
         return
     lines: Sequence[str] = changes(before, report)

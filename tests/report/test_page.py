@@ -170,6 +170,9 @@ def test_every_output_is_written_and_named(tmp_path):
         f"overlays/{day}_A2.jpg",
         "quantities.csv",
         "quantities.xlsx",
+        "tasks.csv",
+        "schedule.msp.xml",
+        "schedule.p6.xml",
         "report.html",
     ]
     assert all(path.stat().st_size > 500 for path in written)

@@ -145,6 +145,7 @@ def test_a_report_without_cost_lines_tasks_and_stations_makes_a_workbook(tmp_pat
         "Elements",
         "Cost",
         "Tasks",
+        "Late",
         "Stations",
         "Notes",
     ]

@@ -1,0 +1,286 @@
+from __future__ import annotations
+
+import csv
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from datetime import date, datetime
+from itertools import pairwise
+from pathlib import Path
+
+import openpyxl
+import pytest
+
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar, WorkDay, weekday
+from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
+from asbuilt_bim.report.page import page_html
+from asbuilt_bim.report.schedule_lines import schedule_lines
+from asbuilt_bim.report.schedule_msp import write_msp
+from asbuilt_bim.report.schedule_p6 import write_p6
+from asbuilt_bim.report.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.workbook import write_workbook
+from asbuilt_bim.schedule.read import read_schedule
+from tests.report.sample_report import HOSTILE_FORMULA, VISIT, sample_report
+
+# The order of the published schema (mspdi_pj12.xsd and the Task element of later versions), as far as it is used here.
+TASK_ORDER = [
+    "UID",
+    "ID",
+    "Name",
+    "Active",
+    "Manual",
+    "Type",
+    "IsNull",
+    "WBS",
+    "OutlineNumber",
+    "OutlineLevel",
+    "Start",
+    "Finish",
+    "Duration",
+    "DurationFormat",
+    "Estimated",
+    "Milestone",
+    "Summary",
+    "PercentComplete",
+    "ActualStart",
+    "ActualFinish",
+    "ActualDuration",
+    "RemainingDuration",
+    "ConstraintType",
+    "CalendarUID",
+    "ConstraintDate",
+    "Notes",
+    "PhysicalPercentComplete",
+    "EarnedValueMethod",
+    "PredecessorLink",
+    "ExtendedAttribute",
+    "Baseline",
+]
+PROJECT_ORDER = [
+    "SaveVersion",
+    "Name",
+    "Title",
+    "ScheduleFromStart",
+    "StartDate",
+    "FinishDate",
+    "CalendarUID",
+    "DefaultStartTime",
+    "DefaultFinishTime",
+    "MinutesPerDay",
+    "MinutesPerWeek",
+    "DaysPerMonth",
+    "DurationFormat",
+    "StatusDate",
+    "NewTasksAreManual",
+    "DefaultTaskEVMethod",
+    "ExtendedAttributes",
+    "Calendars",
+    "Tasks",
+    "Resources",
+    "Assignments",
+]
+
+
+def task(key: str, best: float | None, lower: float, upper: float, unknown: int = 0, **more: object) -> TaskProgress:
+    base = sample_report().tasks[0]
+    completion = Completion(best=best, lower=lower, upper=upper, coverage=upper - lower)
+    progress = replace(base.progress, key=key, name=key, completion=completion, unknown=unknown)
+    begun = date(2026, 3, 2) if lower > 0.0 else None
+    return replace(base, progress=progress, actual_start=begun, **more)  # type: ignore[arg-type]
+
+
+def report_of(*tasks: TaskProgress) -> ProgressReport:
+    return replace(sample_report(), tasks=tasks)
+
+
+ZERO = task("zero", 0.0, 0.0, 0.0, outline=("Ground floor",))
+PART = task("part", 0.6, 0.355, 0.8, 2, outline=("Ground floor", "North"))
+UNKNOWN = task("unknown", None, 0.0, 1.0)
+WHOLE = task("whole", 0.9999, 0.9999, 0.9999, identification="A1000")
+DONE = task("done", 0.985, 0.985, 0.985, actual_finish=VISIT, outline=("Ground floor",))
+ALL = (ZERO, PART, UNKNOWN, WHOLE, DONE)
+
+
+def msp(report: ProgressReport, tmp_path: Path) -> dict[str, ET.Element]:
+    write_msp(report, tmp_path / "s.xml")
+    root = ET.parse(tmp_path / "s.xml").getroot()
+    for element in root.iter():
+        element.tag = element.tag.removeprefix("{http://schemas.microsoft.com/project}")
+    tasks = {one.findtext("Name", ""): one for one in root.iter("Task")}
+    return {"": root, **tasks}
+
+
+def p6(report: ProgressReport, tmp_path: Path) -> dict[str, ET.Element]:
+    write_p6(report, tmp_path / "s.xml")
+    root = ET.parse(tmp_path / "s.xml").getroot()
+    for element in root.iter():
+        element.tag = element.tag.rpartition("}")[2]
+    return {"": root, **{one.findtext("Name", ""): one for one in root.iter("Activity")}}
+
+
+def test_ms_project_shows_measured_0_part_and_unknown_as_three_different_things(tmp_path: Path) -> None:
+    found = msp(report_of(*ALL), tmp_path)
+    percents = {name: found[name].findtext("PercentComplete") for name in ("zero", "part", "unknown", "whole", "done")}
+    assert percents == {"zero": "0", "part": "35", "unknown": None, "whole": "99", "done": "100"}
+    said = {name: found[name].findtext("ExtendedAttribute/Value") for name in percents}
+    assert said == {
+        "zero": "measured 0",
+        "part": "part measured",
+        "unknown": "unknown",
+        "whole": "measured",
+        "done": "measured",
+    }
+    for name in ("PhysicalPercentComplete", "ActualStart", "RemainingDuration", "ActualDuration"):
+        assert found["unknown"].find(name) is None
+    assert "at least 35.5 % (lower bound)" in found["part"].findtext("Notes", "")
+    assert found["done"].findtext("ActualFinish") == "2026-03-16T17:00:00"
+    assert found["zero"].find("ActualStart") is None
+
+
+def test_what_remains_and_what_is_done_make_the_duration(tmp_path: Path) -> None:
+    found = msp(report_of(*ALL), tmp_path)["part"]
+    hours = [float(found.findtext(name, "").partition("H")[0][2:]) for name in ("ActualDuration", "RemainingDuration")]
+    assert sum(hours) == pytest.approx(441.0, abs=1.1)  # 23 February 8:00 to 13 March 17:00, every day alike
+    assert hours[0] / 441.0 == pytest.approx(0.355, abs=0.003)
+    assert found.findtext("Baseline/Start") == "2026-02-23T08:00:00"
+
+
+def test_the_elements_stand_in_the_order_of_microsofts_schema(tmp_path: Path) -> None:
+    linked = replace(WHOLE, links=(TaskLink(predecessor="zero", kind="SS", lag_h=2.0),))
+    found = msp(report_of(ZERO, PART, UNKNOWN, linked, DONE), tmp_path)
+    root = found.pop("")
+    for order, element in [(PROJECT_ORDER, root), *((TASK_ORDER, one) for one in found.values())]:
+        places = [order.index(child.tag) for child in element]
+        assert all(a <= b for a, b in pairwise(places)), [child.tag for child in element]
+    assert found["whole"].findtext("PredecessorLink/Type") == "3"
+    assert found["whole"].findtext("PredecessorLink/LinkLag") == "1200"
+
+
+def test_the_outline_comes_with_summaries_in_their_place() -> None:
+    lines = schedule_lines(report_of(*ALL))
+    assert [(line.number, line.name) for line in lines] == [
+        ("1", "Ground floor"),
+        ("1.1", "zero"),
+        ("1.2", "North"),
+        ("1.2.1", "part"),
+        ("1.3", "done"),
+        ("2", "unknown"),
+        ("3", "whole"),
+    ]
+
+
+def test_p6_gets_physical_percent_and_leaves_the_unknown_alone(tmp_path: Path) -> None:
+    found = p6(report_of(*ALL), tmp_path)
+    told = {
+        name: (found[name].findtext("PhysicalPercentComplete"), found[name].findtext("Status"))
+        for name in ("zero", "part", "unknown", "whole", "done")
+    }
+    assert told == {
+        "zero": ("0", "Not Started"),
+        "part": ("0.355", "In Progress"),
+        "unknown": (None, None),
+        "whole": ("0.9999", "In Progress"),
+        "done": ("1", "Completed"),
+    }
+    assert found["unknown"].find("RemainingDuration") is None
+    assert found["zero"].findtext("RemainingDuration") == "441"
+    assert found["unknown"].findtext("UDF/TextValue") == "unknown"
+    assert found["whole"].findtext("Id") == "A1000"
+    assert len({one.findtext("Id") for name, one in found.items() if name}) == 5
+    assert found[""].findtext("Project/DataDate") == "2026-03-16T17:00:00"
+
+
+def test_p6_elements_are_in_alphabetical_order_as_its_schema_has_them(tmp_path: Path) -> None:
+    found = p6(report_of(*ALL), tmp_path)
+    root = found.pop("")
+    scalars = [one for one in [*found.values(), *root.iter("WBS"), *root.iter("Relationship"), *root.iter("UDFType")]]
+    for element in scalars:
+        tags = [child.tag for child in element if child.tag != "UDF"]
+        assert tags == sorted(tags, key=str.lower)
+        assert all(child.tag == "UDF" for child in list(element)[len(tags) :])
+
+
+def test_hostile_names_stay_text_in_one_line_without_control_characters(tmp_path: Path) -> None:
+    name = "a\x00\x0b]]>\n<Task><UID>99</UID></Task>&amp;" + "x" * 400
+    report = report_of(replace(ZERO, progress=replace(ZERO.progress, name=name), outline=("\ud800<b>",)))
+    found = msp(report, tmp_path)
+    assert len([one for one in found if one]) == 2
+    written = next(one for one in found if one.startswith("a"))
+    assert written.startswith("a]]> <Task><UID>99</UID></Task>&amp;xxx")
+    assert len(written) == 255
+    assert max(len(one) for one in p6(report, tmp_path)) == 120
+
+
+def test_what_is_written_is_read_back_as_the_same_plan_and_the_same_ties(tmp_path: Path) -> None:
+    key = "1TaskGlobalId000000001"
+    one = replace(PART, progress=replace(PART.progress, key=key), identification="A1")
+    for write in (write_msp, write_p6):
+        write(report_of(one), tmp_path / "s.xml")
+        (row,) = read_schedule(tmp_path / "s.xml").rows
+        assert row.global_ids == (key,)
+        assert (row.start, row.finish) == (one.schedule_start, one.schedule_finish)
+        assert (row.identification, row.outline) == ("A1", ("Ground floor", "North"))
+
+
+def test_the_calendar_comes_along(tmp_path: Path) -> None:
+    days = tuple(weekday(n, (480, 720), (780, 1020)) if n < 5 else weekday(n) for n in range(7))
+    holiday = WorkDay(weekday=None, day=date(2026, 3, 9), spans=())
+    calendar = WorkCalendar(name="Site", week=days, exceptions=(holiday,))
+    source = ScheduleSource(name="p.xml", digest="", kind="MS Project XML", calendar=calendar)
+    report = replace(report_of(PART), schedule=source)
+    for write in (write_msp, write_p6):
+        write(report, tmp_path / "s.xml")
+        assert read_schedule(tmp_path / "s.xml").source.calendar == calendar
+    part = p6(report, tmp_path)["part"]
+    assert part.findtext("PlannedDuration") == "112"  # 23 February to 13 March: 14 working days
+    assert part.findtext("ActualDuration") == "80"  # 2 to 16 March without the holiday
+
+
+@pytest.mark.parametrize("sort", ["msp", "p6"])
+def test_ifc4d_takes_the_schedule(tmp_path: Path, sort: str) -> None:
+    ifc4d = pytest.importorskip(f"ifc4d.{'msp2ifc' if sort == 'msp' else 'p62ifc'}")
+    import ifcopenshell
+
+    # ifc4d reads no P6 activity without a Status, which the schema leaves optional and an unknown task can't have
+    tasks = ALL if sort == "msp" else [one for one in ALL if one is not UNKNOWN]
+    {"msp": write_msp, "p6": write_p6}[sort](report_of(*tasks), tmp_path / "s.xml")
+    reader = ifc4d.MSP2Ifc() if sort == "msp" else ifc4d.P62Ifc()
+    reader.xml, reader.output = str(tmp_path / "s.xml"), str(tmp_path / "s.ifc")
+    reader.execute()
+    times = {t.Name: t.TaskTime for t in ifcopenshell.open(str(tmp_path / "s.ifc")).by_type("IfcTask") if t.TaskTime}
+    assert set(times) == {one.progress.name for one in tasks}
+    done = {name: times[name].Completion for name in times}
+    assert done["part"] == pytest.approx(0.355, abs=0.006)
+    assert done["done"] == 1.0
+    assert times["done"].ActualFinish == "2026-03-16T17:00:00"
+    if sort == "msp":
+        assert not done["unknown"]
+        assert times["unknown"].ActualStart is None
+
+
+def test_the_table_the_workbook_and_the_page_tell_them_apart_too(tmp_path: Path) -> None:
+    report = report_of(*ALL, replace(ZERO, progress=replace(ZERO.progress, name=HOSTILE_FORMULA)))
+    write_tasks_csv(report, tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8-sig", newline="") as file:
+        rows = {row["Name"]: row for row in csv.DictReader(file)}
+    assert [rows[n]["CompletionTold"] for n in ("zero", "part", "unknown")] == ["0.0000", "0.3550", ""]
+    assert [rows[n]["Known"] for n in ("zero", "part", "unknown")] == ["measured 0", "part measured", "unknown"]
+    assert f"'{HOSTILE_FORMULA}" in rows
+    write_workbook(report, tmp_path / "q.xlsx")
+    sheet = openpyxl.load_workbook(tmp_path / "q.xlsx")["Tasks"]
+    cells = {row[0]: (row[5], row[6], row[7]) for row in sheet.iter_rows(min_row=2, values_only=True)}
+    assert cells["zero"] == ("measured 0", 0, 0)
+    assert cells["part"] == ("part measured", 0.6, 0.355)
+    assert cells["unknown"] == ("unknown", "unknown", 0)
+    page = page_html(report, {})
+    for words in ("measured 0, seen", "part measured, seen", "unknown, seen"):
+        assert words in page
+
+
+def test_late_elements_are_named_on_the_page_and_on_a_sheet(tmp_path: Path) -> None:
+    report = sample_report()
+    page = page_html(report, {})
+    assert "2 elements are late" in page
+    write_workbook(report, tmp_path / "q.xlsx")
+    rows = list(openpyxl.load_workbook(tmp_path / "q.xlsx")["Late"].iter_rows(min_row=2, values_only=True))
+    assert len(rows) == 2
+    assert rows[0][5:8] == ("Columns, ground floor", datetime(2026, 3, 13), 3)
