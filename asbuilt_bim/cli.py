@@ -131,6 +131,29 @@ def measure(context: click.Context, /, **options: Any) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option("--out", type=_FILE, required=True, metavar="LABELS.json", help="The COCO file to write.")
+@click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
+@click.option("--replace", is_flag=True, help="Write over LABELS.json where it is there.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.pass_context
+def label(
+    context: click.Context, project: Path, out: Path, workers: int | None, replace: bool, allow_outside: bool
+) -> None:
+    """Write the current masks of PROJECT.yaml's photos as COCO JSON, to correct them in any annotation tool."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.label_command import label_command
+
+        return label_command(
+            project, out, workers=workers or 0, replace=replace, allow_outside=allow_outside, screen=screen
+        )
+
+    _guarded(context, screen, action)
+
+
 def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -> None:
     """Run an action (it imports what it needs: `--help` stays quick); what goes wrong is a message and an exit code."""
     from asbuilt_bim.errors import AsBuiltError
