@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime
 from pathlib import Path
 
-from asbuilt_bim.errors import OutputError, ProjectError
+from asbuilt_bim.api import until_visit
+from asbuilt_bim.errors import OutputError
 from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project import Project, Visit, read_project
+from asbuilt_bim.project import Visit, read_project
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.task_rows import late_words
@@ -52,7 +53,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     Raises:
         AsBuiltError: there is no result, with the reason.
     """
-    project = _until(read_project(request.project, allow_outside=request.allow_outside), request.until)
+    project = until_visit(read_project(request.project, allow_outside=request.allow_outside), request.until)
     writers = load_writers(project.writers)
     if request.refine_rig:
         project = replace(project, rig=replace(project.rig, refine=True))
@@ -125,16 +126,6 @@ def inspect_command(path: Path, screen: Screen) -> int:
     for table in design_tables(read_design(path)):
         screen.say(table)
     return 0
-
-
-def _until(project: Project, last: date | None) -> Project:
-    if last is None:
-        return project
-    visits = tuple(visit for visit in project.visits if visit.date <= last)
-    if not visits or visits[-1].date != last:
-        there = ", ".join(visit.date.isoformat() for visit in project.visits)
-        raise ProjectError(f"{project.path}: has no visit of {last.isoformat()}; it has {there}")
-    return replace(project, visits=visits)
 
 
 def _warn_left_out(visit: Visit, report: ProgressReport, screen: Screen) -> bool:

@@ -1,0 +1,98 @@
+"""The Python face of the whole flow: what `asbuilt-bim run` and `report` do, in a script or a notebook."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import UTC, date, datetime
+from pathlib import Path
+
+from asbuilt_bim.errors import OutputError, ProjectError
+from asbuilt_bim.pipeline import run_project
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.project import Project, read_project
+from asbuilt_bim.report.document import read_result
+from asbuilt_bim.report.writers import load_writers
+from asbuilt_bim.run_folder import open_output
+from asbuilt_bim.run_outputs import publish_again, publish_run
+from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.stations import Progress, Workplace
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Run:
+    """A run that was published: its reports in the order of the visits, and where its files lie."""
+
+    reports: tuple[ProgressReport, ...]
+    folder: Path  # the run's own folder; the output folder holds copies of what people open
+    warnings: tuple[str, ...]  # what could not be replaced or written beside it
+
+    @property
+    def result(self) -> ProgressReport:
+        """Return THE result: the last visit's, with what the earlier ones had decided."""
+        return self.reports[-1]
+
+
+def run(
+    project: Path | str,
+    out: Path | str,
+    *,
+    until: date | None = None,
+    workers: int = 1,
+    allow_outside: bool = False,
+    cache: bool = True,
+    progress: Progress | None = None,
+) -> Run:
+    """Measure a project's stations and publish the outputs in the folder `out`, as `asbuilt-bim run` does.
+
+    `workers` 0 is one process per processor; with more than one, a script needs `if __name__ == "__main__":`, because
+    its processes are spawned. `until` gives the state as of that visit. Stations that were left out are in each
+    report's `rejections`. `progress(step, done, total, what)` is told how far it is.
+
+    Raises:
+        AsBuiltError: there is no result; its text says why and what to do. An earlier result stands.
+    """
+    checked = until_visit(read_project(Path(project), allow_outside=allow_outside), until)
+    writers = load_writers(checked.writers)
+    store = Cache(folder=default_folder() if cache else None)
+    place = Workplace(workers=workers, cache=store)
+    with open_output(Path(out), checked.sources) as output:
+        found = run_project(checked, place, progress or _silent)
+        published = publish_run(output, found, checked, datetime.now(UTC), writers)
+    store.prune()
+    return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)
+
+
+def remake(folder: Path | str, ifc: Path | str | None = None) -> Run:
+    """Make every output of a folder's current run again from its result and the IFC, as `asbuilt-bim report` does.
+
+    `ifc` names the IFC file where it has been moved since.
+
+    Raises:
+        AsBuiltError: there is no run, or its result or its IFC can't be used.
+    """
+    if not Path(folder).is_dir():
+        raise OutputError(f"{folder}: no such folder; name the output folder of a run")
+    with open_output(Path(folder)) as output:
+        published = publish_again(output, Path(ifc) if ifc else None, datetime.now(UTC))
+    visits = sorted((published.folder / "visits").glob("*.json"))
+    reports = [read_result(path) for path in visits] or [read_result(published.folder / "result.json")]
+    return Run(reports=tuple(reports), folder=published.folder, warnings=published.warnings)
+
+
+def until_visit(project: Project, last: date | None) -> Project:
+    """Return a project with its visits up to one day, all of them where that is None.
+
+    Raises:
+        ProjectError: no visit is of that day.
+    """
+    if last is None:
+        return project
+    visits = tuple(visit for visit in project.visits if visit.date <= last)
+    if not visits or visits[-1].date != last:
+        there = ", ".join(visit.date.isoformat() for visit in project.visits)
+        raise ProjectError(f"{project.path}: has no visit of {last.isoformat()}; it has {there}")
+    return replace(project, visits=visits)
+
+
+def _silent(step: str, done: int, total: int, what: str = "") -> None:
+    """Tell nobody."""

@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import inspect
+import re
+from datetime import date
+from pathlib import Path
+
+import pytest
+
+import asbuilt_bim
+from asbuilt_bim.camera.rig_file import write_rig
+from asbuilt_bim.report.document import read_result
+from tests.camera.virtual import rig
+from tests.example_package import example_package
+from tests.site_fixture import small_project, write
+
+__all__ = ["example_package"]
+
+
+def unphotographed(folder: Path) -> dict[str, object]:
+    """A project whose one photo pair is missing: it runs through in a second, and everything is unknown."""
+    folder.mkdir(parents=True)
+    write_rig(rig(), folder / "any.yaml")
+    contents = small_project(folder, folder / "any.yaml")
+    for photo in (folder / "photos").iterdir():
+        photo.unlink()
+    return contents
+
+
+DOCUMENTED = (Path(__file__).parent.parent / "docs/api.md").read_text(encoding="utf-8")
+
+
+def test_the_public_names_are_these_and_no_others() -> None:
+    assert sorted(asbuilt_bim.__all__) == [
+        "AsBuiltError",
+        "BimModel",
+        "Figure",
+        "PairMeasurement",
+        "ProgressReport",
+        "Project",
+        "Run",
+        "__version__",
+        "figures",
+        "measure_document",
+        "measure_pair",
+        "read_design",
+        "read_project",
+        "read_result",
+        "read_rig",
+        "read_schedule",
+        "remake",
+        "run",
+        "save_measurement",
+        "strip_asbuilt",
+        "write_asbuilt",
+    ]
+
+
+@pytest.mark.parametrize("name", [name for name in asbuilt_bim.__all__ if name != "__version__"])
+def test_every_public_name_can_be_had_and_is_documented(name: str) -> None:
+    assert inspect.getdoc(getattr(asbuilt_bim, name))
+    assert re.search(rf"`{name}\b", DOCUMENTED), f"docs/api.md doesn't name {name}"
+
+
+def test_arguments_are_as_documented() -> None:
+    for name in ("run", "remake", "read_result"):
+        told = re.search(rf"`{name}\(([^`]*)\)`", DOCUMENTED)
+        assert told, name
+        there = [parameter.split("=")[0].strip() for parameter in told.group(1).split(",")]
+        assert sorted(there) == sorted(inspect.signature(getattr(asbuilt_bim, name)).parameters)
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'measure_everything'"):
+        asbuilt_bim.measure_everything  # noqa: B018
+
+
+@pytest.mark.usefixtures("example_package")
+def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_path: Path) -> None:
+    contents = unphotographed(tmp_path / "site")
+    (tmp_path / "site/plan.csv").write_text(
+        "name,start,finish\nWalls ground floor,1.1.2026,2.1.2026\n"
+        '"Walls ground floor, west",2026-02-01,2026-02-20\nPainting,2026-05-01,2026-06-01\n'
+    )
+    contents |= {"schedule": "plan.csv", "writers": ["example-markdown", "example-failing"]}
+    steps: list[str] = []
+    found = asbuilt_bim.run(
+        write(tmp_path / "site", contents),
+        tmp_path / "out",
+        cache=False,
+        progress=lambda step, done, total, what="": steps.append(step),
+    )
+    assert "example-failing" in found.warnings[0]
+    out = tmp_path / "out"
+    assert (out / "extra/example-markdown/storeys.md").is_file()
+    assert steps
+    walls = next(task for task in found.result.tasks if task.progress.name == "Walls ground floor, west")
+    assert walls.schedule_finish is not None
+    assert walls.schedule_finish.date() == date(2026, 2, 20)
+    assert walls.planned == 1.0
+    assert any("Painting" in note for note in found.result.notes)
+    assert {"schedule.msp.xml", "schedule.p6.xml", "tasks.csv"} <= {p.name for p in out.iterdir()}
+    again = asbuilt_bim.remake(out)
+    assert again.folder != found.folder
+    for name in ("schedule.msp.xml", "schedule.p6.xml", "tasks.csv", "extra/example-markdown/storeys.md"):
+        assert (again.folder / name).read_bytes() == (found.folder / name).read_bytes()
+    assert read_result(out / "result.json").tasks == again.result.tasks
+
+
+@pytest.mark.usefixtures("example_package")
+def test_a_broken_writer_or_schedule_is_refused_before_a_photo_is_read(tmp_path: Path) -> None:
+    contents = unphotographed(tmp_path / "site")
+    project = write(tmp_path / "site", {**contents, "writers": ["example-broken"]})
+    with pytest.raises(asbuilt_bim.AsBuiltError, match="example-broken"):
+        asbuilt_bim.run(project, tmp_path / "out")
+    (tmp_path / "site/plan.xml").write_text("<html/>")
+    project = write(tmp_path / "site", {**contents, "schedule": "plan.xml"})
+    with pytest.raises(asbuilt_bim.AsBuiltError, match="neither of MS Project nor of P6"):
+        asbuilt_bim.run(project, tmp_path / "out")
+    with pytest.raises(asbuilt_bim.AsBuiltError, match="no such folder"):
+        asbuilt_bim.remake(tmp_path / "none")
