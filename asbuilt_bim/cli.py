@@ -40,6 +40,7 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.option("--scheduler", default="", metavar="tcp://HOST:PORT", help="Measure on a Dask cluster.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")
+@click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
 @click.option("--quiet", is_flag=True, help="Say only what was left out and what went wrong.")
 @click.pass_context
 def run(context: click.Context, /, **options: Any) -> None:
@@ -59,15 +60,16 @@ def run(context: click.Context, /, **options: Any) -> None:
 @app.command()
 @click.argument("folder", type=_FILE)
 @click.option("--ifc", type=_FILE, default=None, help="The IFC file, where it has been moved since the run.")
+@click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
 @click.pass_context
-def report(context: click.Context, folder: Path, ifc: Path | None) -> None:
+def report(context: click.Context, folder: Path, ifc: Path | None, colour: bool) -> None:
     """Make every output in FOLDER again, from its result.json and the IFC file alone."""
     screen = Screen()
 
     def action() -> int:
         from asbuilt_bim.terminal.commands import report_command
 
-        return report_command(folder, ifc, screen, datetime.now(UTC))
+        return report_command(folder, ifc, screen, datetime.now(UTC), colour=colour)
 
     _guarded(context, screen, action)
 
@@ -100,6 +102,22 @@ def inspect(context: click.Context, file: Path) -> None:
         from asbuilt_bim.terminal.commands import inspect_command
 
         return inspect_command(file, screen)
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("file", type=_FILE, metavar="FILE.ifc")
+@click.option("--out", type=_FILE, required=True, metavar="PLAIN.ifc", help="The copy to write.")
+@click.pass_context
+def strip(context: click.Context, file: Path, out: Path) -> None:
+    """Take out of an IFC copy all that asbuilt-bim wrote, and put back what it overwrote."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.commands import strip_command
+
+        return strip_command(file, out, screen)
 
     _guarded(context, screen, action)
 

@@ -21,6 +21,7 @@ from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.project import Project
 from asbuilt_bim.report.document import read_result, write_result
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
+from asbuilt_bim.report.states import STATE_COLOURS
 from asbuilt_bim.report.writers import run_writers, writers_of
 from asbuilt_bim.run_folder import OutputFolder, Published
 from asbuilt_bim.scale.cache import digest_of
@@ -30,9 +31,17 @@ from asbuilt_bim.version_info import library_versions
 
 
 def publish_run(
-    out: OutputFolder, result: RunResult, project: Project, when: datetime, writers: Sequence[Plugin] = ()
+    out: OutputFolder,
+    result: RunResult,
+    project: Project,
+    when: datetime,
+    writers: Sequence[Plugin] = (),
+    *,
+    colour: bool = False,
 ) -> Published:
     """Write a run's files into a run folder of its own and make it current; `writers` are other packages'.
+
+    `colour` paints the elements of the IFC copy by state.
 
     Raises:
         OutputError: something can't be written; the earlier run stays current.
@@ -48,14 +57,14 @@ def publish_run(
         for report in reports:
             write_result(report, folder / "visits" / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
-        _write_views(folder, reports[-1], reports[:-1], project.ifc)
+        _write_views(folder, reports[-1], reports[:-1], project.ifc, colour)
         warnings.extend(run_writers(writers, reports[-1], folder))
 
     published = out.publish(write, when=when, digest=_digest(made_from, reports), ifc=_from(out.path, project.ifc))
     return replace(published, warnings=(*warnings, *published.warnings))
 
 
-def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Published:
+def publish_again(out: OutputFolder, ifc: Path | None, when: datetime, *, colour: bool = False) -> Published:
     """Make every output of the current run again, from its `result.json`, its pictures and the IFC file alone.
 
     Raises:
@@ -79,7 +88,7 @@ def publish_again(out: OutputFolder, ifc: Path | None, when: datetime) -> Publis
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
         earlier = [read_result(path) for path in sorted((folder / "visits").glob("*.json"))]
-        _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], source)
+        _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], source, colour)
         warnings.extend(run_writers(writers, report, folder))
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
@@ -113,11 +122,14 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
     )
 
 
-def _write_views(folder: Path, report: ProgressReport, earlier: Sequence[ProgressReport], ifc: Path) -> None:
+def _write_views(
+    folder: Path, report: ProgressReport, earlier: Sequence[ProgressReport], ifc: Path, colour: bool
+) -> None:
     write_outputs(report, folder, folder)
     for one in earlier:
         write_overlays(one, read_pictures(one, folder), folder / "overlays")
-    write_asbuilt(ifc, report, folder / f"{ifc.stem}.asbuilt.ifc")
+    colours = STATE_COLOURS if colour else None
+    write_asbuilt(ifc, report, folder / f"{ifc.stem}.asbuilt.ifc", earlier=earlier, colours=colours)
 
 
 def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:

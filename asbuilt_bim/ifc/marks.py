@@ -1,25 +1,24 @@
-"""What this program writes into an IFC file: the names, the measures, and how each is made."""
+"""What this program writes into an IFC file: the names, the measures, and the GlobalIds that tell it is ours."""
 
 from __future__ import annotations
 
 import uuid
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from typing import Any, Literal
 
 import ifcopenshell.guid
-import ifcopenshell.util.unit
-
-from asbuilt_bim.ifc.units import Units, read_units
 
 PROGRESS_SET = "AsBuilt_Progress"
 QUANTITY_SET = "AsBuilt_Quantities"
+HISTORY_SET = "AsBuilt_History"
 METHOD = "asbuilt_bim: stereo photographs; union of the measured outlines on each design face, openings taken off"
+PROGRAM = "asbuilt_bim"
 _NAMESPACE = uuid.UUID("5f0c5d5e-3f2b-5d3a-9d49-5a5b1d1c7a10")
-_LABEL_LENGTH = 255
+_OURS = bytes.fromhex("61736275696c80")  # "asbuil", then a UUID's version 8: made as its maker likes
+_OURS_COMPRESSED = 10  # characters of a compressed GlobalId that hold those seven bytes
 
-PropertyKind = Literal["label", "text", "ratio", "length", "angle", "date", "count"]
+PropertyKind = Literal["label", "text", "ratio", "length", "angle", "area", "date", "count"]
 Value = str | float | int | date
 
 
@@ -61,7 +60,28 @@ QUANTITIES: dict[str, str] = {
     "AsBuiltAreaSigma": "standard deviation of AsBuiltArea",
     "DesignExposedArea": "the design's lateral surface, openings and contact with other elements taken off",
 }
-_KIND_OF = {mark.name: mark.kind for mark in MARKS}
+KIND_OF = {mark.name: mark.kind for mark in MARKS}
+HISTORY: dict[str, tuple[PropertyKind, str]] = {
+    "CompletionBest": ("ratio", "CompletionBest after each visit that could tell"),
+    "CompletionLower": ("ratio", "CompletionLower after each visit"),
+    "CompletionUpper": ("ratio", "CompletionUpper after each visit"),
+    "AsBuiltArea": ("area", "AsBuiltArea after each visit that measured one"),
+}
+
+
+def our_guid(key: str) -> str:
+    """Return the GlobalId of what `key` names: the same key gives the same id, and all of ours begin alike."""
+    tail = bytearray(uuid.uuid5(_NAMESPACE, key).bytes[:9])
+    tail[1] = tail[1] & 0x3F | 0x80  # the variant that a UUID has
+    return str(ifcopenshell.guid.compress((_OURS + bytes(tail)).hex()))
+
+
+_BEGINNING = our_guid("")[:_OURS_COMPRESSED]
+
+
+def ours(file: Any) -> list[Any]:
+    """Return every rooted entity of an open file that this program made."""
+    return [one for one in file.by_type("IfcRoot") if (one[0] or "").startswith(_BEGINNING)]
 
 
 def measure_class(kind: PropertyKind, schema: str) -> str:
@@ -72,86 +92,8 @@ def measure_class(kind: PropertyKind, schema: str) -> str:
         "ratio": "IfcNormalisedRatioMeasure",
         "length": "IfcLengthMeasure",
         "angle": "IfcPlaneAngleMeasure",
+        "area": "IfcAreaMeasure",
         "date": "IfcLabel" if schema == "IFC2X3" else "IfcDate",
         "count": "IfcInteger",
     }
     return classes[kind]
-
-
-class Marker:
-    """Makes our entities in one file: SI in, the file's units out; GlobalIds are made from what they belong to."""
-
-    def __init__(self, file: Any) -> None:
-        self.file = file
-        self.units: Units = read_units(file)
-        self.angle_scale = float(ifcopenshell.util.unit.calculate_unit_scale(file, "PLANEANGLEUNIT")) or 1.0
-        self.owner: Any = _owner_history(file)
-
-    def rooted(self, ifc_class: str, key: str, **attributes: Any) -> Any:
-        """Make a rooted entity whose GlobalId follows from `key`, so that writing again gives the same one."""
-        digest = uuid.uuid5(_NAMESPACE, key).hex
-        return self.file.create_entity(
-            ifc_class, GlobalId=ifcopenshell.guid.compress(digest), OwnerHistory=self.owner, **attributes
-        )
-
-    def properties(self, thing: Any, values: Mapping[str, Value | None]) -> Any:
-        """Give a thing our property set; values that are None are left out. Lengths in metres, angles in radians."""
-        made = [
-            self.file.create_entity("IfcPropertySingleValue", Name=name, NominalValue=self._value(name, value))
-            for name, value in values.items()
-            if value is not None
-        ]
-        key = f"{thing.GlobalId}/{PROGRESS_SET}"
-        new = self.rooted("IfcPropertySet", key, Name=PROGRESS_SET, HasProperties=made)
-        self._tie(thing, new, key)
-        return new
-
-    def areas(self, thing: Any, areas_m2: Mapping[str, float | None]) -> Any:
-        """Give a thing our quantity set; areas in m2 go into the file's area unit."""
-        made = [
-            self.file.create_entity("IfcQuantityArea", Name=name, AreaValue=max(area, 0.0) / self.units.area_scale)
-            for name, area in areas_m2.items()
-            if area is not None
-        ]
-        key = f"{thing.GlobalId}/{QUANTITY_SET}"
-        new = self.rooted("IfcElementQuantity", key, Name=QUANTITY_SET, MethodOfMeasurement=METHOD, Quantities=made)
-        self._tie(thing, new, key)
-        return new
-
-    def _tie(self, thing: Any, definition: Any, key: str) -> None:
-        self.rooted(
-            "IfcRelDefinesByProperties", f"{key}/rel", RelatedObjects=[thing], RelatingPropertyDefinition=definition
-        )
-
-    def _value(self, name: str, value: Value) -> Any:
-        kind = _KIND_OF[name]
-        ifc_class = measure_class(kind, self.file.schema)
-        plain: Any = value
-        if kind == "ratio":
-            plain = min(max(float(plain), 0.0), 1.0)
-        elif kind == "length":
-            plain = float(plain) / self.units.length_scale
-        elif kind == "angle":
-            plain = float(plain) / self.angle_scale
-        elif isinstance(value, date):
-            plain = value.isoformat()
-        elif kind == "label":
-            plain = str(plain)[:_LABEL_LENGTH]
-        return self.file.create_entity(ifc_class, plain)
-
-
-def _owner_history(file: Any) -> Any:
-    """Return the project's owner history; IFC2X3 demands one, so there it is made where the file has none."""
-    for project in file.by_type("IfcProject"):
-        if project.OwnerHistory is not None:
-            return project.OwnerHistory
-    found: Sequence[Any] = file.by_type("IfcOwnerHistory")
-    if found or file.schema != "IFC2X3":
-        return found[0] if found else None
-    organisation = file.create_entity("IfcOrganization", Name="asbuilt_bim")
-    person = file.create_entity("IfcPerson", FamilyName="asbuilt_bim")
-    user = file.create_entity("IfcPersonAndOrganization", ThePerson=person, TheOrganization=organisation)
-    program = file.create_entity("IfcApplication", organisation, "1", "asbuilt_bim", "asbuilt_bim")
-    return file.create_entity(
-        "IfcOwnerHistory", OwningUser=user, OwningApplication=program, ChangeAction="ADDED", CreationDate=0
-    )

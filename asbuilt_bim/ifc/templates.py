@@ -7,7 +7,8 @@ from typing import Any
 
 import ifcopenshell
 
-from asbuilt_bim.ifc.marks import MARKS, PROGRESS_SET, QUANTITIES, QUANTITY_SET, Marker, measure_class
+from asbuilt_bim.ifc.marker import Marker
+from asbuilt_bim.ifc.marks import HISTORY, HISTORY_SET, MARKS, PROGRESS_SET, QUANTITIES, QUANTITY_SET, measure_class
 from asbuilt_bim.ifc.writer import save
 
 _APPLIES = "IfcWall,IfcColumn,IfcBuildingStorey,IfcTask,IfcCostItem"
@@ -29,11 +30,23 @@ def write_templates(target: Path) -> None:
         _template(marker, PROGRESS_SET, mark.name, mark.says, "P_SINGLEVALUE", measure_class(mark.kind, "IFC4"))
         for mark in MARKS
     ]
-    areas = _set(marker, QUANTITY_SET, "IfcWall,IfcColumn", "QTO_OCCURRENCEDRIVEN", "as-built quantities")
+    areas = _set(
+        marker, QUANTITY_SET, "IfcWall,IfcColumn,IfcBuildingStorey", "QTO_OCCURRENCEDRIVEN", "as-built quantities"
+    )
     areas.HasPropertyTemplates = [
         _template(marker, QUANTITY_SET, name, says, "Q_AREA", None) for name, says in QUANTITIES.items()
     ]
-    marker.rooted("IfcRelDeclares", "template/declares", RelatingContext=library, RelatedDefinitions=[progress, areas])
+    history = _set(marker, HISTORY_SET, "IfcPerformanceHistory", "PSET_PERFORMANCEDRIVEN", "the visits as time series")
+    history.HasPropertyTemplates = [
+        _template(marker, HISTORY_SET, name, says, "P_REFERENCEVALUE", "IfcTimeSeries")
+        for name, (_, says) in HISTORY.items()
+    ]
+    marker.rooted(
+        "IfcRelDeclares",
+        "template/declares",
+        RelatingContext=library,
+        RelatedDefinitions=[progress, areas, history],
+    )
     save(file, target)
 
 

@@ -7,7 +7,7 @@ from datetime import date
 from typing import Any
 
 from asbuilt_bim.ifc.cost import AS_BUILT
-from asbuilt_bim.ifc.marks import Marker
+from asbuilt_bim.ifc.marker import Marker
 from asbuilt_bim.progress.report import CostProgress
 
 _QUANTITIES = {
@@ -46,7 +46,7 @@ def write_costs(marker: Marker, lines: tuple[CostProgress, ...], visit: date) ->
 def _item(marker: Marker, line: CostProgress) -> Any:
     file, key = marker.file, f"cost/{line.global_id}"
     ifc_class, attribute = _QUANTITIES[line.measure]
-    unit = _unit_of(_by_guid(file, line.global_id))
+    unit = _unit_of(marker.find(line.global_id))
     count: float | int = line.as_built_lower
     if line.measure == "count" and file.schema == "IFC4X3":
         count = math.floor(count + 1e-9)  # whole pieces only there, and none that isn't finished
@@ -64,7 +64,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
         CostValues=[rate],
         CostQuantities=[quantity],
     )
-    products = [product for name in line.elements if (product := _by_guid(file, name)) is not None]
+    products = [product for name in line.elements if (product := marker.find(name)) is not None]
     if products:
         marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=products, RelatingControl=item)
     best = "not known" if line.as_built_best is None else f"{line.as_built_best:g} {line.unit}"
@@ -85,10 +85,3 @@ def _unit_of(planned: Any) -> Any:
     """Return the unit that a planned item's quantities are in, None where that is the project's."""
     quantities = getattr(planned, "CostQuantities", None) or ()
     return next((one.Unit for one in quantities if one.is_a("IfcPhysicalSimpleQuantity")), None)
-
-
-def _by_guid(file: Any, global_id: str) -> Any:
-    try:
-        return file.by_guid(global_id)
-    except RuntimeError:
-        return None

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from datetime import date, datetime
+from dataclasses import dataclass, field
+from datetime import date
 from typing import Any
 
-from asbuilt_bim.ifc.marks import Marker, Value
-from asbuilt_bim.ifc.schedule import moment, task_times
+from asbuilt_bim.ifc.marker import Marker
+from asbuilt_bim.ifc.marks import Value
+from asbuilt_bim.ifc.schedule import task_times
 from asbuilt_bim.progress.report import TaskProgress
 
 FIELDS = ("DataOrigin", "StatusTime", "ActualStart", "ActualFinish", "Completion")
 """The attributes of a task's time that are overwritten; each old value is kept in our set."""
+_ORIGINAL = "Original"
+_NO_TIME = f"{_ORIGINAL}TaskTime"
 
 
-def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -> dict[str, Value | None]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskSaid:
+    """What our set has to say of a task: values, and the IFC2X3 dates that were overwritten, by reference."""
+
+    values: dict[str, Value | None]
+    dates: dict[str, Any] = field(default_factory=dict)
+
+
+def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -> TaskSaid:
     """Write what was measured into a task's time; return what our set has to say about it.
 
     Three cases are told apart. Measured above 0: Completion, at most 1. Measured 0: origin and status time, Completion
@@ -22,43 +33,79 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
     """
     completion = progress.progress.completion
     if completion.best is None:
-        return {"Basis": "too little was seen to say: the task's own time is as it was"}
-    holders = task_times(task)
-    kept: dict[str, Value | None] = {}
-    if not holders and task.file.schema != "IFC2X3":
-        task.TaskTime = marker.file.create_entity("IfcTaskTime")
-        kept["OriginalTaskTime"] = "NONE"
-        holders = (task.TaskTime,)
-    if not holders:
-        return {"Basis": "the task has no schedule time control that could hold its completion"}
+        return TaskSaid(values={"Basis": "too little was seen to say: the task's own time is as it was"})
+    holder, why = _holder(task)
+    if why:
+        return TaskSaid(values={"Basis": why})
+    said = TaskSaid(values={})
+    if holder is None:
+        holder = task.TaskTime = marker.file.create_entity("IfcTaskTime")
+        said.values[_NO_TIME] = "NONE"
+    for name in FIELDS:
+        _keep(said, name, getattr(holder, name, None))
     decided = progress.progress.unknown == 0
     share = min(completion.best if decided else completion.lower, 1.0)
-    kept |= {f"Original{name}": _text(getattr(holders[0], name, None)) for name in FIELDS}
-    for holder in holders:
-        if hasattr(holder, "DataOrigin"):
-            holder.DataOrigin = "MEASURED"
-        holder.StatusTime = _moment_entity(marker.file, visit)
-        holder.ActualStart = _moment_entity(marker.file, progress.actual_start)
-        holder.ActualFinish = _moment_entity(marker.file, progress.actual_finish)
-        holder.Completion = share if share > 0.0 else None
-    return {"Basis": _basis(decided, share, progress), **kept}
+    if hasattr(holder, "DataOrigin"):
+        holder.DataOrigin = "MEASURED"
+    holder.StatusTime = marker.moment(visit)
+    holder.ActualStart = marker.moment(progress.actual_start)
+    holder.ActualFinish = marker.moment(progress.actual_finish)
+    holder.Completion = share if share > 0.0 else None
+    said.values["Basis"] = _basis(decided, share, progress)
+    return said
 
 
-def put_back(file: Any, task: Any, said: Mapping[str, str]) -> None:
-    """Give a task's time the values it had before, as our set tells them; what was never overwritten stays."""
-    if not any(name.startswith("Original") for name in said) and not said.get("Basis", "").startswith("Completion"):
+def put_back(task: Any, said: Any) -> None:
+    """Give a task's time the values it had before, as our property set tells them.
+
+    What was never overwritten stays, and so does a time that somebody has exchanged since.
+    """
+    kept = {
+        one.Name: one.PropertyReference if one.is_a("IfcPropertyReferenceValue") else one.NominalValue.wrappedValue
+        for one in said.HasProperties or ()
+    }
+    if not str(kept.get("Basis", "")).startswith("Completion"):
         return
-    if said.get("OriginalTaskTime") == "NONE":
-        ours, task.TaskTime = task.TaskTime, None
-        if ours is not None and file.get_total_inverses(ours) == 0:
-            file.remove(ours)
-        return
-    for holder in task_times(task):
+    times = task_times(task)
+    if kept.get(_NO_TIME) == "NONE":
+        task.TaskTime = None
+        _remove_unused(task.file, times)
+    elif len(times) == 1:
         for name in FIELDS:
-            if hasattr(holder, name):
-                ours = getattr(holder, name)
-                setattr(holder, name, _from_text(file, name, said.get(f"Original{name}")))
-                _remove_moment(file, ours)
+            if hasattr(times[0], name):
+                ours = getattr(times[0], name)
+                old = kept.get(f"{_ORIGINAL}{name}")
+                setattr(times[0], name, float(old) if name == "Completion" and old is not None else old)
+                _remove_unused(task.file, [ours])
+
+
+def _holder(task: Any) -> tuple[Any, str]:
+    """Return what holds a task's time (None: it has to be made), or why nothing can."""
+    times = task_times(task)
+    if not times and task.file.schema == "IFC2X3":
+        return None, "the task has no schedule time control that could hold its completion"
+    if len(times) > 1:
+        return None, f"the task stands in {len(times)} schedules with a time each: none was chosen"
+    if times and task.file.get_total_inverses(times[0]) > 1 and _shared(times[0]):
+        return None, "the task shares its time with another one: it was left as it was"
+    return (times[0] if times else None), ""
+
+
+def _shared(time: Any) -> bool:
+    users = {
+        task.id()
+        for user in time.file.get_inverse(time)
+        for task in ([user] if user.is_a("IfcTask") else getattr(user, "RelatedObjects", None) or ())
+        if task.is_a("IfcTask")
+    }
+    return len(users) > 1
+
+
+def _keep(said: TaskSaid, name: str, value: Any) -> None:
+    if hasattr(value, "is_a"):
+        said.dates[f"{_ORIGINAL}{name}"] = value
+    elif value is not None:
+        said.values[f"{_ORIGINAL}{name}"] = repr(float(value)) if name == "Completion" else value
 
 
 def _basis(decided: bool, share: float, progress: TaskProgress) -> str:
@@ -70,54 +117,10 @@ def _basis(decided: bool, share: float, progress: TaskProgress) -> str:
     return f"Completion {bound}" + ("" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty")
 
 
-def _text(value: Any) -> str | None:
-    """Return a time attribute as text that `_from_text` reads back."""
-    if value is None or isinstance(value, str):
-        return value
-    if isinstance(value, float | int):
-        return repr(float(value))
-    when = moment(value)
-    if when is None:
-        return None
-    return when.date().isoformat() if value.is_a("IfcCalendarDate") else when.isoformat()
-
-
-def _from_text(file: Any, name: str, text: str | None) -> Any:
-    if text is None:
-        return None
-    if name == "Completion":
-        return float(text)
-    if name == "DataOrigin" or file.schema != "IFC2X3":
-        return text
-    moments = file.by_type("IfcDateAndTime" if "T" in text else "IfcCalendarDate")
-    same = [one for one in moments if _text(one) == text]
-    if same:  # what was overwritten is still there, most often unused
-        return min(same, key=file.get_total_inverses)
-    return _moment_entity(file, datetime.fromisoformat(text) if "T" in text else date.fromisoformat(text))
-
-
-def _remove_moment(file: Any, moment_entity: Any) -> None:
-    """Remove an IFC2X3 moment of ours, and its parts, once nothing refers to it."""
-    if not hasattr(moment_entity, "is_a") or file.get_total_inverses(moment_entity) > 0:
-        return
-    parts = [part for part in moment_entity if hasattr(part, "is_a")]
-    file.remove(moment_entity)
-    for part in parts:
-        _remove_moment(file, part)
-
-
-def _moment_entity(file: Any, when: date | None) -> Any:
-    """Return a moment as the schema wants it: text, or in IFC2X3 an IfcCalendarDate or IfcDateAndTime."""
-    if when is None:
-        return None
-    if file.schema != "IFC2X3":
-        return when.isoformat() if isinstance(when, datetime) else f"{when.isoformat()}T00:00:00"
-    day = file.create_entity(
-        "IfcCalendarDate", DayComponent=when.day, MonthComponent=when.month, YearComponent=when.year
-    )
-    if not isinstance(when, datetime):
-        return day
-    time = file.create_entity(
-        "IfcLocalTime", HourComponent=when.hour, MinuteComponent=when.minute, SecondComponent=float(when.second)
-    )
-    return file.create_entity("IfcDateAndTime", DateComponent=day, TimeComponent=time)
+def _remove_unused(file: Any, things: Any) -> None:
+    """Remove entities of ours, and their parts, once nothing refers to them; plain values are nothing to remove."""
+    for thing in things:
+        if hasattr(thing, "is_a") and file.get_total_inverses(thing) == 0:
+            parts = list(thing)
+            file.remove(thing)
+            _remove_unused(file, parts)

@@ -4,27 +4,38 @@ from __future__ import annotations
 
 import os
 import uuid
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 from asbuilt_bim.errors import OutputError, ResultError
-from asbuilt_bim.ifc.marks import Marker, Value
+from asbuilt_bim.ifc.marker import Marker
 from asbuilt_bim.ifc.source import open_ifc
 from asbuilt_bim.ifc.strip import strip
+from asbuilt_bim.ifc.write_colours import Painter
 from asbuilt_bim.ifc.write_costs import write_costs
-from asbuilt_bim.ifc.write_tasks import write_task
-from asbuilt_bim.progress.report import Completion, ElementProgress, GroupProgress, ProgressReport, TaskProgress
-from asbuilt_bim.version import __version__
+from asbuilt_bim.ifc.write_history import HistoryWriter
+from asbuilt_bim.ifc.write_photos import write_photos
+from asbuilt_bim.ifc.write_progress import mark_element, mark_storey, mark_task, observed
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport, State
 
 _END = b"END-ISO-10303-21"
 
 
-def write_asbuilt(source: Path, report: ProgressReport, target: Path) -> None:
-    """Write a copy of `source` to `target` with the report's state on every observed element, storey, task, cost line.
+def write_asbuilt(
+    source: Path,
+    report: ProgressReport,
+    target: Path,
+    *,
+    earlier: Sequence[ProgressReport] = (),
+    colours: Mapping[State, str] | None = None,
+) -> None:
+    """Write a copy of `source` to `target` that carries the report, and the visits before it as a history.
 
-    What an earlier run had written into `source` is replaced, so writing twice gives the same file. The copy appears
-    whole or not at all.
+    `colours` (state -> "#rrggbb") paints the observed elements by state. What an earlier run had written into `source`
+    is replaced, so writing twice gives the same file. The copy appears whole or not at all.
 
     Raises:
         DesignError: the source can't be read.
@@ -34,20 +45,48 @@ def write_asbuilt(source: Path, report: ProgressReport, target: Path) -> None:
     if target.resolve() == source.resolve():
         raise OutputError(f"{target}: would overwrite the design itself; give another name")
     file = open_ifc(source)
+    mark_file(file, report, earlier=earlier, colours=colours, name=str(source))
+    save(file, target)
+
+
+def mark_file(
+    file: Any,
+    report: ProgressReport,
+    *,
+    earlier: Sequence[ProgressReport] = (),
+    colours: Mapping[State, str] | None = None,
+    name: str = "the IFC file",
+) -> None:
+    """Write the result into an open file; `write_asbuilt` says what, `name` is what errors call the file.
+
+    Raises:
+        ResultError: the report names an element that the file doesn't hold.
+    """
     strip(file)
     marker = Marker(file)
-    elements = _elements(file, report, source)
-    for progress, element in elements:
+    visits = (*(one for one in earlier if one.visit_date < report.visit_date), report)
+    history = HistoryWriter(marker, visits)
+    painter = Painter(marker, colours) if colours else None
+    complete_on = _complete_on(visits)
+    for progress, element in _elements(marker, report, name):
         if observed(progress):
-            _mark_element(marker, element, progress, report)
-    for storey in report.storeys:
-        if (thing := _find(file, storey.key, "IfcBuildingStorey")) is not None:
-            marker.properties(thing, _group_values(storey, report))
+            mark_element(marker, element, progress, report, complete_on.get(progress.global_id))
+            history.write(element)
+            if painter is not None:
+                painter.paint(element, progress)
+    for group in report.storeys:
+        if (thing := marker.find(group.key, "IfcBuildingStorey")) is not None:
+            mark_storey(marker, thing, group, report)
+            history.write(thing)
     for task in report.tasks:
-        if (thing := _find(file, task.progress.key, "IfcTask")) is not None:
-            _mark_task(marker, thing, task, report)
+        if (thing := marker.find(task.progress.key, "IfcTask")) is not None:
+            mark_task(marker, thing, task, report)
+            history.write(thing)
+    history.finish()
     write_costs(marker, report.cost_lines, report.visit_date)
-    save(file, target)
+    write_photos(marker, visits)
+    if painter is not None:
+        painter.finish()
 
 
 def strip_asbuilt(source: Path, target: Path) -> int:
@@ -63,11 +102,6 @@ def strip_asbuilt(source: Path, target: Path) -> int:
     count = strip(file)
     save(file, target)
     return count
-
-
-def observed(progress: ElementProgress) -> bool:
-    """Say whether anything at all is known of an element: only then does it get our sets."""
-    return progress.completion.coverage > 0.0 or progress.as_built_area_m2 is not None
 
 
 def save(file: Any, target: Path) -> None:
@@ -103,83 +137,21 @@ def _flush(path: Path) -> None:
         os.fsync(stream.fileno())
 
 
-def _elements(file: Any, report: ProgressReport, source: Path) -> list[tuple[ElementProgress, Any]]:
-    pairs = [(progress, _find(file, progress.global_id, "IfcProduct")) for progress in report.elements]
+def _elements(marker: Marker, report: ProgressReport, name: str) -> list[tuple[ElementProgress, Any]]:
+    pairs = [(progress, marker.find(progress.global_id, "IfcProduct")) for progress in report.elements]
     missing = [progress.global_id for progress, element in pairs if element is None]
     if missing:
         raise ResultError(
-            f"{source}: {len(missing)} of the result's {len(pairs)} elements are not in this file ({missing[0]} ...): "
+            f"{name}: {len(missing)} of the result's {len(pairs)} elements are not in this file ({missing[0]} ...): "
             "the result belongs to another design; give the IFC file that the run was made with"
         )
     return pairs
 
 
-def _find(file: Any, global_id: str, ifc_class: str) -> Any:
-    try:
-        found = file.by_guid(global_id)
-    except RuntimeError:
-        return None
-    return found if found.is_a(ifc_class) else None
-
-
-def _mark_element(marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport) -> None:
-    marker.properties(
-        element,
-        {
-            "State": progress.state,
-            **_completion_values(progress.completion),
-            "DeviationFromDesign": progress.offset_m,
-            "DeviationSigma": progress.offset_sigma_m,
-            "Tilt": progress.tilt_rad,
-            "VisitDate": progress.last_seen or report.visit_date,
-            "Stations": ", ".join(progress.stations) or None,
-            "ProgramVersion": _version(report),
-        },
-    )
-    marker.areas(
-        element,
-        {
-            "AsBuiltArea": progress.as_built_area_m2,
-            "AsBuiltAreaSigma": progress.as_built_sigma_m2,
-            "DesignExposedArea": progress.design_area_m2,
-        },
-    )
-
-
-def _mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
-    said = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report) | said)
-
-
-def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Value | None]:
-    return {
-        "State": _group_state(group),
-        **_completion_values(group.completion),
-        "VisitDate": report.visit_date,
-        "ProgramVersion": _version(report),
-        "ElementsComplete": group.complete,
-        "ElementsPart": group.part,
-        "ElementsNotStarted": group.not_started,
-        "ElementsUnknown": group.unknown,
-    }
-
-
-def _group_state(group: GroupProgress) -> str:
-    if group.completion.best is None:
-        return "unknown"
-    if group.complete == len(group.elements):
-        return "complete"
-    return "not started" if group.not_started == len(group.elements) else "part"
-
-
-def _completion_values(completion: Completion) -> dict[str, Value | None]:
-    return {
-        "CompletionBest": completion.best,
-        "CompletionLower": completion.lower,
-        "CompletionUpper": completion.upper,
-        "Coverage": completion.coverage,
-    }
-
-
-def _version(report: ProgressReport) -> str:
-    return report.provenance.program_version if report.provenance is not None else __version__
+def _complete_on(visits: Sequence[ProgressReport]) -> dict[str, date]:
+    """Return the first visit that found each element complete, of those that the last one still finds so."""
+    found: dict[str, date] = {}
+    for report in visits:
+        complete = {element.global_id for element in report.elements if element.state == "complete"}
+        found = {key: found.get(key, report.visit_date) for key in complete}
+    return found

@@ -168,6 +168,11 @@ class StationRecord:
     picture: str  # overlay's base picture, relative to the run folder: "pictures/<station>.jpg", without EXIF
     seconds: dict[str, float]
 
+    @property
+    def overlay(self) -> str:
+        """Return the overlay's path, relative to the run folder."""
+        return f"overlays/{self.day.isoformat()}_{self.picture.rsplit('/', 1)[-1] or self.name + '.jpg'}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigRecord:

@@ -87,7 +87,7 @@ def write_overlays(report: ProgressReport, pictures: dict[str, bytes], folder: P
     for station in report.stations:
         if station.name not in pictures:
             continue
-        path = folder / f"{report.visit_date.isoformat()}_{Path(station.picture).name}"
+        path = folder / Path(station.overlay).name
         data = draw_overlay(pictures[station.name], station, report)
         try:
             folder.mkdir(parents=True, exist_ok=True)

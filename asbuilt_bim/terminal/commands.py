@@ -44,6 +44,7 @@ class RunRequest:
     allow_outside: bool = False
     scheduler: str = ""
     no_cache: bool = False
+    colour: bool = False
     quiet: bool = False
 
 
@@ -63,7 +64,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         before = previous_result(out)
         with screen.steps() as progress:
             result = run_project(project, place, progress)
-        published = publish_run(out, result, project, when, writers)
+        published = publish_run(out, result, project, when, writers, colour=request.colour)
     cache.prune()
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
@@ -79,7 +80,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     return INCOMPLETE if request.strict and incomplete else 0
 
 
-def report_command(folder: Path, ifc: Path | None, screen: Screen, when: datetime) -> int:
+def report_command(folder: Path, ifc: Path | None, screen: Screen, when: datetime, *, colour: bool = False) -> int:
     """Make the outputs of a folder's current run again.
 
     Raises:
@@ -88,7 +89,7 @@ def report_command(folder: Path, ifc: Path | None, screen: Screen, when: datetim
     if not folder.is_dir():
         raise OutputError(f"{folder}: no such folder; name the --out folder of a run")
     with open_output(folder) as out:
-        published = publish_again(out, ifc, when)
+        published = publish_again(out, ifc, when, colour=colour)
     _show(read_result(published.folder / "result.json"), None, screen)
     _say_where(folder, published, screen)
     return 0
@@ -125,6 +126,22 @@ def inspect_command(path: Path, screen: Screen) -> int:
     """
     for table in design_tables(read_design(path)):
         screen.say(table)
+    return 0
+
+
+def strip_command(source: Path, target: Path, screen: Screen) -> int:
+    """Write a copy of an IFC file without anything of this program's.
+
+    Raises:
+        AsBuiltError: the file can't be read, or the copy can't be written.
+    """
+    from asbuilt_bim.ifc.writer import strip_asbuilt
+
+    count = strip_asbuilt(source, target)
+    if count:
+        screen.say(f"{target}: {count} sets of asbuilt-bim's and all that belongs to them were taken out.")
+    else:
+        screen.warn(f"{source}: carries nothing of asbuilt-bim's; {target} holds the same")
     return 0
 
 

@@ -173,7 +173,11 @@ def test_what_the_schedule_said_before_is_kept_and_put_back(schema: str, tmp_pat
     write_asbuilt(path, report_on(read_design(path), BEST), written)
     said = _psets(ifcopenshell.open(str(written)), "IfcTask", "pour full")["AsBuilt_Progress"]
     assert said["OriginalCompletion"] == "0.25"
-    assert said["OriginalStatusTime"] == "2026-02-01T00:00:00"
+    if schema == "IFC2X3":  # there a moment is an entity: it is kept by reference
+        kept = [p for p in ifcopenshell.open(str(written)).by_type("IfcPropertyReferenceValue") if "Status" in p.Name]
+        assert [one.PropertyReference.is_a() for one in kept] == ["IfcDateAndTime"]
+    else:
+        assert said["OriginalStatusTime"] == "2026-02-01T00:00:00"
     strip_asbuilt(written, bare)
     assert _without_ids(ifcopenshell.open(str(bare))) == _without_ids(ifcopenshell.open(str(path)))
 
