@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, median
 
 
 def straight_pieces(
@@ -60,7 +60,7 @@ def fit_line(x: FloatArray, y: FloatArray, sigma: FloatArray, steps: int = 5) ->
         slope = float(np.sum(w * (x - mean_x) * (y - mean_y))) / spread if spread > 0.0 else 0.0
         offset = float(mean_y - slope * mean_x)
         residual = y - slope * x - offset
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual / sigma))))
+        scale = max(1.0, 1.4826 * median(np.abs(residual / sigma)))
         weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale * sigma)), 1e-6, None))
     return slope, offset, float(np.sqrt(np.average(residual**2, weights=weight)))
 

@@ -57,6 +57,7 @@ class Workbench:
     grey_levels: tuple[Float32Array, Float32Array]
     marks: BoolArray  # (H, W) print on boards: holds no plane and no edge
     frame: BoolArray  # (H, W) within a few px of where the left photo ends
+    disparity_px: Float32Array  # (H, W) as measured, NaN where not
 
 
 def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None) -> Workbench:
@@ -70,6 +71,7 @@ def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None)
         grey_levels=(left, right),
         marks=marks if marks is not None else np.zeros(pair.valid_left.shape, dtype=bool),
         frame=_frame(pair.valid_left),
+        disparity_px=scene.level.disparity_px.astype(np.float32),
     )
 
 
@@ -187,12 +189,10 @@ def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draf
 def _off_plane(bench: Workbench, q_px: FloatArray) -> Float32Array:
     """Return the measured disparity less the plane's (H, W), NaN where not measured."""
     p = pixel_plane(q_px, bench.pair.camera).astype(np.float32)
-    disparity = bench.scene.level.disparity_px
-    height, width = disparity.shape
+    height, width = bench.disparity_px.shape
     rows = p[1] * np.arange(height, dtype=np.float32) + p[2]
-    off: Float32Array = (disparity - rows[:, None] - p[0] * np.arange(width, dtype=np.float32)[None, :]).astype(
-        np.float32
-    )
+    off: Float32Array = bench.disparity_px - rows[:, None]
+    off -= p[0] * np.arange(width, dtype=np.float32)[None, :]
     return off
 
 

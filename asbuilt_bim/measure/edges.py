@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.vision.warp import sample
 
 STEP_PX = 0.25
@@ -230,7 +230,7 @@ def _subpixel(
         normal = (design * w[:, None]).T @ design + np.diag([0.0, 1e-3 * w.sum()])
         solution = np.linalg.solve(normal, (design * w[:, None]).T @ (place - centre)) if w.sum() > 1e-6 else solution
         residual = place - centre - design @ solution
-        scale = max(0.15, 1.4826 * float(np.median(np.abs(residual[inner]))))
+        scale = max(0.15, 1.4826 * median(np.abs(residual[inner])))
         tukey = np.square(np.clip(1.0 - np.square(residual / (3.0 * scale)), 0.0, None))
     kept = weight * tukey
     total = float(kept.sum())
@@ -242,4 +242,4 @@ def _subpixel(
     sigma = float(np.hypot(scatter / np.sqrt(independent), EDGE_FLOOR_PX))
     turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
     offset = float(centre[0] - turn * (along[0] - 0.5 * length) + solution[0])
-    return offset, float(turn + solution[1] / length), sigma, float(np.median(top[inner]))
+    return offset, float(turn + solution[1] / length), sigma, median(top[inner])

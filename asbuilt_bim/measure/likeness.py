@@ -75,7 +75,8 @@ def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:
         return np.zeros(own.shape, np.float32)
     middle = np.median(pixels, axis=0)
     scatter = 1.4826 * float(np.median(np.linalg.norm(pixels - middle, axis=1)))
-    apart = np.linalg.norm(lab - middle, axis=2)
+    a, b = lab[..., 0] - middle[0], lab[..., 1] - middle[1]
+    apart = np.sqrt(a * a + b * b)
     limit = 2.0 * scatter + SHADE_FREE_AB
     strange: Float32Array = np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)
     return strange

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.raster import nonzero
 from asbuilt_bim.vision.warp import sample_sharp
 
@@ -113,14 +113,14 @@ def _gauss_newton(
     jacobian, residual, weight = own, seen, np.ones_like(seen)
     for _ in range(steps):
         at = x - (r @ q).astype(np.float32)
-        there = _line(right, at, y)
-        slope = 0.5 * (left_slope + 0.5 * (_line(right, at + 1.0, y) - _line(right, at - 1.0, y)))
+        there, after, before = _line(right, np.stack([at, at + 1.0, at - 1.0]), y)
+        slope = 0.5 * (left_slope + 0.5 * (after - before))
         gain, offset = _exposure(seen, there, weight)
         residual = seen - gain * there - offset
-        scale = max(1.4826 * float(np.median(np.abs(residual))), 0.5)
+        scale = max(1.4826 * median(np.abs(residual)), 0.5)
         weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
         # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
-        weight /= np.maximum(1.0, np.square(slope / (MOST_STEEP * np.median(np.abs(slope)) + 1e-6)))
+        weight /= np.maximum(1.0, np.square(slope / (MOST_STEEP * median(np.abs(slope)) + 1e-6)))
         jacobian = slope[:, None] * own
         hessian = (jacobian * weight[:, None]).T @ jacobian
         if np.linalg.cond(hessian) > 1e10 or np.trace(hessian) < 1.0:
@@ -174,12 +174,14 @@ def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> Floa
 
 
 def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> FloatArray:
-    """Sample a picture at (N,) places; remap wants an image, so they are laid out in rows."""
+    """Sample a picture at the places (K, N) in x and (N,) in y; remap wants an image, so they are laid out in rows."""
     width = 4096
-    pad = (-len(x)) % width
-    columns = np.pad(x.astype(np.float32), (0, pad)).reshape(-1, width)
-    rows = np.pad(y.astype(np.float32), (0, pad)).reshape(-1, width)
-    values: FloatArray = sample_sharp(image, columns, rows).ravel()[: len(x)].astype(np.float64)
+    kinds, count = x.shape
+    columns = np.zeros((kinds, -(-count // width) * width), dtype=np.float32)
+    rows = np.zeros_like(columns)
+    columns[:, :count], rows[:, :count] = x, y
+    laid = sample_sharp(image, columns.reshape(-1, width), rows.reshape(-1, width))
+    values: FloatArray = laid.reshape(kinds, -1)[:, :count].astype(np.float64)
     return values
 
 

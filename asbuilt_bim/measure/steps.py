@@ -68,18 +68,21 @@ def _cheapest(cost: Float32Array) -> IntArray:
     h, n = cost.shape
     step = JUMP_COST + JUMP_SHARE * h
     total = cost[0].astype(np.float64)
-    came = np.zeros((h, n), dtype=np.int32)
-    here = np.arange(n)
-    for row in range(1, h):
-        best = int(np.argmin(total))
+    stays = np.zeros((h, n), dtype=bool)
+    jumps_from = [0] * h
+    for row in range(1, h):  # each row needs the one before: in place, for this loop runs over every row of every face
+        best = int(total.argmin())
         jump = total[best] + step
-        stay = total <= jump
-        came[row] = np.where(stay, here, best)
-        total = np.where(stay, total, jump) + cost[row]
+        jumps_from[row] = best
+        np.less_equal(total, jump, out=stays[row])
+        np.minimum(total, jump, out=total)
+        total += cost[row]
     path = np.zeros(h, dtype=np.int32)
-    path[-1] = int(np.argmin(total))
+    place = int(total.argmin())
+    path[-1] = place
     for row in range(h - 1, 0, -1):
-        path[row - 1] = came[row, path[row]]
+        place = place if stays[row, place] else jumps_from[row]
+        path[row - 1] = place
     return path
 
 

@@ -15,7 +15,7 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.geometric import GeometricOptions, Opinion, instance_of_pieces, piece_groups
+from asbuilt_bim.vision.geometric import GeometricOptions, Opinion, instance_of_pieces, neutral_of, piece_groups
 from asbuilt_bim.vision.scene import Scene
 from asbuilt_bim.vision.segment import Instance, Refuter, Segmenter
 
@@ -51,12 +51,13 @@ def agree(
     held = _holders(scene, [*(one.mask for one in seen), *others])
     found: list[Instance] = []
     spoken: set[int] = set()
+    neutral = neutral_of(pair)
     for group in _divided(piece_groups(scene.pieces), held):
         holder = held[group[0]]
         if holder is not None and holder >= len(seen):
             continue
         opinion = Opinion(label=seen[holder].label, score=seen[holder].score) if holder is not None else None
-        instance = instance_of_pieces(pair, scene, group, options, opinion)
+        instance = instance_of_pieces(pair, scene, group, options, neutral, opinion)
         if instance is None:
             continue
         if holder is not None:

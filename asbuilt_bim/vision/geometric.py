@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
@@ -15,6 +16,8 @@ from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.scene import Scene, SceneOptions, read_scene
 from asbuilt_bim.vision.segment import Instance, InstanceClass
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+
+IndexArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,8 +57,9 @@ def segment_scene(pair: RectifiedPair, scene: Scene, options: GeometricOptions |
     """Group a scene's upright pieces to instances, the largest first."""
     chosen = options or GeometricOptions()
     found: list[Instance] = []
+    neutral = neutral_of(pair)
     for group in piece_groups(scene.pieces):
-        instance = instance_of_pieces(pair, scene, group, chosen)
+        instance = instance_of_pieces(pair, scene, group, chosen, neutral)
         if instance is not None:
             found.append(instance)
     return sorted(found, key=lambda instance: -int(np.count_nonzero(instance.mask)))
@@ -82,10 +86,16 @@ class _Size:
 
 
 def instance_of_pieces(
-    pair: RectifiedPair, scene: Scene, group: list[int], options: GeometricOptions, opinion: Opinion | None = None
+    pair: RectifiedPair,
+    scene: Scene,
+    group: list[int],
+    options: GeometricOptions,
+    neutral: FloatArray | None,
+    opinion: Opinion | None = None,
 ) -> Instance | None:
     """Return a group of pieces as an instance, None where it hasn't a wall's or a column's size, place and colour.
 
+    `neutral` (3,) is the photo's own, of `neutral_of`.
     An `opinion` stands for colour and distance; of a slender thing it decides the class too, which size can't tell.
     """
     sizes: list[_Size] = []
@@ -94,34 +104,33 @@ def instance_of_pieces(
     for number in group:
         if scene.sizes[number] == 0:
             continue
-        own = scene.mask(number)
-        size = _size(scene, scene.pieces[number], own)
+        rows, columns = scene.pixels(number)
+        size = _size(scene, scene.pieces[number], rows, columns)
         if size is None or size.height_m < options.least_height_m:
             continue
         sizes.append(size)
-        mask |= own
+        mask[rows, columns] = True
         circle = scene.pieces[number].circle
         round_column |= circle is not None and circle.radius_m < 0.5 * options.column_width_m
     if not sizes or (opinion is None and min(size.distance_m for size in sizes) > options.most_distance_m):
         return None
     if sum(size.width_m for size in sizes) < options.least_width_m:
         return None
-    score = opinion.score if opinion is not None else _concrete_score(pair, mask, options.most_chroma)
+    score = opinion.score if opinion is not None else _concrete_score(pair, mask, neutral, options.most_chroma)
     if score <= 0.0:
         return None
     slender = all(size.width_m < options.column_width_m for size in sizes)
     label: InstanceClass = "column" if round_column or slender else "wall"
     if opinion is not None and slender and not round_column:
         label = opinion.label
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    box = (int(x), int(y), int(x + width), int(y + height))
     freeze(mask)
     return Instance(label=label, score=score, mask=mask, box_px=box, source="geometric")
 
 
-def _size(scene: Scene, piece: Piece, mask: BoolArray) -> _Size | None:
-    """Measure a piece by its mask: 2 and 98 per cent quantiles, so that a crumb doesn't count."""
-    rows, columns = np.nonzero(mask)
+def _size(scene: Scene, piece: Piece, rows: IndexArray, columns: IndexArray) -> _Size | None:
+    """Measure a piece by its pixels: 2 and 98 per cent quantiles, so that a crumb doesn't count."""
     if rows.size == 0:
         return None
     x = scene.level.x_px[rows, columns]
@@ -141,21 +150,28 @@ def _size(scene: Scene, piece: Piece, mask: BoolArray) -> _Size | None:
     )  # fmt: skip
 
 
-def _concrete_score(pair: RectifiedPair, mask: BoolArray, most_chroma: float) -> float:
-    """Return 0..1: how grey the mask's pixels are against the photo's own neutral; 0 is no concrete.
+def neutral_of(pair: RectifiedPair) -> FloatArray | None:
+    """Return what the greyer half of the photo averages to (3,), mean 1; None where the photo is all but black.
 
-    The neutral is what the greyer half of the picture averages to, so a warm evening doesn't turn walls to wood.
+    A warm evening then doesn't turn walls to wood.
     """
     small = (
         cv2.resize(pair.left, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA).reshape(-1, 3).astype(np.float64)
     )
     small = small[small.max(axis=1) > 20.0]
-    pixels = pair.left[mask][:: max(1, int(mask.sum()) // 4000)].astype(np.float64)
-    if len(small) < 50 or len(pixels) < 20:
-        return 0.5
+    if len(small) < 50:
+        return None
     greyest = small[np.argsort(_chroma(small))[: len(small) // 2]]
     neutral = greyest.mean(axis=0)
-    neutral = np.clip(neutral / neutral.mean(), 0.85, 1.18)
+    return np.asarray(np.clip(neutral / neutral.mean(), 0.85, 1.18), dtype=np.float64)
+
+
+def _concrete_score(pair: RectifiedPair, mask: BoolArray, neutral: FloatArray | None, most_chroma: float) -> float:
+    """Return 0..1: how grey the mask's pixels are against the photo's own neutral (3,); 0 is no concrete."""
+    spots = np.flatnonzero(mask)
+    pixels = pair.left.reshape(-1, 3)[spots[:: max(1, len(spots) // 4000)]].astype(np.float64)
+    if neutral is None or len(pixels) < 20:
+        return 0.5
     chroma = float(np.median(_chroma(pixels / neutral)))
     return float(np.clip(1.0 - chroma / most_chroma, 0.0, 1.0))
 

@@ -46,6 +46,13 @@ class Scene:
         """Return the pixels (H, W) of one upright piece."""
         return np.asarray(self.labels == piece)
 
+    def pixels(self, piece: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return rows and columns of one upright piece's pixels, looked for within its box only."""
+        mask = self.mask(piece)
+        x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+        rows, columns = np.nonzero(mask[y : y + height, x : x + width])
+        return rows + y, columns + x
+
 
 def read_scene(pair: RectifiedPair, depth: DepthMap, options: SceneOptions | None = None) -> Scene:
     """Grow the surfaces of a pair and give each measured pixel to the one that explains its disparity best.
@@ -106,15 +113,16 @@ def _cut_seams(labels: NDArray[np.int16], level: LevelledMap, pieces: list[Piece
 
 
 def _take(labels: NDArray[np.int16], best: NDArray[np.float32], miss: FloatArray, number: int) -> None:
-    better = np.nan_to_num(miss, nan=np.inf) < best
+    with np.errstate(invalid="ignore"):
+        better = miss < best  # never where nothing was measured: NaN
     labels[better] = number
     best[better] = miss[better]
 
 
 def _columns(level: LevelledMap, piece: Piece, margin: float) -> slice:
     """Return the image columns that can show a piece: the level view's x shears a little over the photo's height."""
-    span = (level.x_px >= piece.x0_px - margin) & (level.x_px <= piece.x1_px + margin)
-    hit = np.flatnonzero(span[:: max(1, len(span) // 16)].any(axis=0))
+    some = level.x_px[:: max(1, len(level.x_px) // 16)]
+    hit = np.flatnonzero(((some >= piece.x0_px - margin) & (some <= piece.x1_px + margin)).any(axis=0))
     return slice(max(0, int(hit[0]) - 2), int(hit[-1]) + 3) if hit.size else slice(0, 0)
 
 
@@ -123,16 +131,13 @@ def _tidy(labels: NDArray[np.int16], uprights: int, least_pixels: int) -> NDArra
     tidy = np.where(labels >= uprights, labels, NOTHING).astype(np.int16)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
     for number in range(uprights):
-        rows, columns = np.nonzero(labels == number)
-        if rows.size < least_pixels:
+        own = np.asarray(labels == number).view(np.uint8)
+        if cv2.countNonZero(own) < least_pixels:
             continue
-        window = (
-            slice(max(0, int(rows.min()) - 8), int(rows.max()) + 9),
-            slice(max(0, int(columns.min()) - 8), int(columns.max()) + 9),
-        )
-        mask = (labels[window] == number).astype(np.uint8)
-        mask = cv2.morphologyEx(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
-        mask = _without_crumbs(np.asarray(mask, dtype=np.uint8), least_pixels)
+        x, y, width, height = cv2.boundingRect(own)
+        window = (slice(max(0, y - 8), y + height + 8), slice(max(0, x - 8), x + width + 8))
+        smooth = cv2.morphologyEx(cv2.morphologyEx(own[window], cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
+        mask = _without_crumbs(np.asarray(smooth, dtype=np.uint8), least_pixels)
         free = (mask > 0) & ((labels[window] == number) | (tidy[window] == NOTHING))
         tidy[window][free] = number
     return tidy

@@ -118,9 +118,10 @@ def _polished(
 
 def _lands_inside(disparity: Float32Array, valid_right: BoolArray) -> BoolArray:
     """Say which pixels' partners lie on the right photo, not on its padding."""
-    rows, columns = np.indices(disparity.shape)
-    partner = np.round(columns - np.nan_to_num(disparity)).astype(np.intp)
-    inside: BoolArray = (partner >= 0) & valid_right[rows, np.clip(partner, 0, disparity.shape[1] - 1)]
+    height, width = disparity.shape
+    partner = np.round(np.arange(width) - np.nan_to_num(disparity)).astype(np.int32)
+    starts = (np.arange(height, dtype=np.int32) * width)[:, None]
+    inside: BoolArray = (partner >= 0) & np.take(valid_right, starts + np.clip(partner, 0, width - 1))
     return inside
 
 
