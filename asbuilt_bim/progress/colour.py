@@ -14,11 +14,15 @@ from asbuilt_bim.measure.station import StationMeasurement
 DARK = 12.0
 """Lightness (0..100) under which colour is noise and isn't judged."""
 
-OTHER_COLOUR = 0.20
-"""Distance in (a, b) / lightness from the station's concrete. Concrete in sun and in shade differs by up to 0.15; fresh
-timber, formwork ply and rust lie 0.3 to 0.8 away, bricks 0.5, plants 0.4 and more."""
+BLACK = 16.0
+"""CIE Lab's lightness is 16 too low to go with (a, b): only (a, b) / (lightness + 16) stays the same in weaker light.
+By lightness alone, concrete in deep shade would look twice as tinted as in the sun."""
 
-MOST_TINT = 0.15
+OTHER_COLOUR = 0.18
+"""Distance in (a, b) / (lightness + 16) from the station's concrete. Concrete in sun and shade differs by 0.15 at most;
+fresh timber, formwork ply and rust lie 0.25 to 0.8 away, bricks 0.4, plants 0.3 and more."""
+
+MOST_TINT = 0.12
 """A station's concrete is taken as grey where it looks more tinted than the light of a day can make it."""
 
 BLUR_PX = 5
@@ -27,7 +31,7 @@ BLUR_PX = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConcreteColour:
-    """A station's picture as (a, b) / lightness (h, w, 2), NaN where too dark, and what its concrete looks like (2,).
+    """A station's picture as (a, b) / (lightness + 16) (h, w, 2), NaN where too dark; what concrete looks like (2,).
 
     `scale` is picture pixels per rectified pixel.
     """
@@ -57,7 +61,7 @@ def concrete_colour(station: StationMeasurement, matched: Iterable[str]) -> Conc
     soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
     lab = cv2.cvtColor(soft, cv2.COLOR_BGR2Lab)
     with np.errstate(divide="ignore", invalid="ignore"):
-        tint = np.where(lab[..., :1] >= DARK, lab[..., 1:] / lab[..., :1], np.nan).astype(np.float32)
+        tint = np.where(lab[..., :1] >= DARK, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
     scale = image.shape[1] / station.camera.width_px
     mask = np.zeros(image.shape[:2], dtype=np.uint8)
     wanted = set(matched)

@@ -70,6 +70,18 @@ def above(samples: CellSamples, flags: BoolArray) -> BoolArray:
     return higher
 
 
+def beside(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
+    """Say which samples (N,) have a flagged one at most `reach` samples off at their own height on their face."""
+    found = np.zeros(len(flags), dtype=bool)
+    for index in np.unique(samples.face[flags]):
+        own = np.flatnonzero(samples.face == index)
+        column, row = _places(samples, own).T
+        grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.uint8)
+        grid[row, column] = flags[own]
+        found[own] = cv2.dilate(grid, np.ones((1, 2 * reach + 1), np.uint8))[row, column] > 0
+    return found
+
+
 def _places(samples: CellSamples, own: Indices) -> IntArray:
     """Return each sample's place (n, 2) in its face's grid: along u, up v."""
     uv = samples.uv_m[own]

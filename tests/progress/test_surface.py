@@ -128,6 +128,14 @@ def test_timber_where_the_wall_should_be_is_not_concrete() -> None:
     assert surfaces["W-0"].built_area_m2 > 7.0
 
 
+def test_concrete_in_deep_shade_and_warm_light_is_concrete_and_timber_there_is_not() -> None:
+    shaded, timber = np.full((480, 640, 3), (38, 42, 48), np.uint8), np.full((480, 640, 3), (20, 34, 50), np.uint8)
+    _, surfaces = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], picture=shaded))
+    assert surfaces["W-0"].built_area_m2 > 7.0
+    _, surfaces = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], picture=timber))
+    assert surfaces["W-0"].built_area_m2 == 0.0
+
+
 def test_the_same_surface_seen_by_two_stations_counts_once() -> None:
     other = looking([0.5, -5.5, 1.6], [1.5, 0.0, 1.5])
     _, surfaces = visit(see([WALL], 2.8), see([WALL], 2.8, "A2", other))

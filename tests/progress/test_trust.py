@@ -51,6 +51,28 @@ def test_a_patch_that_leans_away_from_the_design_is_a_neighbours_side() -> None:
     assert trusted(SAMPLES, near(strip, 0.0), HIGH, True, OPTIONS)[0].any()
 
 
+def test_a_surface_reaches_to_its_upright_edges_where_the_ring_of_a_sample_looks_past_them() -> None:
+    strip, sure = FRONT & (U < 0.4), FRONT & (U > 0.1) & (U < 0.3)
+    seen = near(strip, 0.0)
+    edged = replace(seen, verdict=np.where(strip & ~sure, Verdict.MIXED, seen.verdict).astype(np.uint8))
+    np.testing.assert_array_equal(trusted(SAMPLES, edged, HIGH, True, OPTIONS)[0], strip)
+    blurred = replace(edged, sigma_m=np.full(len(U), 0.2))
+    np.testing.assert_array_equal(trusted(SAMPLES, blurred, HIGH, True, OPTIONS)[0], sure)
+    timber = replace(edged, tinted=strip & ~sure)
+    np.testing.assert_array_equal(trusted(SAMPLES, timber, HIGH, True, OPTIONS)[0], sure)
+
+
+def test_a_surface_does_not_reach_sideways_by_a_pour_line_where_starter_bars_stand() -> None:
+    wall, bars = FRONT & (V < 1.0), FRONT & (V > 1.0) & (U < 1.0)
+    seen = near(wall | bars, 0.0)
+    verdict = np.where(bars & (U > 0.3), Verdict.MIXED, seen.verdict)
+    own = np.where(FRONT & (V > 1.0) & (np.floor(U / 0.05) % 3 == 0), Verdict.BEHIND, seen.own)
+    barred = replace(seen, verdict=verdict.astype(np.uint8), own=own.astype(np.uint8))
+    kept, _ = trusted(SAMPLES, barred, HIGH, True, OPTIONS)
+    assert not np.any(kept & (V > 1.0) & (U > 0.3))
+    assert np.all(kept[wall])
+
+
 def test_low_over_the_foot_depth_can_not_tell_the_element_from_the_ground() -> None:
     kept, _ = trusted(SAMPLES, near(FRONT, 0.0, drop_m=0.2), V, False, OPTIONS)
     np.testing.assert_array_equal(kept, FRONT & (V > 0.2))
