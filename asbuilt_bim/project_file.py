@@ -27,6 +27,7 @@ class BoardsFile:
     right: str
     marker_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
     dictionary: str | None = None
+    distortion: Literal["five", "rational", "fisheye"] = "five"  # the model of lens that is fitted
 
     def __post_init__(self) -> None:
         """Check what only two keys together can say.

@@ -50,11 +50,11 @@ def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration
     pairs = _photos(project)
     libraries = [f"{name} {version}" for name, version in sorted(library_versions().items())]
     digests = [photo.digest for pair in pairs for photo in pair]
-    key = digest_of(["calibration", repr(board), measuring_code_digest(), *libraries, *digests])
+    key = digest_of(["calibration", repr(board), boards.distortion, measuring_code_digest(), *libraries, *digests])
     found = cache.get(key, Calibration)
     if found is not None:
         return found
-    made = calibrate_stereo(pairs, board, progress=lambda done, total: progress("calibrate", done, total))
+    made = calibrate_stereo(pairs, board, lambda done, total: progress("calibrate", done, total), boards.distortion)
     cache.put(key, made, Calibration)
     return made
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 
-from asbuilt_bim.camera.adjust import BoardView
 from asbuilt_bim.camera.board import Board, find_board, same_way_round
+from asbuilt_bim.camera.parameters import BoardView
 from asbuilt_bim.camera.photo import Photo, decode
 from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection
 from asbuilt_bim.geometry.arrays import frozen

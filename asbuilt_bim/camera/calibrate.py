@@ -7,21 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt_bim.camera.adjust import (
-    RIG_ROWS,
-    Adjustment,
-    BoardView,
-    adjust,
-    camera_of,
-    pack,
-    right_from_left_of,
-    rms_px,
-)
+from asbuilt_bim.camera.adjust import Adjustment, adjust, rms_px
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.board_views import Progress, read_views, require_enough
 from asbuilt_bim.camera.calibration_checks import Checks, check_calibration, refuse_impossible
+from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.photo import Photo, PhotoExif
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_file import rig_problems
 from asbuilt_bim.camera.zhang import (
     bad_view_limit_px,
     bad_views,
@@ -60,7 +54,10 @@ class Calibration:
 
 
 def calibrate_stereo(
-    pairs: Sequence[tuple[Photo, Photo]], board: Board, progress: Progress | None = None
+    pairs: Sequence[tuple[Photo, Photo]],
+    board: Board,
+    progress: Progress | None = None,
+    lens: LensModel = "five",
 ) -> Calibration:
     """Calibrate a stereo rig from pairs (left, right) of photos of a board.
 
@@ -72,7 +69,7 @@ def calibrate_stereo(
     """
     views, size, left_out = read_views(pairs, board, progress)
     require_enough(views, left_out)
-    views, left, right, poses = first_estimate(views, size, left_out)
+    views, left, right, poses = first_estimate(views, size, lens, left_out)
     shared = pack(left, right, median_relative(poses))
     refuse_impossible(right_from_left_of(shared), board.square_m)
     try:
@@ -87,6 +84,8 @@ def calibrate_stereo(
     used = {view.name for view in views}
     exif_left, exif_right = next((a.exif, b.exif) for a, b in pairs if f"{a.name} + {b.name}" in used)
     rig = _rig(adjusted, size, right_from_left, len(views), exif_left, exif_right)
+    if problems := rig_problems(rig):
+        raise CalibrationError("calibration: the boards give no usable rig:\n  " + "\n  ".join(problems))
     return Calibration(
         rig=rig,
         views=tuple(_fit(view, pose, residual) for view, pose, residual in _each(views, adjusted)),
@@ -165,7 +164,7 @@ def _rig(
         left=camera_of(adjusted.shared, 0, size),
         right=camera_of(adjusted.shared, 1, size),
         right_from_left=right_from_left,
-        covariance=frozen(adjusted.covariance[np.ix_(RIG_ROWS, RIG_ROWS)]),
+        covariance=adjusted.rig_covariance,
         rms_px=adjusted.rms_px,
         views_used=count,
         camera_model=left.model,

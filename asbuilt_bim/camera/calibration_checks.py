@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
-from asbuilt_bim.camera.adjust import (
-    RIG_ROWS,
-    Adjustment,
-    BoardView,
-    adjust,
-    camera_of,
-    right_from_left_of,
-    rms_px,
-)
+from asbuilt_bim.camera.adjust import Adjustment, adjust, rms_px
+from asbuilt_bim.camera.parameters import BoardView, camera_of, right_from_left_of
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import apply, rigid
@@ -78,11 +70,11 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
     left = _coverage(np.concatenate([view.left_px for view in views]), size)
     right = _coverage(np.concatenate([view.right_px for view in views]), size)
     hold_out, length = _hold_out(views, adjusted, size)
-    covariance = adjusted.covariance[np.ix_(RIG_ROWS, RIG_ROWS)]
-    shift = adjusted.shared[21:24]
+    covariance = adjusted.rig_covariance
+    shift = adjusted.shared[-3:]
     along = shift / np.linalg.norm(shift)
-    baseline_sigma = float(np.sqrt(max(along @ covariance[11:, 11:] @ along, 0.0)))
-    focal_sigma = float(np.sqrt(max(covariance[0, 0], covariance[4, 4])))
+    baseline_sigma = float(np.sqrt(max(float(along @ covariance[11:, 11:] @ along), 0.0)))
+    focal_sigma = float(np.sqrt(np.max(np.diag(covariance)[[0, 4]])))
     relative = np.hypot(focal_sigma / adjusted.shared[0], baseline_sigma / np.linalg.norm(shift))
     warnings = [
         text
@@ -130,18 +122,10 @@ def _hold_out(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int
 
 def _miss(shared: FloatArray, pose: FloatArray, view: BoardView, size: tuple[int, int]) -> FloatArray:
     """Fit the board's pose in the left photo alone and return its misfit in the right one."""
-    left, right = camera_of(shared, 0, size), camera_of(shared, 1, size)
-    _, turn, shift = cv2.solvePnP(
-        view.left_points_m.copy(),
-        view.left_px.copy(),
-        np.array(left.K),
-        np.array(left.distortion),
-        pose[:3].copy(),
-        pose[3:].copy(),
-        useExtrinsicGuess=True,
-        flags=cv2.SOLVEPNP_ITERATIVE,
-    )
-    in_left = apply(rigid(np.ravel(turn), np.ravel(shift)), view.right_points_m)
+    from_left = replace(view, right_points_m=np.zeros((0, 3)), right_px=np.zeros((0, 2)))
+    fitted = adjust(shared, pose[None], [from_left], free=np.zeros(len(shared), dtype=bool)).poses[0]
+    in_left = apply(rigid(fitted[:3], fitted[3:]), view.right_points_m)
+    right = camera_of(shared, 1, size)
     missed: FloatArray = (right.project(apply(right_from_left_of(shared), in_left)) - view.right_px).ravel()
     return missed
 
@@ -159,9 +143,11 @@ def _length_error(shared: FloatArray, view: BoardView, size: tuple[int, int]) ->
     from_left = camera_of(shared, 0, size).rays(view.left_px[in_left[ends]])
     from_right = camera_of(shared, 1, size).rays(view.right_px[in_right[ends]]) @ right_from_left[:3, :3]
     centre = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
+    if not (np.all(np.isfinite(from_left)) and np.all(np.isfinite(from_right))):
+        return None
     met = []
     for one, other in zip(from_left, from_right, strict=True):
         along = np.linalg.lstsq(np.stack([one, -other], axis=-1), centre, rcond=None)[0]
         met.append(0.5 * (along[0] * one + centre + along[1] * other))
-    known = float(distances[ends[0], ends[1]])
-    return abs(float(np.linalg.norm(met[0] - met[1])) / known - 1.0)
+    error = abs(float(np.linalg.norm(met[0] - met[1]) / distances[ends[0], ends[1]]) - 1.0)
+    return error

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import reach
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import PhotoError, RigError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray, freeze, frozen
@@ -19,6 +20,7 @@ MAX_GROWTH = 1.3
 MAX_TURN_RAD = np.deg2rad(30.0)
 """A camera turned further than this to stand along the baseline is no stereo pair but a mistake."""
 _BORDER_STEPS = 65
+_LEAST_AHEAD = 0.1  # cosine: 84 degrees off the axis are out of every frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,7 +174,10 @@ def _turns(rig: StereoRig) -> tuple[FloatArray, FloatArray]:
 
 
 def _border(camera: Intrinsics, turn: FloatArray) -> FloatArray:
-    """Return where the outline of the photo's pixel area lies after turning, (N, 2), as x/z and y/z."""
+    """Return where the outline of the photo's pixel area lies after turning, (N, 2), as x/z and y/z.
+
+    Raises: RigError where the lens shows none of it.
+    """
     across = np.linspace(-0.5, camera.width_px - 0.5, _BORDER_STEPS)
     along = np.linspace(-0.5, camera.height_px - 0.5, _BORDER_STEPS)
     top, left = np.full_like(across, -0.5), np.full_like(along, -0.5)
@@ -185,7 +190,12 @@ def _border(camera: Intrinsics, turn: FloatArray) -> FloatArray:
         ]
     )
     turned = camera.rays(outline) @ turn.T
-    xy: FloatArray = turned[:, :2] / turned[:, 2:]
+    ahead = turned[turned[:, 2] > _LEAST_AHEAD * np.linalg.norm(turned, axis=1)]  # False for NaN: a fisheye's corners
+    if not len(ahead):
+        raise RigError(
+            "rig: the lens shows none of the photo's border, so there is nothing to rectify; calibrate again"
+        )
+    xy: FloatArray = ahead[:, :2] / ahead[:, 2:]
     return xy
 
 
@@ -201,13 +211,28 @@ def _frame(left: FloatArray, right: FloatArray, size: tuple[int, int]) -> tuple[
 def _map(camera: RectifiedCamera, photo: Intrinsics, turn: FloatArray) -> tuple[Float32Array, BoolArray]:
     """Return where each rectified pixel lies in the photo, float32 (H, W, 2), and whether the photo has it."""
     straight = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-    maps = cv2.initUndistortRectifyMap(
+    prepare = cv2.fisheye.initUndistortRectifyMap if photo.lens == "fisheye" else cv2.initUndistortRectifyMap
+    maps = prepare(
         np.array(photo.K), np.array(photo.distortion), turn, straight, (camera.width_px, camera.height_px), cv2.CV_32FC1
     )
     at = np.stack(maps, axis=-1)
     inside = (at[..., 0] > -0.5) & (at[..., 0] < photo.width_px - 0.5)
     inside &= (at[..., 1] > -0.5) & (at[..., 1] < photo.height_px - 0.5)
+    inside &= _within_reach(camera, photo, turn)
     return freeze(at), freeze(inside)
+
+
+def _within_reach(camera: RectifiedCamera, photo: Intrinsics, turn: FloatArray) -> BoolArray:
+    """Say which rectified pixels (H, W) the lens shows once: beyond its reach a polynomial folds back into the photo.
+
+    The cone of the reach, met by each pixel's ray: no array larger than one number a pixel is made.
+    """
+    y, x = np.ogrid[0 : camera.height_px, 0 : camera.width_px]
+    x, y = (x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px
+    ahead = turn[0, 2] * x + turn[1, 2] * y + turn[2, 2]  # z in the photo's camera of the ray (x, y, 1)
+    limit = np.cos(np.arctan(reach(photo.distortion)))
+    within: BoolArray = ahead > limit * np.sqrt(x * x + y * y + 1.0)
+    return within
 
 
 def _carry(image: ByteImage, at: Float32Array, valid: BoolArray) -> ByteImage:

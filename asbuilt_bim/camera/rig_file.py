@@ -10,6 +10,7 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import COEFFICIENTS, reach
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
@@ -19,6 +20,7 @@ FORMAT, VERSION = "asbuilt-bim/rig", 1
 MAX_BYTES = 1_000_000
 _HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1.json\n"
 _ROTATION_TOLERANCE = 1e-6
+_LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of a camera that nobody would call one
 
 
 def write_rig(rig: StereoRig, path: Path) -> None:
@@ -54,6 +56,9 @@ def read_rig(path: Path) -> StereoRig:
     problems = [_problem(error) for error in Draft202012Validator(schema("rig-1")).iter_errors(content)]
     if problems:
         raise RigError(f"rig file {path}:\n  " + "\n  ".join(sorted(problems)))
+    problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
+    if problems:
+        raise RigError(f"rig file {path}:\n  " + "\n  ".join(problems))
     rig = _rig(content)
     problems = rig_problems(rig)
     if problems:
@@ -75,6 +80,11 @@ def rig_problems(rig: StereoRig) -> list[str]:
             problems.append(f"{side}.K: the principal point lies outside the picture")
         if abs(camera.K[0, 1]) + abs(camera.K[1, 0]) + np.abs(camera.K[2] - [0.0, 0.0, 1.0]).sum() > 1e-9:
             problems.append(f"{side}.K: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+        elif _folded(camera):
+            problems.append(
+                f"{side}.distortion: the lens folds back inside the picture, so its border has no direction; calibrate "
+                "with boards out to the corners of the frame, or another model of lens"
+            )
     turn, last = rig.right_from_left[:3, :3], rig.right_from_left[3]
     if not np.all(np.isfinite(rig.right_from_left)):
         return [*problems, "right_from_left: must be finite numbers"]
@@ -87,6 +97,29 @@ def rig_problems(rig: StereoRig) -> list[str]:
     if not np.all(np.isfinite(rig.covariance)) or np.any(spread < 0):
         problems.append("covariance: variances must be finite and not negative")
     return problems
+
+
+def _lens_problem(side: str, camera: dict[str, Any]) -> str:
+    """Say where a lens's model and its coefficients don't belong together; "" where they do.
+
+    Without `lens` a list of 5 or 8 tells by itself; one of 4 may be a fisheye, or OpenCV's k1 k2 p1 p2.
+    """
+    count, lens = len(camera["distortion"]), camera.get("lens", "")
+    if not lens and count == COEFFICIENTS["fisheye"]:
+        return f"{side}.lens: is missing; write `lens: fisheye`, or add a fifth 0 to k1 k2 p1 p2"
+    if lens and COEFFICIENTS[lens] != count:
+        return f"{side}.distortion: {count} numbers, {COEFFICIENTS[lens]} belong to a {lens} lens"
+    return ""
+
+
+def _folded(camera: Intrinsics) -> bool:
+    """Say whether the lens's polynomial folds back inside the picture, so that pixels there have no direction."""
+    if camera.lens == "fisheye":  # its corners may lie beyond 88 degrees
+        return bool(reach(camera.distortion) < np.tan(_LEAST_FISHEYE_RAD))
+    across, down = np.linspace(-0.5, camera.width_px - 0.5, 33), np.linspace(-0.5, camera.height_px - 0.5, 33)
+    top, left = np.full_like(across, -0.5), np.full_like(down, -0.5)
+    border = [(across, top), (across, top + camera.height_px), (left, down), (left + camera.width_px, down)]
+    return bool(np.any(np.isnan(camera.rays(np.concatenate([np.stack(line, axis=-1) for line in border])))))
 
 
 def _problem(error: Any) -> str:
@@ -115,6 +148,7 @@ def _plain(rig: StereoRig) -> dict[str, Any]:
 def _plain_camera(camera: Intrinsics) -> dict[str, Any]:
     return {
         "K": camera.K.tolist(),
+        "lens": camera.lens,
         "distortion": camera.distortion.tolist(),
         "width_px": camera.width_px,
         "height_px": camera.height_px,

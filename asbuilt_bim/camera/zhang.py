@@ -1,15 +1,16 @@
-"""A first estimate of the rig: each camera by Zhang's method, the relative pose as the median of all views."""
+"""A first estimate of the rig: each camera by itself, the relative pose as the median of all views."""
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
-from asbuilt_bim.camera.adjust import BoardView, rms_px
 from asbuilt_bim.camera.board_views import require_enough
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.errors import CalibrationError, Rejection
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
+from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.parameters import BoardView
+from asbuilt_bim.camera.start import start_camera
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import inverse, rigid, vector_from_rotation
 
 _BAD_VIEW = 3.0  # times the median view: corners of one detector don't vary by more
@@ -21,7 +22,7 @@ Poses = list[tuple[FloatArray, FloatArray]]
 
 
 def first_estimate(
-    views: list[BoardView], size: tuple[int, int], left_out: list[Rejection]
+    views: list[BoardView], size: tuple[int, int], lens: LensModel, left_out: list[Rejection]
 ) -> tuple[list[BoardView], Intrinsics, Intrinsics, Poses]:
     """Calibrate each camera by itself and leave out the pairs that don't fit, until none is left out.
 
@@ -30,8 +31,8 @@ def first_estimate(
     Raises: CalibrationError where too few pairs remain, or they give no camera.
     """
     while True:
-        left, left_poses, left_rms = _zhang([(v.left_points_m, v.left_px) for v in views], size)
-        right, right_poses, right_rms = _zhang([(v.right_points_m, v.right_px) for v in views], size)
+        left, left_poses, left_rms = start_camera([(v.left_points_m, v.left_px) for v in views], size, lens)
+        right, right_poses, right_rms = start_camera([(v.right_points_m, v.right_px) for v in views], size, lens)
         poses = list(zip(left_poses, right_poses, strict=True))
         rms = np.maximum(left_rms, right_rms)
         bad = bad_views(rms)
@@ -59,29 +60,6 @@ def misfit(name: str, reason: str, value: str = "", limit: str = "") -> Rejectio
         limit=limit,
         remedy="take it again with rig and board at rest, sharp and evenly lit",
     )
-
-
-def _zhang(
-    seen: list[tuple[FloatArray, FloatArray]], size: tuple[int, int]
-) -> tuple[Intrinsics, list[FloatArray], FloatArray]:
-    """Calibrate one camera; returns it, camera_from_board of each view, and each view's rms in pixels."""
-    points = [p.astype(np.float32).reshape(-1, 1, 3) for p, _ in seen]
-    pixels = [p.astype(np.float32).reshape(-1, 1, 2) for _, p in seen]
-    try:
-        _, K, distortion, turns, shifts = cv2.calibrateCamera(points, pixels, size, None, None)
-    except cv2.error as error:
-        raise CalibrationError(
-            f"calibration: the boards don't give a camera ({error.err}); tilt the board in different directions"
-        ) from error
-    if not np.all(np.isfinite(K)):
-        raise CalibrationError("calibration: the boards don't give a camera; tilt the board in different directions")
-    camera = Intrinsics(K=frozen(K), distortion=frozen(np.ravel(distortion)[:5]), width_px=size[0], height_px=size[1])
-    poses = [rigid(np.ravel(turn), np.ravel(shift)) for turn, shift in zip(turns, shifts, strict=True)]
-    rms = [
-        rms_px((camera.project(p @ pose[:3, :3].T + pose[:3, 3]) - px).ravel())
-        for (p, px), pose in zip(seen, poses, strict=True)
-    ]
-    return camera, poses, np.array(rms)
 
 
 def bad_view_limit_px(rms: FloatArray) -> float:

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from asbuilt_bim.camera.adjust import RIG_ROWS, adjust, camera_of, pack, right_from_left_of, view_residual
+from asbuilt_bim.camera.adjust import adjust
+from asbuilt_bim.camera.lens import LENS_MODELS, LensModel
+from asbuilt_bim.camera.parameters import camera_of, layout_of, pack, right_from_left_of, view_residual
 from tests.camera.virtual import SIZE, parameters, rig, views
 
 TRUE = rig()
 SHARED = pack(TRUE.left, TRUE.right, TRUE.right_from_left)
+RIG_ROWS = layout_of(SHARED).rig_rows
 
 
 def test_shared_parameters_are_written_and_read_back() -> None:
@@ -16,8 +20,11 @@ def test_shared_parameters_are_written_and_read_back() -> None:
     assert np.abs(SHARED[RIG_ROWS] - parameters(TRUE)).max() < 1e-12
 
 
-def test_jacobians_are_those_of_finite_differences() -> None:
-    seen, poses = views(TRUE, 1, 0.0, seed=0)
+@pytest.mark.parametrize("lens", LENS_MODELS)
+def test_jacobians_are_those_of_finite_differences(lens: LensModel) -> None:
+    true = rig(lens)
+    SHARED = pack(true.left, true.right, true.right_from_left)
+    seen, poses = views(true, 1, 0.0, seed=0)
     residual, by_shared, by_pose = view_residual(SHARED, poses[0], seen[0])
     assert np.abs(residual).max() < 1e-9
     for jacobian, of_shared in ((by_shared, True), (by_pose, False)):

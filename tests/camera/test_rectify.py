@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
+from asbuilt_bim.camera.lens import LENS_MODELS, LensModel
 from asbuilt_bim.camera.rectify import rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import PhotoError, RigError
@@ -32,16 +35,36 @@ def test_pixel_and_disparity_give_the_point_back() -> None:
     assert np.abs(camera.points(camera.project(POINTS), camera.disparity_of(POINTS)) - POINTS).max() < 1e-9
 
 
-def test_maps_lead_to_where_the_lens_shows_the_point_to_a_twentieth_of_a_pixel() -> None:
-    prepared = rectification(rig())
-    for maps, at, seen in (
-        (prepared.left_map, prepared.camera.project(POINTS), rig().left.project(POINTS)),
-        (prepared.right_map, in_right(prepared, POINTS), rig().right.project(apply(rig().right_from_left, POINTS))),
+@pytest.mark.parametrize("lens", LENS_MODELS)
+def test_maps_lead_to_where_the_lens_shows_the_point_to_a_twentieth_of_a_pixel(lens: LensModel) -> None:
+    one = rig(lens)
+    prepared = rectification(one)
+    for maps, valid, at, seen in (
+        (prepared.left_map, prepared.valid_left, prepared.camera.project(POINTS), one.left.project(POINTS)),
+        (
+            prepared.right_map,
+            prepared.valid_right,
+            in_right(prepared, POINTS),
+            one.right.project(apply(one.right_from_left, POINTS)),
+        ),
     ):
         x, y = at.astype(np.float32).T
         inside = (x > 1) & (y > 1) & (x < maps.shape[1] - 2) & (y < maps.shape[0] - 2)
         found = cv2.remap(np.array(maps), x[:, None], y[:, None], cv2.INTER_LINEAR)[:, 0]
+        assert np.count_nonzero(inside) > 250
         assert np.abs(found - seen)[inside].max() < 0.05
+        assert valid[y[inside].astype(int), x[inside].astype(int)].all()
+
+
+def test_a_polynomial_that_folds_back_shows_nothing_twice() -> None:
+    """k1 = -0.5 folds back at tan 0.816; what lies further out would come a second time from within the photo."""
+    one = rig()
+    left = replace(one.left, distortion=frozen([-0.5, 0.0, 0.0, 0.0, 0.0]))
+    prepared = rectification(replace(one, left=left))
+    camera = prepared.camera
+    rows, columns = np.nonzero(prepared.valid_left)
+    rays = camera.rays(np.stack([columns, rows], axis=-1))
+    assert np.linalg.norm(rays[:, :2] / rays[:, 2:], axis=1).max() < 0.82
 
 
 def test_every_pixel_of_both_photos_is_in_the_frame() -> None:

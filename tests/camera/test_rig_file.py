@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.formats import read_opencv_rig
+from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.rig_file import read_rig, write_rig
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
@@ -44,6 +45,11 @@ def test_a_rig_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
         (lambda text: text + "x: !!python/object/apply:os.system ['true']\n", "not plain YAML"),
         (lambda text: text + "x: &a [1]\ny: *a\n", "aliases"),
         (lambda text: "", "the file"),
+        (
+            lambda text: text.replace("lens: five", "lens: fisheye", 1),
+            r"left\.distortion: 5 numbers, 4 ",
+        ),
+        (lambda text: text.replace("-0.11,", "-1.9,"), r"left\.distortion: the lens folds back inside the picture"),
     ],
 )
 def test_a_damaged_rig_file_is_refused_by_its_key(tmp_path: Path, change, says: str) -> None:  # type: ignore[no-untyped-def]
@@ -53,6 +59,22 @@ def test_a_damaged_rig_file_is_refused_by_its_key(tmp_path: Path, change, says: 
     with pytest.raises(RigError, match=says) as raised:
         read_rig(file)
     assert str(file) in str(raised.value)
+
+
+@pytest.mark.parametrize("lens", ["rational", "fisheye"])
+def test_rigs_with_other_lenses_are_read_back(tmp_path: Path, lens: LensModel) -> None:
+    one = rig(lens)
+    write_rig(one, tmp_path / "rig.yaml")
+    two = read_rig(tmp_path / "rig.yaml")
+    assert two.left.lens == lens and np.array_equal(one.right.distortion, two.right.distortion)
+
+
+def test_four_coefficients_without_their_model_are_refused_for_two_kinds_have_four(tmp_path: Path) -> None:
+    write_rig(rig("fisheye"), tmp_path / "rig.yaml")
+    text = (tmp_path / "rig.yaml").read_text(encoding="utf-8").replace("  lens: fisheye\n", "")
+    (tmp_path / "rig.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(RigError, match=r"left\.lens: is missing(.|\n)*right\.lens"):
+        read_rig(tmp_path / "rig.yaml")
 
 
 def test_a_rig_that_cannot_be_is_refused_with_every_reason(tmp_path: Path) -> None:

@@ -6,8 +6,9 @@ import struct
 
 import numpy as np
 
-from asbuilt_bim.camera.adjust import BoardView
 from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.parameters import BoardView
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, vector_from_rotation
@@ -15,17 +16,27 @@ from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, v
 SIZE = (1280, 960)
 
 
-def camera(fx: float = 1052.0, cx: float = 646.0, cy: float = 472.0, k1: float = -0.11) -> Intrinsics:
+LENSES = {
+    "five": [-0.11, 0.04, 0.0006, -0.0004, -0.003],
+    "rational": [0.12, -0.05, 0.0006, -0.0004, 0.01, 0.32, -0.02, 0.004],
+    "fisheye": [-0.021, -0.006, 0.002, -0.0011],
+}
+FOCAL = {"five": 1052.0, "rational": 790.0, "fisheye": 640.0}
+
+
+def camera(
+    fx: float = 1052.0, cx: float = 646.0, cy: float = 472.0, k1: float = -0.11, lens: LensModel = "five"
+) -> Intrinsics:
     K = frozen([[fx, 0.0, cx], [0.0, fx - 1.5, cy], [0.0, 0.0, 1.0]])
-    lens = frozen([k1, 0.04, 0.0006, -0.0004, -0.003])
-    return Intrinsics(K=K, distortion=lens, width_px=SIZE[0], height_px=SIZE[1])
+    return Intrinsics(K=K, distortion=frozen([k1, *LENSES[lens][1:]]), width_px=SIZE[0], height_px=SIZE[1])
 
 
-def rig() -> StereoRig:
-    size = len(PARAMETERS)
+def rig(lens: LensModel = "five") -> StereoRig:
+    """A rig of about 62, 78 or 115 degrees across, with each kind of lens."""
+    size, f, k1 = len(PARAMETERS), FOCAL[lens], LENSES[lens][0]
     return StereoRig(
-        left=camera(),
-        right=camera(1047.0, 633.0, 481.0, -0.09),
+        left=camera(f, k1=k1, lens=lens),
+        right=camera(f - 5.0, 633.0, 481.0, k1 + 0.02, lens),
         right_from_left=frozen(rigid([0.006, -0.008, 0.004], [-0.2496, 0.0021, -0.0013])),
         covariance=frozen(np.zeros((size, size))),
         camera_model="Maker One",
