@@ -120,8 +120,8 @@ def rectification(rig: StereoRig) -> Rectification:
         height_px=int(np.ceil(y1 - y0)),
         rectified_from_left=frozen(left_turn),
     )
-    left_map, valid_left = _map(camera, rig.left, left_turn)
-    right_map, valid_right = _map(camera, rig.right, right_turn)
+    left_map, valid_left = rectified_map(camera, rig.left, left_turn)
+    right_map, valid_right = rectified_map(camera, rig.right, right_turn)
     return Rectification(
         camera=camera,
         rectified_from_right=frozen(right_turn),
@@ -208,8 +208,11 @@ def _frame(left: FloatArray, right: FloatArray, size: tuple[int, int]) -> tuple[
     return np.maximum(low, middle - reach), np.minimum(high, middle + reach)
 
 
-def _map(camera: RectifiedCamera, photo: Intrinsics, turn: FloatArray) -> tuple[Float32Array, BoolArray]:
-    """Return where each rectified pixel lies in the photo, float32 (H, W, 2), and whether the photo has it."""
+def rectified_map(camera: RectifiedCamera, photo: Intrinsics, turn: FloatArray) -> tuple[Float32Array, BoolArray]:
+    """Return where each rectified pixel lies in the original photo, float32 (H, W, 2), and whether the photo has it.
+
+    `turn` (3, 3) is rectified_from_left, or rectified_from_right with the right photo's camera.
+    """
     straight = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
     prepare = cv2.fisheye.initUndistortRectifyMap if photo.lens == "fisheye" else cv2.initUndistortRectifyMap
     maps = prepare(

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
+from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair, rectified_map
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
 from asbuilt_bim.geometry.polygon import Rings, contains, polygon
 from asbuilt_bim.vision.depth import DepthMap
@@ -43,7 +43,7 @@ class GivenMasks:
         """Return the masks in pixels of the rectified left photo; those that lie outside it are left out."""
         at = None
         if any(mask.pixels is not None for mask in self.masks):
-            at = _photo_from_rectified(self.photo, pair.camera)
+            at, _ = rectified_map(pair.camera, self.photo, pair.camera.rectified_from_left)
         found: list[Instance] = []
         for given in self.masks:
             mask = _drawn(given, self.photo, pair.camera)
@@ -109,23 +109,7 @@ def _densified(ring: FloatArray) -> FloatArray:
     return np.concatenate(pieces)
 
 
-def _photo_from_rectified(photo: Intrinsics, camera: RectifiedCamera) -> tuple[Float32Array, Float32Array]:
-    """Return where each rectified pixel lies in the original photo: x and y, float32 (H, W)."""
-    straight = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-    size = (camera.width_px, camera.height_px)
-    x, y = cv2.initUndistortRectifyMap(
-        np.array(photo.K),
-        np.array(photo.distortion),
-        np.array(camera.rectified_from_left),
-        straight,
-        size,
-        cv2.CV_32FC1,
-    )
-    return np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32)
-
-
-def _carried(pixels: BoolArray, at: tuple[Float32Array, Float32Array]) -> BoolArray:
-    carried = cv2.remap(
-        pixels.astype(np.uint8), at[0], at[1], cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=0
-    )
+def _carried(pixels: BoolArray, at: Float32Array) -> BoolArray:
+    x, y = np.array(at[..., 0]), np.array(at[..., 1])
+    carried = cv2.remap(pixels.astype(np.uint8), x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
     return np.asarray(carried) > 0
