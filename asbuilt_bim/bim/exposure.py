@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
+from shapely.affinity import translate
 from shapely.errors import ShapelyError
+from shapely.geometry.base import BaseGeometry
 
-from asbuilt_bim.bim.mesh import Mesh, pieces, section, welded
+from asbuilt_bim.bim.mesh import Mesh, pieces, section
 from asbuilt_bim.bim.model import BimElement, DesignFace, Obstacle
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
-from asbuilt_bim.geometry.plane import Plane, PlaneFrame
-from asbuilt_bim.geometry.polygon import (
-    EMPTY,
-    Region,
-    area,
-    bounds,
-    box,
-    difference,
-    from_segments,
-    grown,
-    intersection,
-    union,
-)
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import area, bounds, enclosed, grown, region_from, shape_of
 
 LIFT_M = 0.005
 """The face is moved out by this before it is cut with its neighbours: joints narrower than that count as contact."""
@@ -34,24 +27,55 @@ STRIPS = 48
 """A full mantle is cut along this many flat strips (7.5 degrees: 1 mm off at a radius of half a metre)."""
 
 _BROKEN = (ArithmeticError, LookupError, RuntimeError, ValueError, ShapelyError)
+_AT_ONCE = 1024  # windows asked for at once: bounds the memory where everything is near everything
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Window:
+    """A rectangle (u0, v0, u1, v1) in a plane along which a face is cut: a flat face's own, or a strip of a mantle.
+
+    `shift_m` is what the strip's u is short of the mantle's.
+    """
+
+    frame: PlaneFrame
+    box_uv_m: tuple[float, float, float, float]
+    shift_m: float = 0.0
+
+    def corners_m(self) -> FloatArray:
+        """Return the corners (4, 3), moved out by `LIFT_M`."""
+        u0, v0, u1, v1 = self.box_uv_m
+        return self.frame.from_uv([[u0, v0], [u1, v0], [u1, v1], [u0, v1]], height_m=LIFT_M)
+
+
 class _Solids:
-    """Connected solids of the model with their boxes (N, 2, 3)."""
+    """The connected solids of the model, found by their boxes."""
 
-    meshes: tuple[Mesh, ...]
-    boxes_m: FloatArray
+    def __init__(self, bodies: list[BimElement | Obstacle]) -> None:
+        whole = [Mesh(vertices_m=body.vertices_m, triangles=body.triangles) for body in bodies]
+        self.meshes = [piece for mesh in whole for piece in pieces(mesh) if len(piece.triangles) > 3]
+        self._boxes_m = np.array([mesh.bounds_m for mesh in self.meshes]).reshape(-1, 2, 3)
+        self._tree = shapely.STRtree(_plan_boxes(self._boxes_m))
 
-    def near(self, low: FloatArray, high: FloatArray, plane: Plane | None = None) -> list[Mesh]:
-        """Return the solids whose boxes come within `NEAR_M` of the box low..high and, if given, meet the plane."""
-        touch = (self.boxes_m[:, 0] <= high + NEAR_M).all(axis=1) & (self.boxes_m[:, 1] >= low - NEAR_M).all(axis=1)
-        numbers = np.flatnonzero(touch)
-        if plane is not None:
-            boxes = self.boxes_m[numbers]
-            reach = (boxes[:, 1] - boxes[:, 0]) @ np.abs(plane.normal) / 2.0
-            numbers = numbers[np.abs(plane.distance_m(boxes.mean(axis=1))) <= reach]
-        return [self.meshes[i] for i in numbers]
+    def near(self, windows: list[_Window]) -> list[list[Mesh]]:
+        """Return for each window the solids whose boxes come within `NEAR_M` of it and meet its plane."""
+        found: list[list[Mesh]] = [[] for _ in windows]
+        for first in range(0, len(windows), _AT_ONCE):
+            part = windows[first : first + _AT_ONCE]
+            corners = np.array([window.corners_m() for window in part])
+            box = np.stack([corners.min(axis=1) - NEAR_M, corners.max(axis=1) + NEAR_M], axis=1)
+            normals = np.array([window.frame.normal for window in part])
+            which, solid = self._tree.query(_plan_boxes(box))
+            low, high = self._boxes_m[solid, 0], self._boxes_m[solid, 1]
+            reach = ((high - low) * np.abs(normals[which])).sum(axis=1) / 2.0
+            height = (((low + high) / 2.0 - corners[which, 0]) * normals[which]).sum(axis=1)
+            meets = (low[:, 2] <= box[which, 1, 2]) & (high[:, 2] >= box[which, 0, 2]) & (np.abs(height) <= reach)
+            for window, number in zip(which[meets].tolist(), solid[meets].tolist(), strict=True):
+                found[first + window].append(self.meshes[number])
+        return found
+
+
+def _plan_boxes(boxes_m: FloatArray) -> FloatArray:
+    return np.asarray(shapely.box(boxes_m[:, 0, 0], boxes_m[:, 0, 1], boxes_m[:, 1, 0], boxes_m[:, 1, 1]))
 
 
 def expose(
@@ -59,15 +83,18 @@ def expose(
 ) -> tuple[tuple[BimElement, ...], tuple[str, ...]]:
     """Return the elements with `exposed_uv_m` of each face less the contact with everything else, and notes.
 
-    An element's own other pieces (blocks, layers) count as others.
+    An element's own other pieces (blocks, layers) count as others. Meshes are welded, as `ifc` reads them.
     """
-    solids = _solids(elements, obstacles)
+    solids = _Solids([*elements, *obstacles])
     done, notes = [], []
-    for element in elements:
+    windows = [[list(_windows(face)) for face in element.faces] for element in elements]
+    near = iter(solids.near([window for element in windows for face in element for window in face]))
+    for element, of_element in zip(elements, windows, strict=True):
         faces = []
-        for face in element.faces:
+        for face, of_face in zip(element.faces, of_element, strict=True):
+            around = [next(near) for _ in of_face]
             try:
-                faces.append(_exposed(face, solids))
+                faces.append(_exposed(face, of_face, around))
             except _BROKEN as error:  # a neighbour's broken mesh must not cost the model: the face stays whole
                 faces.append(face)
                 notes.append(
@@ -79,64 +106,44 @@ def expose(
     return tuple(done), tuple(notes)
 
 
-def _solids(elements: tuple[BimElement, ...], obstacles: tuple[Obstacle, ...]) -> _Solids:
-    bodies: list[BimElement | Obstacle] = [*elements, *obstacles]
-    whole = [welded(Mesh(vertices_m=body.vertices_m, triangles=body.triangles)) for body in bodies]
-    meshes = tuple(piece for mesh in whole for piece in pieces(mesh) if len(piece.triangles) > 3)
-    return _Solids(meshes=meshes, boxes_m=np.array([mesh.bounds_m for mesh in meshes]).reshape(-1, 2, 3))
+def _windows(face: DesignFace) -> Iterator[_Window]:
+    """Yield what a face is cut along: a mantle by flat strips that touch it, each for its own piece of u."""
+    u0, v0, u1, v1 = bounds(face.rings_uv_m)
+    if isinstance(face.frame, PlaneFrame):
+        yield _Window(frame=face.frame, box_uv_m=(u0, v0, u1, v1))
+        return
+    step = 2.0 * np.pi * face.frame.radius_m / STRIPS
+    for first in np.arange(u0, u1 - 1e-9, step):
+        last = min(first + step, u1)
+        half, middle = (last - first) / 2.0, (first + last) / 2.0
+        yield _Window(frame=_tangent(face.frame, middle), box_uv_m=(-half, v0, half, v1), shift_m=middle)
 
 
-def _exposed(face: DesignFace, solids: _Solids) -> DesignFace:
-    contact = _mantle_contact(face, solids) if isinstance(face.frame, CylinderFrame) else _plane_contact(face, solids)
-    if not contact:
+def _exposed(face: DesignFace, windows: list[_Window], near: list[list[Mesh]]) -> DesignFace:
+    contact = []
+    for window, around in zip(windows, near, strict=True):
+        cuts = [cut for mesh in around if (cut := _cut(mesh, window)) is not None]
+        if isinstance(face.frame, CylinderFrame):
+            strip = shapely.box(*window.box_uv_m)
+            cuts = [translate(cut.intersection(strip), xoff=window.shift_m) for cut in cuts]
+        contact += cuts
+    if not any(cut.area > 0.0 for cut in contact):
         return face
-    pieces_left = difference(face.rings_uv_m, union(contact))
+    pieces_left = region_from(shape_of(face.rings_uv_m).difference(shapely.union_all(contact)))
     left = tuple(rings for rings in pieces_left if grown((rings,), -SLIVER_M / 2.0))
     return replace(face, exposed_uv_m=left, exposed_area_m2=area(left))
 
 
-def _plane_contact(face: DesignFace, solids: _Solids) -> list[Region]:
-    frame = face.frame
-    assert isinstance(frame, PlaneFrame)
-    u0, v0, u1, v1 = bounds(face.rings_uv_m)
-    corners = frame.from_uv([[u0, v0], [u1, v0], [u1, v1], [u0, v1]], height_m=LIFT_M)
-    plane = Plane(normal=frame.normal, offset_m=frame.plane.offset_m + LIFT_M)
-    near = solids.near(corners.min(axis=0), corners.max(axis=0), plane)
-    cuts = (_cut(mesh, frame, (u0, v0, u1, v1)) for mesh in near)
-    return [cut for cut in cuts if cut]
-
-
-def _cut(mesh: Mesh, frame: PlaneFrame, window: tuple[float, float, float, float]) -> Region:
-    """Return where a solid meets the plane moved out by `LIFT_M`, empty where that misses the window (u0 v0 u1 v1)."""
-    segments = section(mesh, frame, LIFT_M)
+def _cut(mesh: Mesh, window: _Window) -> BaseGeometry | None:
+    """Return where a solid meets a window's plane moved out by `LIFT_M`, None where that misses the window."""
+    segments = section(mesh, window.frame, LIFT_M)
     if len(segments) == 0:
-        return EMPTY
+        return None
     low, high = segments.min(axis=(0, 1)), segments.max(axis=(0, 1))
-    u0, v0, u1, v1 = window
+    u0, v0, u1, v1 = window.box_uv_m
     if low[0] >= u1 or high[0] <= u0 or low[1] >= v1 or high[1] <= v0:
-        return EMPTY
-    return from_segments(segments)
-
-
-def _mantle_contact(face: DesignFace, solids: _Solids) -> list[Region]:
-    """Cut the neighbours with flat strips that touch the lifted mantle, each strip for its own piece of u."""
-    frame = face.frame
-    assert isinstance(frame, CylinderFrame)
-    u0, v0, u1, v1 = bounds(face.rings_uv_m)
-    reach = frame.radius_m * np.abs(np.sqrt(np.clip(1.0 - frame.axis**2, 0.0, 1.0))) + LIFT_M
-    ends = frame.origin_m + np.array([[v0], [v1]]) * frame.axis
-    near = solids.near(ends.min(axis=0) - reach, ends.max(axis=0) + reach)
-    step = 2.0 * np.pi * frame.radius_m / STRIPS
-    contact = []
-    for first in np.arange(u0, u1 - 1e-9, step) if near else ():
-        last = min(first + step, u1)
-        strip = _tangent(frame, (first + last) / 2.0)
-        half = (last - first) / 2.0
-        for mesh in near:
-            cut = _cut(mesh, strip, (-half, v0, half, v1))
-            if cut and (piece := intersection(cut, box(-half, v0, half, v1))):
-                contact.append(_shifted(piece, (first + last) / 2.0))
-    return contact
+        return None
+    return enclosed(segments)
 
 
 def _tangent(frame: CylinderFrame, u_m: float) -> PlaneFrame:
@@ -147,7 +154,3 @@ def _tangent(frame: CylinderFrame, u_m: float) -> PlaneFrame:
         u=frozen(np.cross(frame.axis, out)),
         v=frame.axis,
     )
-
-
-def _shifted(region: Region, u_m: float) -> Region:
-    return tuple(tuple(frozen(ring + np.array([u_m, 0.0])) for ring in rings) for rings in region)

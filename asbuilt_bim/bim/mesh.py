@@ -52,7 +52,7 @@ def welded(mesh: Mesh) -> Mesh:
 
 
 def pieces(mesh: Mesh) -> tuple[Mesh, ...]:
-    """Return the connected pieces of a welded mesh, vertices shared between them."""
+    """Return the connected pieces of a welded mesh, each with its own vertices alone."""
     labels = np.arange(len(mesh.vertices_m))
     while True:
         lowest = labels[mesh.triangles].min(axis=1)
@@ -62,10 +62,16 @@ def pieces(mesh: Mesh) -> tuple[Mesh, ...]:
         if np.array_equal(labels, before):
             break
     of_triangle = labels[mesh.triangles[:, 0]] if len(mesh.triangles) else np.zeros(0, dtype=int)
-    return tuple(
-        Mesh(vertices_m=mesh.vertices_m, triangles=mesh.triangles[of_triangle == label])
-        for label in np.unique(of_triangle)
-    )
+    found = np.unique(of_triangle)
+    if len(found) == 1:
+        return (mesh,)
+    return tuple(_compact(mesh.vertices_m, mesh.triangles[of_triangle == label]) for label in found)
+
+
+def _compact(vertices_m: FloatArray, triangles: NDArray[np.int32]) -> Mesh:
+    """Return triangles with those vertices alone that they use: a wall of 500 blocks would carry them all 500 times."""
+    used, where = np.unique(triangles, return_inverse=True)
+    return Mesh(vertices_m=vertices_m[used], triangles=where.reshape(-1, 3).astype(np.int32))
 
 
 def merged(meshes: tuple[Mesh, ...]) -> Mesh:
@@ -118,13 +124,15 @@ def turned_outwards(mesh: Mesh) -> Mesh:
 
 def section(mesh: Mesh, frame: PlaneFrame, lift_m: float) -> FloatArray:
     """Return the segments (N, 2, 2), in (u, v) metres, where the plane of `frame` moved out by `lift_m` cuts a mesh."""
-    height = frame.plane.distance_m(mesh.vertices_m) - lift_m
+    height = (mesh.vertices_m - frame.origin_m) @ frame.normal - lift_m
+    if height.size == 0 or height.min() > 0.0 or height.max() <= -1e-9:
+        return np.zeros((0, 2, 2))
     height = np.where(np.abs(height) < 1e-9, 1e-9, height)
-    over = height[mesh.triangles] > 0.0
-    cut = mesh.triangles[over.any(axis=1) & ~over.all(axis=1)]
+    over = (height > 0.0)[mesh.triangles].sum(axis=1)
+    cut = mesh.triangles[(over == 1) | (over == 2)]
     if len(cut) == 0:
         return np.zeros((0, 2, 2))
-    start, end = cut, np.roll(cut, -1, axis=1)
+    start, end = cut, cut[:, [1, 2, 0]]
     low, high = height[start], height[end]
     crosses = (low > 0.0) != (high > 0.0)  # two of the three edges of each triangle
     share = low / np.where(crosses, low - high, 1.0)

