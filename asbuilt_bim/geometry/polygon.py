@@ -124,7 +124,7 @@ def from_segments(segments: ArrayLike) -> Region:
 
 def enclosed(segments: ArrayLike) -> BaseGeometry:
     """Return what segments (N, 2, 2) enclose, even-odd, as a shapely geometry."""
-    rounded: FloatArray = np.round(np.asarray(segments, dtype=np.float64), 7)
+    rounded = np.asarray(segments, dtype=np.float64).round(7)
     if (loop := _one_loop(rounded)) is not None and (simple := Polygon(loop)).is_valid:
         return simple
     pieces = shapely.get_parts(shapely.polygonize([shapely.node(shapely.union_all(shapely.linestrings(rounded)))]))
