@@ -34,6 +34,7 @@ COPIED = (
 """What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""
 COPIED_FOLDERS = ("overlays", "extra")
 _PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+_PART = ".asbuilt-"  # what a copy is called until it is whole
 _RUN_NAME = re.compile(r"runs/[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
 
 
@@ -147,8 +148,7 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
     except (OSError, ValueError) as problem:
         raise output_error(path, problem) from problem
     with run_lock(path / "runs" / ".lock", path):
-        for left_over in (path / "runs").glob("*.part"):
-            shutil.rmtree(left_over, ignore_errors=True)
+        _clear_left_overs(path)
         try:
             with tempfile.TemporaryFile(dir=path):
                 pass
@@ -159,6 +159,16 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
             if strangers:
                 raise OutputError(f"{path / strangers[0]}: is there and of no earlier run; choose another --out folder")
         yield OutputFolder(path=path)
+
+
+def _clear_left_overs(path: Path) -> None:
+    """Take away what a killed run had begun: its folder, and copies that weren't whole yet."""
+    for left_over in (path / "runs").glob("*.part"):
+        shutil.rmtree(left_over, ignore_errors=True)
+    halves = [*path.glob(f"{_PART}*.part"), *(f for n in COPIED_FOLDERS for f in (path / n).rglob(f"{_PART}*.part"))]
+    for half in halves:
+        with contextlib.suppress(OSError):
+            half.unlink()
 
 
 def read_current(path: Path) -> CurrentRun | None:
@@ -220,7 +230,7 @@ def _copies(run: Path) -> list[Path]:
 
 
 def _replace_bytes(path: Path, data: bytes) -> None:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=_PART, suffix=".part")
     part = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:

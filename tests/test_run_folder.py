@@ -166,8 +166,11 @@ def test_a_second_run_at_the_same_time_is_refused(tmp_path: Path) -> None:
 
 def test_what_a_killed_run_left_is_cleared_away(tmp_path: Path) -> None:
     (tmp_path / "runs/20260302T120000Z-01234567.part").mkdir(parents=True)
+    (tmp_path / "overlays").mkdir()
+    for name in (".asbuilt-0a1b2c3d.part", "overlays/.asbuilt-0a1b2c3d.part", "mine.part"):
+        (tmp_path / name).write_text("half a copy")
     with open_output(tmp_path):
-        assert list((tmp_path / "runs").glob("*.part")) == []
+        assert [path.name for path in tmp_path.rglob("*.part")] == ["mine.part"]
 
 
 def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(tmp_path: Path) -> None:
