@@ -122,6 +122,12 @@ def strip(context: click.Context, file: Path, out: Path) -> None:
     _guarded(context, screen, action)
 
 
+@app.command("ifcpatch-dir")
+def ifcpatch_dir() -> None:
+    """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
+    click.echo(Path(__file__).resolve().parent / "ifcpatch_recipes")
+
+
 @app.command()
 @click.argument("left", type=_FILE)
 @click.argument("right", type=_FILE)
