@@ -9,6 +9,7 @@ from typing import cast
 
 from asbuilt_bim.measure.station import Instruments
 from asbuilt_bim.plugins import PREFIX, PluginGroup, find
+from asbuilt_bim.vision.checked import CheckedDepth, CheckedSegmenter
 from asbuilt_bim.vision.depth import RelativeDepth
 from asbuilt_bim.vision.segment import Segmenter
 
@@ -65,12 +66,14 @@ def instruments_of(choice: NetworkChoice) -> Instruments:
 
     segmenter: Segmenter | None = None
     if choice.segment.startswith(PREFIX):
-        segmenter = cast(Segmenter, find(PluginGroup.SEGMENTERS, choice.segment).made)
+        plugin = find(PluginGroup.SEGMENTERS, choice.segment)
+        segmenter = CheckedSegmenter(name=plugin.name, who=plugin.who, inner=cast(Segmenter, plugin.made))
     elif choice.segment:
         segmenter = NetworkSegmenter(loaded=load(Path(choice.segment), "segment"))
     depth: RelativeDepth | None = None
     if choice.depth.startswith(PREFIX):
-        depth = cast(RelativeDepth, find(PluginGroup.DEPTH_NETWORKS, choice.depth).made)
+        plugin = find(PluginGroup.DEPTH_NETWORKS, choice.depth)
+        depth = CheckedDepth(name=plugin.name, who=plugin.who, inner=cast(RelativeDepth, plugin.made))
     elif choice.depth:
         depth = NetworkDepth(loaded=load(Path(choice.depth), "depth"))
     matcher = NetworkMatcher(loaded=load(Path(choice.stereo), "stereo")) if choice.stereo else None

@@ -41,6 +41,11 @@ class Plugin:
         """Return what a result or a cache key names it by: another version may give other numbers."""
         return f"{self.package} {self.version}: {self.name}"
 
+    @property
+    def who(self) -> str:
+        """Return whom a message names."""
+        return f"the plugin '{self.name}' of {self.package} {self.version}"
+
 
 def installed(group: PluginGroup) -> tuple[str, ...]:
     """Return the names that installed packages offer in a group; nothing of theirs is imported."""

@@ -69,10 +69,12 @@ class WorkCalendar:
             return start
         goal = self._minutes(start) + hours * 60.0 - 1e-6
         low, high = 0, DAY_MIN
-        while self._minutes(start + timedelta(minutes=high)) < goal:
+        end = (datetime.max - start) // timedelta(minutes=1)
+        while self._minutes(start + timedelta(minutes=min(high, end))) < goal:
             low, high = high, high * 2
-            if high > 10_000 * DAY_MIN:
+            if low > min(end, 10_000 * DAY_MIN):
                 raise ValueError(f"the calendar '{self.name}' has too little working time for {hours:g} hours")
+        high = min(high, end)
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (middle, high) if self._minutes(start + timedelta(minutes=middle)) < goal else (low, middle)

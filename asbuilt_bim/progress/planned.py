@@ -157,7 +157,7 @@ def _behind(start: datetime, finish: datetime, share: float, day: date, calendar
     if share <= 0.0 and status <= start:
         return 0
     whole = calendar.hours(start, finish)
-    wanted = finish if share >= 1.0 or whole <= 0.0 else calendar.after(start, share * whole)
+    wanted = finish if share >= 1.0 or whole <= 0.0 else min(finish, calendar.after(start, share * whole))
     days = (status - wanted) / timedelta(days=1)
     return math.floor(days) if days >= 0.0 else math.ceil(days)
 

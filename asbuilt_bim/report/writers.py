@@ -54,7 +54,7 @@ def run_writers(writers: Iterable[Plugin], report: ProgressReport, run: Path) ->
         except (Exception, SystemExit) as problem:  # others' code: whatever it throws is named as theirs
             shutil.rmtree(folder, ignore_errors=True)
             warnings.append(
-                f"the report writer '{plugin.name}' of {plugin.package} {plugin.version} failed "
+                f"{plugin.who} failed as a report writer "
                 f"({type(problem).__name__}: {problem}); nothing of it was kept, everything else is there"
             )
     return tuple(warnings)

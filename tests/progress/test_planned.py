@@ -60,6 +60,14 @@ def test_a_task_is_as_late_as_the_plan_is_ahead_of_it() -> None:
     assert days_late(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0)
 
 
+def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
+    last, end = datetime(9999, 12, 30), datetime(9999, 12, 31, 23)
+    plan = task(done(0.5), schedule_start=last, schedule_finish=end)
+    assert days_late(plan, done(0.5), date(2026, 3, 6))[1] == 0
+    with pytest.raises(ValueError, match="too little working time"):
+        EVERY_DAY.after(end, 48.0)
+
+
 def test_an_unknown_task_is_late_by_no_number() -> None:
     assert days_late(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0)
 

@@ -24,7 +24,10 @@ def test_a_writer_of_another_package_writes_into_a_folder_of_its_own(tmp_path: P
 @pytest.mark.usefixtures("example_package")
 def test_a_writer_that_fails_loses_its_own_files_and_nothing_else(tmp_path: Path) -> None:
     (warning,) = run_writers(load_writers(["example-failing", "example-markdown"]), sample_report(), tmp_path)
-    assert "'example-failing' of asbuilt-bim-example 1.2.0 failed (RuntimeError: the example fails" in warning
+    assert (
+        "'example-failing' of asbuilt-bim-example 1.2.0 failed as a report writer (RuntimeError: the example fails"
+        in warning
+    )
     assert [p.name for p in (tmp_path / "extra").iterdir()] == ["example-markdown"]
 
 
