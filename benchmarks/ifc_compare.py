@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,6 +17,7 @@ CHANGED_BY_US: dict[str, frozenset[str]] = {
     "IfcScheduleTimeControl": frozenset({"StatusTime", "ActualStart", "ActualFinish", "Completion"}),
 }
 """The attributes that the writer may change: the list of docs/ifc-mapping.md."""
+CHANGED_BY_COLOURS = frozenset({"Item", "Name"})
 
 
 class Selection(ifcopenshell.file):
@@ -41,13 +41,13 @@ def entities(file: Any) -> dict[int, str]:
     return {one.id(): str(one) for one in file}
 
 
-def changes(before: Any, after: Any) -> tuple[list[str], set[int]]:
+def changes(before: Any, after: Any, colour: bool = False) -> tuple[list[str], set[int]]:
     """Return what became of the originals beyond the short list, in words, and the numbers of what was added."""
     old, new = entities(before), entities(after)
     wrong = [f"#{number} is gone: {line}" for number, line in old.items() if number not in new]
     for number in (n for n in old.keys() & new.keys() if old[n] != new[n]):
         was, now = before.by_id(number), after.by_id(number)
-        allowed = CHANGED_BY_US.get(was.is_a(), frozenset())
+        allowed = CHANGED_BY_US.get(was.is_a(), CHANGED_BY_COLOURS if colour and was.is_a("IfcStyledItem") else ())
         if was.is_a() != now.is_a():
             wrong.append(f"#{number} was {was.is_a()}, is {now.is_a()}")
             continue
@@ -67,6 +67,7 @@ def new_errors(before: Any, after: Any, added: set[int], express: bool = True) -
     else can have changed its verdict.
     """
     touched = {part.id() for number in added for part in after.traverse(after.by_id(number), max_levels=1)}
+    touched |= {one.id() for one in after.by_type("IfcStyledItem")}
     touched |= {
         one.id() for name in CHANGED_BY_US if _known(after, name) for one in after.by_type(name, include_subtypes=True)
     }
@@ -80,8 +81,17 @@ def complaints(file: Any, express: bool = True) -> list[str]:
     """Return the validator's complaints about an open file."""
     logger = ifcopenshell.validate.json_logger()
     ifcopenshell.validate.validate(file, logger, express_rules=express)
-    said = (f"{one.get('type')} {one.get('attribute')} {one.get('message')}" for one in logger.statements)
-    return [re.sub(r"0x[0-9a-f]+", "", text) for text in said]  # addresses in memory
+    return [f"{one.get('type')} {one.get('attribute')} {_number(one)}: {_rule(one)}" for one in logger.statements]
+
+
+def _number(statement: dict[str, Any]) -> str:
+    instance = statement.get("instance")
+    return f"#{instance.id()}" if hasattr(instance, "id") else ""
+
+
+def _rule(statement: dict[str, Any]) -> str:
+    """Return a complaint without what it quotes of the file: that changes while the verdict doesn't."""
+    return str(statement.get("message")).partition("Violated by")[0].strip()
 
 
 def same(one: Any, other: Any) -> list[str]:

@@ -123,7 +123,8 @@ def _own_body(item: Any) -> bool:
     users = [user for user in item.file.get_inverse(item) if user.is_a("IfcRepresentation")]
     if len(users) != 1 or users[0].RepresentationMap:
         return False
-    return not _styled_inside(item)
+    products = [one for shape in users[0].OfProductRepresentation for one in getattr(shape, "ShapeOfProduct", ())]
+    return len(products) == 1 and not _styled_inside(item)
 
 
 def _styled_inside(item: Any, depth: int = 0) -> bool:

@@ -170,10 +170,16 @@ def test_colours_show_the_state_and_the_designs_own_style_comes_back(schema: str
     assert _lines(tmp_path / "bare.ifc") == _lines(source)
 
 
-def test_a_body_that_two_elements_share_is_not_painted(tmp_path: Path) -> None:
+@pytest.mark.parametrize("shared", ["items", "representation", "shape"])
+def test_a_body_that_two_elements_share_is_not_painted(shared: str, tmp_path: Path) -> None:
     builder = ModelBuilder()
     one, other = (builder.box("IfcColumn", name, (0.0, 0.0, 0.0), (0.4, 0.4, 3.0)) for name in ("full", "none"))
-    other.Representation.Representations[0].Items = one.Representation.Representations[0].Items
+    if shared == "items":
+        other.Representation.Representations[0].Items = one.Representation.Representations[0].Items
+    elif shared == "representation":
+        other.Representation.Representations = one.Representation.Representations
+    else:
+        other.Representation = one.Representation
     source = builder.write(tmp_path / "m.ifc")
     write_asbuilt(source, report_on(read_design(source), BEST), tmp_path / "w.ifc", colours=STATE_COLOURS)
     assert not ifcopenshell.open(str(tmp_path / "w.ifc")).by_type("IfcStyledItem")
