@@ -89,7 +89,7 @@ def days_late(
 
     A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now;
     a finished one, as its finish was seen after the planned one. Negative is ahead. The first is None where the
-    completion is unknown, both where there is no plan.
+    completion is unknown, or the finish has passed and nothing was seen unfinished; both where there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):
@@ -97,6 +97,8 @@ def days_late(
     if task.actual_finish is not None:
         late = (task.actual_finish - finish.date()).days
         return late, late
+    if task.late is None and finish.date() < day:
+        return None, 0
     if start is None:  # only whether the finish has passed can be told
         passed = max(0, (day - finish.date()).days)
         return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else 0)

@@ -60,6 +60,12 @@ def test_a_task_is_as_late_as_the_plan_is_ahead_of_it() -> None:
     assert days_late(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0)
 
 
+def test_what_was_nowhere_seen_unfinished_is_late_by_no_number() -> None:
+    # every element that was seen is complete, one was not seen, and the finish has passed
+    plan = task(done(0.985, 0.8, 0.99), unknown=1, late=None)
+    assert days_late(plan, plan.progress.completion, date(2026, 3, 30)) == (None, 0)
+
+
 def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
     last, end = datetime(9999, 12, 30), datetime(9999, 12, 31, 23)
     plan = task(done(0.5), schedule_start=last, schedule_finish=end)
