@@ -10,7 +10,7 @@ from asbuilt_bim.version import __version__
 if TYPE_CHECKING:
     from asbuilt_bim.api import Run, remake, run
     from asbuilt_bim.bim.model import BimModel
-    from asbuilt_bim.camera.rig_file import read_rig
+    from asbuilt_bim.camera.rig_reader import read_rig
     from asbuilt_bim.errors import AsBuiltError
     from asbuilt_bim.ifc.reader import read_design
     from asbuilt_bim.ifc.writer import strip_asbuilt, write_asbuilt
@@ -38,7 +38,7 @@ _HOMES = {
     "read_design": "asbuilt_bim.ifc.reader",
     "read_project": "asbuilt_bim.project",
     "read_result": "asbuilt_bim.report.document",
-    "read_rig": "asbuilt_bim.camera.rig_file",
+    "read_rig": "asbuilt_bim.camera.rig_reader",
     "read_schedule": "asbuilt_bim.schedule.read",
     "remake": "asbuilt_bim.api",
     "run": "asbuilt_bim.api",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
+from asbuilt_bim.camera.formats import Foreign
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.instruments import NetworkChoice
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
@@ -16,6 +17,8 @@ from asbuilt_bim.project_file import BoardsFile, MarkersFile, NetworksFile, Proj
 from asbuilt_bim.project_paths import PathChecker, safe_name
 from asbuilt_bim.strict_yaml import read_yaml
 from asbuilt_bim.structure import Problem, Problems, structure
+
+_OWN = Foreign()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +45,8 @@ class RigSource:
     file: Path | None
     boards: BoardsFile | None
     pairs: tuple[tuple[Path, Path], ...]
+    file_right: Path | None = None
+    foreign: Foreign = _OWN  # what another program's file doesn't say
     refine: bool = False  # measure with the rig as the visit's photos show it, where it was knocked
 
 
@@ -73,7 +78,7 @@ class Project:
         """Return every file that the project reads; none of them is ever written."""
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
         boards = [p for pair in self.rig.pairs for p in pair]
-        rig = [self.rig.file] if self.rig.file else []
+        rig = [file for file in (self.rig.file, self.rig.file_right) if file is not None]
         schedule = [self.schedule] if self.schedule else []
         return (self.path, self.ifc, self.survey, *schedule, *rig, *boards, *photos)
 
@@ -108,6 +113,12 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
     boards = written.rig.boards
     rig = RigSource(
         file=checker.file(written.rig.file, "rig.file") if written.rig.file else None,
+        file_right=checker.file(written.rig.file_right, "rig.file_right") if written.rig.file_right else None,
+        foreign=Foreign(
+            size_px=written.rig.photo_size_px,
+            metres_per_unit=written.rig.unit_m,
+            fisheye=written.rig.fisheye,
+        ),
         boards=boards,
         pairs=checker.pairs(boards.left, boards.right, "rig.boards") if boards else (),
         refine=written.rig.refine,

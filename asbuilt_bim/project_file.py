@@ -43,9 +43,13 @@ class BoardsFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigFile:
-    """`rig`: a rig file, or photos of boards to make one from; one of the two."""
+    """`rig`: a rig file of this program or another, or photos of boards to make one from; one of the two."""
 
     file: str | None = None
+    file_right: str | None = None  # ROS and EuRoC keep a file a camera, OpenCV's samples intrinsics and extrinsics
+    photo_size_px: tuple[int, int] | None = None  # OpenCV's files don't say it
+    unit_m: Annotated[float, Within(low=0.0005, high=1.0, unit="m")] = 1.0  # of T in OpenCV's files: 0.001 for mm
+    fisheye: bool = False  # four coefficients in OpenCV's files may be a fisheye's
     boards: BoardsFile | None = None
     refine: bool = False  # where it was knocked since: measure with the rig as each visit's photos show it
 
@@ -57,6 +61,8 @@ class RigFile:
         """
         if (self.file is None) == (self.boards is None):
             raise ValueError("needs either file (a rig.yaml) or boards (photos of a calibration board), one of the two")
+        if self.photo_size_px is not None and not all(1 <= side <= 100_000 for side in self.photo_size_px):
+            raise ValueError(f"photo_size_px {list(self.photo_size_px)} is no width and height in pixels")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,7 @@ from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.calibrate import Calibration, calibrate_stereo
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_file import read_rig
+from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import CalibrationError, PhotoError
 from asbuilt_bim.project import Project
 from asbuilt_bim.scale.cache import Cache, digest_of
@@ -25,7 +25,7 @@ def rig_of(project: Project, cache: Cache, progress: Progress) -> tuple[StereoRi
         CalibrationError: the boards' photos can't be read or give no rig.
     """
     if project.rig.file is not None:
-        return read_rig(project.rig.file), None
+        return read_rig(project.rig.file, project.rig.file_right, project.rig.foreign), None
     calibration = calibrate(project, cache, progress)
     return calibration.rig, calibration
 

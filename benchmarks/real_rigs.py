@@ -15,20 +15,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import yaml
 from board_areas import area_errors
 from laser_truth import laser_lines
 from table import Line, line, options, report, told
 
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.calibrate import calibrate_stereo
-from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rectify import rectification
-from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import CalibrationError
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import inverse
+from asbuilt_bim.geometry.arrays import FloatArray
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[1] / "../shared/data"))
 CHESS = {
@@ -84,7 +82,8 @@ def scale_lines() -> list[Line]:
     if not lefts:
         return [told("euroc: absent, not judged", "", 0)]
     pairs = [(read_photo(left), read_photo(folder / "pairs/cam1" / left.name)) for left in lefts]
-    errors = errors_by(published_rig(folder), pairs, CHESS["euroc"])
+    published = read_rig(folder / "LeftCameraParams.yaml", folder / "RightCameraParams.yaml")
+    errors = errors_by(published, pairs, CHESS["euroc"])
     n = len(errors)
     if not n:
         return [line("euroc: the board is found in no pair", "", f"<= {SCALE_LIMIT:.0%}", 0, False)]
@@ -97,23 +96,6 @@ def scale_lines() -> list[Line]:
         told("  worst, corners / pixels", f"{worst[0]:.2%} / {worst[1]:.2%}", n),
         told("  pairs in which the board was found", f"{n} of {len(pairs)}", len(pairs)),
     ]  # fmt: skip
-
-
-def published_rig(folder: Path) -> StereoRig:
-    """Read the two EuRoC sensor files (OpenCV's YAML dialect, read as plain YAML)."""
-    cameras, poses = [], []
-    for side in ("Left", "Right"):
-        text = (folder / f"{side}CameraParams.yaml").read_text(encoding="utf-8")
-        content = yaml.safe_load(text.partition("\n")[2])
-        fx, fy, cx, cy = content["intrinsics"]
-        width, height = content["resolution"]
-        lens = frozen([*content["distortion_coefficients"], 0.0])
-        K = frozen([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-        cameras.append(Intrinsics(K=K, distortion=lens, width_px=width, height_px=height))
-        poses.append(np.array(content["T_BS"]["data"]).reshape(4, 4))
-    unknown = frozen(np.zeros((len(PARAMETERS), len(PARAMETERS))))
-    right_from_left = frozen(inverse(poses[1]) @ poses[0])
-    return StereoRig(left=cameras[0], right=cameras[1], right_from_left=right_from_left, covariance=unknown)
 
 
 def refusal_lines(pairs: Pairs) -> list[Line]:

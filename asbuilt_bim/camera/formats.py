@@ -1,84 +1,136 @@
-"""Rigs that other programs wrote: OpenCV's FileStorage, YAML or XML, under the names in common use."""
+"""Rigs in OpenCV's files (FileStorage, YAML or XML), under the names in common use, read and written."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeGuard
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
-from asbuilt_bim.camera.rig_file import rig_problems
+from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
+from asbuilt_bim.camera.rig_text import Plain, numbers
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid
 
 _NAMES = {
-    "K_left": ("K1", "M1", "cameraMatrix1", "camera_matrix_1", "left_camera_matrix", "LEFT.K"),
-    "D_left": ("D1", "dist1", "distCoeffs1", "dist_coeffs_1", "left_distortion", "LEFT.D"),
-    "K_right": ("K2", "M2", "cameraMatrix2", "camera_matrix_2", "right_camera_matrix", "RIGHT.K"),
-    "D_right": ("D2", "dist2", "distCoeffs2", "dist_coeffs_2", "right_distortion", "RIGHT.D"),
+    "K_left": ("K1", "M1", "cameraMatrix1", "camera_matrix_1", "left_camera_matrix", "LEFT.K", "K_left"),
+    "D_left": ("D1", "dist1", "distCoeffs1", "dist_coeffs_1", "left_distortion", "LEFT.D", "D_left"),
+    "K_right": ("K2", "M2", "cameraMatrix2", "camera_matrix_2", "right_camera_matrix", "RIGHT.K", "K_right"),
+    "D_right": ("D2", "dist2", "distCoeffs2", "dist_coeffs_2", "right_distortion", "RIGHT.D", "D_right"),
     "R": ("R", "rotation"),
     "T": ("T", "translation"),
 }
+_WIDTHS, _HEIGHTS = ("image_width", "imageWidth", "width"), ("image_height", "imageHeight", "height")
+_SIZES = ("image_size", "imageSize", "size", "resolution")
 
 
-def read_opencv_rig(paths: Sequence[Path], size_px: tuple[int, int], metres_per_unit: float = 1.0) -> StereoRig:
-    """Read a rig from OpenCV YAML or XML files, such as `stereo.yml` or `intrinsics.yml` with `extrinsics.yml`.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Foreign:
+    """What OpenCV's files don't always say: the photos' size, the unit of T, that a lens is a fisheye."""
 
-    Those files don't say how large the photos are (`size_px`: width, height) nor in which unit T is
-    (`metres_per_unit`: 0.001 for millimetres). Their covariance isn't known and stays zero.
+    size_px: tuple[int, int] | None = None
+    metres_per_unit: float = 1.0
+    fisheye: bool = False
 
-    Raises: RigError with what is missing, or where the rig can't be right.
+
+def is_opencv(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
+    """Say whether a document holds OpenCV's matrices under one of the known names."""
+    return isinstance(document, Mapping) and any(name in document for names in _NAMES.values() for name in names)
+
+
+def opencv_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> StereoRig:
+    """Make a rig of OpenCV's matrices; the right camera's pose is x_right = R x_left + T, as stereoCalibrate gives it.
+
+    Raises: RigError with everything that is missing or has another shape.
     """
-    found: dict[str, FloatArray] = {}
-    for path in paths:
-        found |= _matrices(path)
-    files = ", ".join(str(path) for path in paths)
-    missing = [f"{key} (as {', '.join(_NAMES[key][:3])})" for key in _NAMES if key not in found]
-    if missing:
-        raise RigError(f"rig file {files}: OpenCV matrices are missing: {'; '.join(missing)}")
-    turn = found["R"] if found["R"].shape == (3, 3) else found["R"].reshape(-1)[:3]
-    rig = StereoRig(
-        left=_camera(found["K_left"], found["D_left"], size_px),
-        right=_camera(found["K_right"], found["D_right"], size_px),
-        right_from_left=frozen(rigid(turn, found["T"].reshape(-1)[:3] * metres_per_unit)),
-        covariance=frozen(np.zeros((len(PARAMETERS), len(PARAMETERS)))),
-    )
-    problems = rig_problems(rig)
-    if problems:
-        raise RigError(f"rig file {files}:\n  " + "\n  ".join(problems))
-    return rig
-
-
-def _camera(K: FloatArray, distortion: FloatArray, size_px: tuple[int, int]) -> Intrinsics:
-    lens = distortion.ravel()
-    padded = np.zeros(5 if len(lens) <= 5 else 8)
-    padded[: min(len(lens), 8)] = lens[:8]
-    if np.any(lens[8:]):
-        raise RigError("rig file: thin-prism and tilted lenses (12 or 14 coefficients) are not read; calibrate here")
-    return Intrinsics(K=frozen(K), distortion=frozen(padded), width_px=size_px[0], height_px=size_px[1])
-
-
-def _matrices(path: Path) -> dict[str, FloatArray]:
-    """Return the matrices of one file under our names."""
-    try:
-        text = path.read_bytes().decode("utf-8", "replace")
-    except OSError as error:
-        raise RigError(f"rig file {path}: it can't be read ({error.strerror or error})") from error
-    try:
-        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-    except cv2.error as error:
-        raise RigError(f"rig file {path}: OpenCV can't read it ({error.err})") from error
-    matrices: dict[str, FloatArray] = {}
+    found: dict[str, list[float]] = {}
+    problems = []
     for ours, theirs in _NAMES.items():
-        for name in theirs:
-            node = storage.getNode(name)
-            matrix = node.mat() if not node.empty() and node.isMap() else None
-            if matrix is not None:
-                matrices[ours] = np.asarray(matrix, dtype=np.float64)
-                break
-    storage.release()
-    return matrices
+        name = next((name for name in theirs if name in document), None)
+        values = numbers(document[name]) if name is not None else None
+        if values is None:
+            problems.append(f"{ours} (as {', '.join(theirs[:3])})")
+        else:
+            found[ours] = values
+    if problems:
+        raise RigError(f"{where}: OpenCV matrices are missing or hold no numbers: {'; '.join(problems)}")
+    size = foreign.size_px or _size(document)
+    if size is None:
+        raise RigError(f"{where}: it doesn't say how large the photos are; give rig.photo_size_px: [width, height]")
+    for key, counts in {"K_left": (9,), "K_right": (9,), "R": (3, 9), "T": (3,)}.items():
+        if len(found[key]) not in counts:
+            raise RigError(f"{where}: {key} holds {len(found[key])} numbers, not {' or '.join(map(str, counts))}")
+    turn = np.array(found["R"])
+    shift = np.array(found["T"]) * foreign.metres_per_unit
+    return rig_of_unknown_sigma(
+        _camera(found["K_left"], found["D_left"], size, f"{where}: left", foreign.fisheye),
+        _camera(found["K_right"], found["D_right"], size, f"{where}: right", foreign.fisheye),
+        rigid(turn.reshape(3, 3) if len(turn) == 9 else turn, shift),
+    )
+
+
+def _camera(K: list[float], lens: list[float], size: tuple[int, int], where: str, fisheye: bool) -> Intrinsics:
+    coefficients = lens_coefficients(lens, "equidistant" if fisheye else "plumb_bob", where)
+    return Intrinsics(K=frozen(np.reshape(K, (3, 3))), distortion=coefficients, width_px=size[0], height_px=size[1])
+
+
+def lens_coefficients(lens: list[float], model: str, where: str) -> FloatArray:
+    """Return a lens's coefficients as `Intrinsics` holds them.
+
+    Raises: RigError for models and lengths that aren't read.
+    """
+    if model in ("equidistant", "fisheye", "kannala_brandt"):
+        if len(lens) != 4:
+            raise RigError(f"{where}: {len(lens)} distortion coefficients, a fisheye has 4")
+        return frozen(lens)
+    if model not in ("", "none", "plumb_bob", "radtan", "radial-tangential", "rational_polynomial"):
+        raise RigError(
+            f"{where}: the distortion model {model[:40]!r} isn't read; known are plumb_bob, radtan, "
+            "rational_polynomial, equidistant: calibrate with one of them, or here"
+        )
+    if len(lens) in (1, 2, 3) or any(lens[8:]):
+        raise RigError(
+            f"{where}: {len(lens)} distortion coefficients; 0, 4, 5 or 8 are read (thin-prism and tilted lenses, 12 or "
+            "14, are not): calibrate here"
+        )
+    padded = np.zeros(8 if any(lens[5:8]) else 5)
+    padded[: min(len(lens), len(padded))] = lens[: len(padded)]
+    return frozen(padded)
+
+
+def _size(document: Mapping[str, Plain]) -> tuple[int, int] | None:
+    """Return the photos' size where the file says it."""
+    for name in _SIZES:
+        if name in document and (pair := numbers(document[name])) is not None and len(pair) == 2:
+            return int(pair[0]), int(pair[1])
+    found = []
+    for names in (_WIDTHS, _HEIGHTS):
+        name = next((name for name in names if name in document), "")
+        value = numbers(document[name]) if name else None
+        if value is None or len(value) != 1:
+            return None
+        found.append(int(value[0]))
+    return found[0], found[1]
+
+
+def opencv_text(rig: StereoRig) -> str:
+    """Return a rig as OpenCV's YAML: K1 D1 K2 D2 R T as stereoCalibrate names them, metres, with the photos' size."""
+    lines = ["%YAML:1.0", "---", f"image_width: {rig.left.width_px}", f"image_height: {rig.left.height_px}"]
+    for name, matrix in (
+        ("K1", rig.left.K), ("D1", rig.left.distortion[None]), ("K2", rig.right.K), ("D2", rig.right.distortion[None]),
+        ("R", rig.right_from_left[:3, :3]), ("T", rig.right_from_left[:3, 3:]),
+    ):  # fmt: skip
+        data = ", ".join(_digits(number) for number in matrix.ravel().tolist())
+        rows, columns = matrix.shape
+        lines += [f"{name}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {columns}", "   dt: d"]
+        lines.append(f"   data: [ {data} ]")
+    return "\n".join(lines) + "\n"
+
+
+def _digits(number: float) -> str:
+    """Write a number so that it is read back to the last digit, with the dot that OpenCV's reader asks for."""
+    text = repr(number)
+    return text if "." in text or "n" in text else text.replace("e", ".e") if "e" in text else f"{text}."

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
 
 PARAMETERS = (
     "fx_left",
@@ -54,3 +54,9 @@ class StereoRig:
     def baseline_m(self) -> float:
         """Return the distance between the two camera centres in metres."""
         return float(np.linalg.norm(self.right_from_left[:3, 3]))
+
+
+def rig_of_unknown_sigma(left: Intrinsics, right: Intrinsics, right_from_left: FloatArray) -> StereoRig:
+    """Return a rig that came without a covariance, such as another program's: all zeros."""
+    unknown = np.zeros((len(PARAMETERS), len(PARAMETERS)))
+    return StereoRig(left=left, right=right, right_from_left=frozen(right_from_left), covariance=frozen(unknown))

@@ -17,53 +17,38 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.schemas_dir import schema
 
 FORMAT, VERSION = "asbuilt-bim/rig", 1
-MAX_BYTES = 1_000_000
 _HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1.json\n"
 _ROTATION_TOLERANCE = 1e-6
 _LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of a camera that nobody would call one
 
 
+def rig_text(rig: StereoRig) -> str:
+    """Return a rig as YAML text that is read back to the last digit."""
+    return _HEADER + yaml.safe_dump(_plain(rig), sort_keys=False, default_flow_style=None, width=120)
+
+
 def write_rig(rig: StereoRig, path: Path) -> None:
-    """Write a rig to a YAML file that `read_rig` reads back to the last digit.
+    """Write a rig to a YAML file that `rig_reader.read_rig` reads back to the last digit.
 
     Raises: OutputError where it can't be written.
     """
-    text = _HEADER + yaml.safe_dump(_plain(rig), sort_keys=False, default_flow_style=None, width=120)
     try:
-        path.write_text(text, encoding="utf-8", newline="\n")
+        path.write_text(rig_text(rig), encoding="utf-8", newline="\n")
     except OSError as error:
         raise OutputError(f"rig file {path}: it can't be written ({error.strerror or error})") from error
 
 
-def read_rig(path: Path) -> StereoRig:
-    """Read a rig file of this program; `formats.read_opencv_rig` reads OpenCV's.
+def own_rig(content: object, where: str) -> StereoRig:
+    """Make a rig of what a rig file of this program holds; `where` names the file.
 
-    Raises: RigError with every bad key, or where the rig can't be right.
+    Raises: RigError with every bad key.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RigError(f"rig file {path}: it can't be read ({error.strerror or error}); check rig.file") from error
-    if len(data) > MAX_BYTES:
-        raise RigError(f"rig file {path}: {len(data)} bytes exceed {MAX_BYTES}; this is no rig file")
-    try:
-        text = data.decode("utf-8")
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
-            raise RigError(f"rig file {path}: YAML aliases (*name) are not read; write the values out")
-        content = yaml.safe_load(text)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise RigError(f"rig file {path}: it is not plain YAML ({error}); calibrate again to write one") from error
     problems = [_problem(error) for error in Draft202012Validator(schema("rig-1")).iter_errors(content)]
-    if problems:
-        raise RigError(f"rig file {path}:\n  " + "\n  ".join(sorted(problems)))
-    problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
-    if problems:
-        raise RigError(f"rig file {path}:\n  " + "\n  ".join(problems))
-    rig = _rig(content)
-    problems = rig_problems(rig)
-    if problems:
-        raise RigError(f"rig file {path}:\n  " + "\n  ".join(problems))
-    return rig
+    if isinstance(content, dict) and not problems:
+        problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
+    if problems or not isinstance(content, dict):
+        raise RigError(f"{where}:\n  " + "\n  ".join(sorted(problems)))
+    return _rig(content)
 
 
 def rig_problems(rig: StereoRig) -> list[str]:
@@ -92,7 +77,13 @@ def rig_problems(rig: StereoRig) -> list[str]:
     if off > _ROTATION_TOLERANCE or np.linalg.det(turn) < 0 or np.abs(last - [0, 0, 0, 1]).max() > 0:
         problems.append(f"right_from_left: is no rigid transform (its rotation is off by {off:.2g})")
     if not 0.02 <= rig.baseline_m <= 3.0:
-        problems.append(f"right_from_left: baseline {rig.baseline_m:.4g} m, limit 0.02 to 3 m; give metres")
+        unit = "; it looks like millimetres" if 20.0 <= rig.baseline_m <= 3000.0 else ""
+        problems.append(f"right_from_left: baseline {rig.baseline_m:.4g} m, limit 0.02 to 3 m; give metres{unit}")
+    elif not problems and (x := float(-turn[:, 0] @ rig.right_from_left[:3, 3])) < -0.5 * rig.baseline_m:
+        problems.append(
+            f"right_from_left: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left "
+            "one; exchange them, or write x_right = R x_left + T"
+        )
     spread = np.diag(rig.covariance)
     if not np.all(np.isfinite(rig.covariance)) or np.any(spread < 0):
         problems.append("covariance: variances must be finite and not negative")

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from asbuilt_bim.camera.rig_file import read_rig
+from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import MaskError, MeasureError
 from asbuilt_bim.measure.depth_source import Method
 from asbuilt_bim.measure.pair import PairMeasurement

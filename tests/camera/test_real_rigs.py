@@ -8,8 +8,10 @@ import pytest
 
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.calibrate import calibrate_stereo
+from asbuilt_bim.camera.formats import Foreign
 from asbuilt_bim.camera.photo import Photo, read_photo
-from asbuilt_bim.errors import CalibrationError
+from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.errors import CalibrationError, RigError
 
 RIGS = Path(os.environ.get("ASBUILT_BIM_DATA", "../shared/data")) / "rigs"
 pytestmark = pytest.mark.skipif(not RIGS.is_dir(), reason="no real rigs here: set ASBUILT_BIM_DATA")
@@ -35,6 +37,21 @@ def test_photos_of_a_quarter_megapixel_still_calibrate() -> None:
     found = calibrate_stereo(photo_pairs("stereopi/pairs", "left*.png", every=2), board)
     assert found.rig.baseline_m == pytest.approx(0.0574, rel=0.01)
     assert np.sqrt(np.diag(found.rig.covariance))[0] < 3.0
+
+
+def test_published_rigs_of_others_are_read_with_their_published_baselines() -> None:
+    """INDEX.md: EuRoC 110.08 mm; a MyntEye with fisheyes, 120.3 mm between its T_BS; a swapped rig in mm."""
+    euroc = RIGS.parent / "stereo/euroc"
+    found = read_rig(euroc / "LeftCameraParams.yaml", euroc / "RightCameraParams.yaml")
+    assert found.baseline_m == pytest.approx(0.11008, abs=1e-5)
+    hall = euroc / "machine_hall"
+    fisheye = read_rig(hall / "left_sensor_fisheye.yaml", hall / "right_sensor_fisheye.yaml")
+    assert fisheye.left.lens == "fisheye" and fisheye.baseline_m == pytest.approx(0.1203, abs=2e-4)
+    barry = RIGS / "barry_swapped"
+    for unit_m, says in ((1.0, "looks like millimetres"), (0.001, "left and right are swapped")):
+        foreign = Foreign(size_px=(640, 512), metres_per_unit=unit_m)
+        with pytest.raises(RigError, match=says):
+            read_rig(barry / "intrinsics.yml", barry / "extrinsics.yml", foreign)
 
 
 def test_a_real_rig_with_left_and_right_swapped_is_refused_by_name() -> None:

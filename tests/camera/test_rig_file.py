@@ -3,13 +3,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.formats import read_opencv_rig
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.rig_file import read_rig, write_rig
+from asbuilt_bim.camera.rig_file import write_rig
+from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from tests.camera.virtual import rig
@@ -93,34 +92,3 @@ def test_a_missing_rig_file_and_a_folder_that_is_not_there_are_named(tmp_path: P
         read_rig(tmp_path / "none.yaml")
     with pytest.raises(OutputError, match="can't be written"):
         write_rig(rig(), tmp_path / "nowhere" / "rig.yaml")
-
-
-@pytest.mark.parametrize("ending", [".yml", ".xml"])
-def test_opencvs_own_files_are_read(tmp_path: Path, ending: str) -> None:
-    one = rig()
-    file = tmp_path / f"stereo{ending}"
-    storage = cv2.FileStorage(str(file), cv2.FILE_STORAGE_WRITE)
-    for name, matrix in (
-        ("M1", one.left.K),
-        ("D1", one.left.distortion[None]),
-        ("M2", one.right.K),
-        ("D2", one.right.distortion[None]),
-        ("R", one.right_from_left[:3, :3]),
-        ("T", one.right_from_left[:3, 3:] * 1000.0),
-    ):
-        storage.write(name, np.array(matrix))
-    storage.release()
-    two = read_opencv_rig([file], (1280, 960), metres_per_unit=0.001)
-    assert np.abs(two.right_from_left - one.right_from_left).max() < 1e-12
-    assert np.array_equal(two.left.K, one.left.K)
-    with pytest.raises(RigError, match=r"baseline 249\.6 m"):
-        read_opencv_rig([file], (1280, 960))
-
-
-def test_what_is_missing_in_an_opencv_file_is_named(tmp_path: Path) -> None:
-    file = tmp_path / "half.yml"
-    storage = cv2.FileStorage(str(file), cv2.FILE_STORAGE_WRITE)
-    storage.write("K1", np.eye(3))
-    storage.release()
-    with pytest.raises(RigError, match="K_right"):
-        read_opencv_rig([file], (1280, 960))
