@@ -197,7 +197,7 @@ def test_a_disk_that_fills_half_way_leaves_the_earlier_result(
     assert run(good, out).exit_code == 0
     before = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
 
-    def full(_source: Path, _report: object, target: Path) -> None:
+    def full(_source: Path, _report: object, target: Path, **_: object) -> None:
         target.write_bytes(b"half a file")
         raise OSError(errno.ENOSPC, "No space left on device", str(target))
 

@@ -108,7 +108,7 @@ def test_another_option_is_measured_anew(project: Project, cache: Cache, result:
 def test_an_error_of_the_programs_own_rejects_one_station_by_name(
     project: Project, cache: Cache, result: RunResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise IndexError("out of range")
 
     monkeypatch.setitem(measure_job.__globals__, "measure_station", broken)

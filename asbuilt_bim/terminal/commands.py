@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime
 from pathlib import Path
 
+from rich.text import Text
+
 from asbuilt_bim.api import until_visit
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.ifc.reader import read_design
@@ -160,7 +162,7 @@ def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen)
     screen.say()
     screen.say(summary(report, screen.width))
     if plan := late_words(report):
-        screen.say(f"Against the plan: {plan}")
+        screen.say(Text(f"Against the plan: {plan}"))  # a Text is wrapped at the terminal's width
     if before is None:
         return
     lines: Sequence[str] = changes(before, report)

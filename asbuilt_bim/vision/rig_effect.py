@@ -41,13 +41,16 @@ def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatAr
 def worst_area_effect(
     correction_rad: FloatArray, covariance: FloatArray, camera: RectifiedCamera
 ) -> tuple[float, float]:
-    """Return the largest of `area_effects` by amount, and its sigma from the correction's covariance (5, 5)."""
+    """Return the worst of `area_effects`, and its sigma from the correction's covariance (5, 5).
+
+    The worst place is where effect and sigma together are largest: where nothing is off, the least known one.
+    """
     effects = area_effects(correction_rad, camera)
-    worst = int(np.argmax(np.abs(effects)))
-    steps = _STEP_RAD * np.eye(5)
-    slopes = np.array([(area_effects(correction_rad + step, camera)[worst] - effects[worst]) for step in steps])
+    slopes = np.array([area_effects(correction_rad + step, camera) - effects for step in _STEP_RAD * np.eye(5)])
     slopes /= _STEP_RAD
-    return float(effects[worst]), float(np.sqrt(max(slopes @ covariance @ slopes, 0.0)))
+    variances = np.maximum(np.einsum("ip,ij,jp->p", slopes, covariance, slopes), 0.0)
+    worst = int(np.argmax(effects**2 + variances))
+    return float(effects[worst]), float(np.sqrt(variances[worst]))
 
 
 def row_effect_px(correction_rad: FloatArray, camera: RectifiedCamera) -> float:

@@ -31,6 +31,8 @@ LEAST_MATCHES = 60
 """Fewer leave yaw open by more than any limit, and a wrong pair of photos may have as many by chance."""
 UNKNOWN_CALIBRATION_RAD = np.deg2rad([0.005, 0.02, 0.005, 0.05, 0.2])
 """What a rig file without covariance is trusted to: twice what twenty pairs of a good board leave open."""
+MOST_TURN_RAD = np.deg2rad(5.0)
+"""A rig turned further is bent for anyone to see: such photos are no pair, and the check of the pair says why."""
 _DIFFERENT = 4.0  # in sigmas, of the best of several places to part a visit
 _STEP_RAD = 1e-6
 
@@ -73,6 +75,8 @@ def station_health(pair: RectifiedPair, coarse: PairMatches, rig: StereoRig) -> 
         return None
     fit = fit_rig(matches.left_px, matches.right_px, pair.camera, rig, MATCHES_PER_MEASUREMENT)
     if fit is None or fit.matches < max(LEAST_MATCHES, 0.4 * len(matches.left_px)):
+        return None
+    if np.abs(fit.correction_rad[:3]).max() > MOST_TURN_RAD:
         return None
     return StationHealth(station=pair.name, fit=fit, camera=pair.camera)
 
