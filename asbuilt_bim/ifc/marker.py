@@ -29,6 +29,7 @@ class Marker:
 
     def __init__(self, file: Any) -> None:
         self.file = file
+        self.schema: str = file.schema  # asking the file each time costs more than making an entity
         self.units: Units = read_units(file)
         self.angle_scale = float(ifcopenshell.util.unit.calculate_unit_scale(file, "PLANEANGLEUNIT")) or 1.0
         self.owner: Any = _owner_history(file)
@@ -102,13 +103,13 @@ class Marker:
             plain = value.isoformat()
         elif kind == "label":
             plain = str(plain)[:_LABEL_LENGTH]
-        return self.file.create_entity(measure_class(kind, self.file.schema), plain)
+        return self.file.create_entity(measure_class(kind, self.schema), plain)
 
     def moment(self, when: date | None) -> Any:
         """Return a moment as the schema wants it: text, or in IFC2X3 an IfcCalendarDate or IfcDateAndTime."""
         if when is None:
             return None
-        if self.file.schema != "IFC2X3":
+        if self.schema != "IFC2X3":
             return when.isoformat() if isinstance(when, datetime) else f"{when.isoformat()}T00:00:00"
         day = self.file.create_entity(
             "IfcCalendarDate", DayComponent=when.day, MonthComponent=when.month, YearComponent=when.year

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import uuid
+import base64
+import hashlib
 from dataclasses import dataclass
 from datetime import date
 from typing import Any, Literal
@@ -14,9 +15,12 @@ QUANTITY_SET = "AsBuilt_Quantities"
 HISTORY_SET = "AsBuilt_History"
 METHOD = "asbuilt_bim: stereo photographs; union of the measured outlines on each design face, openings taken off"
 PROGRAM = "asbuilt_bim"
-_NAMESPACE = uuid.UUID("5f0c5d5e-3f2b-5d3a-9d49-5a5b1d1c7a10")
-_OURS = bytes.fromhex("61736275696c80")  # "asbuil", then a UUID's version 8: made as its maker likes
-_OURS_COMPRESSED = 10  # characters of a compressed GlobalId that hold those seven bytes
+_OURS = b"asbuil\x80"  # six letters, then a UUID's version 8: made as its maker likes
+_BEGINNING = ifcopenshell.guid.compress((_OURS + bytes(9)).hex())[:10]  # the characters that hold those seven bytes
+_IFC_LETTERS = bytes.maketrans(
+    b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/",
+    b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_$",
+)
 
 PropertyKind = Literal["label", "text", "ratio", "length", "angle", "area", "date", "count"]
 Value = str | float | int | date
@@ -71,12 +75,9 @@ HISTORY: dict[str, tuple[PropertyKind, str]] = {
 
 def our_guid(key: str) -> str:
     """Return the GlobalId of what `key` names: the same key gives the same id, and all of ours begin alike."""
-    tail = bytearray(uuid.uuid5(_NAMESPACE, key).bytes[:9])
+    tail = bytearray(hashlib.sha256(key.encode()).digest()[:9])
     tail[1] = tail[1] & 0x3F | 0x80  # the variant that a UUID has
-    return str(ifcopenshell.guid.compress((_OURS + bytes(tail)).hex()))
-
-
-_BEGINNING = our_guid("")[:_OURS_COMPRESSED]
+    return _BEGINNING + base64.b64encode(tail).translate(_IFC_LETTERS).decode()
 
 
 def ours(file: Any) -> list[Any]:

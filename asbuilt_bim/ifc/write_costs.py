@@ -24,7 +24,7 @@ def write_costs(marker: Marker, lines: tuple[CostProgress, ...], visit: date) ->
     The item's quantity is the LOWER bound, which is what can be certified; the best estimate stands in our set.
     """
     file = marker.file
-    if file.schema == "IFC2X3" or not lines:
+    if marker.schema == "IFC2X3" or not lines:
         return
     schedule = marker.rooted(
         "IfcCostSchedule",
@@ -48,7 +48,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     ifc_class, attribute = _QUANTITIES[line.measure]
     unit = _unit_of(marker.find(line.global_id))
     count: float | int = line.as_built_lower
-    if line.measure == "count" and file.schema == "IFC4X3":
+    if line.measure == "count" and marker.schema == "IFC4X3":
         count = math.floor(count + 1e-9)  # whole pieces only there, and none that isn't finished
     quantity = file.create_entity(ifc_class, Name="AsBuiltLower", Unit=unit, **{attribute: count})
     rate = file.create_entity(

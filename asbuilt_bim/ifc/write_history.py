@@ -68,14 +68,14 @@ class HistoryWriter:
             Name="As-built progress",
             ObjectType=AS_BUILT,
             LifeCyclePhase="CONSTRUCTION",
-            **({} if marker.file.schema == "IFC2X3" else {"PredefinedType": "USERDEFINED"}),
+            **({} if marker.schema == "IFC2X3" else {"PredefinedType": "USERDEFINED"}),
         )
         marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=[thing], RelatingControl=history)
         marker.add_set(history, HISTORY_SET, series)
 
     def finish(self) -> None:
         """Name the source of all series, which IFC4 demands of each; IFC2X3 has no place for it."""
-        if not self._made or self._marker.file.schema == "IFC2X3":
+        if not self._made or self._marker.schema == "IFC2X3":
             return
         make = self._marker.file.create_entity
         source = make("IfcDocumentReference", Location=RESULT, Name="result of asbuilt_bim")

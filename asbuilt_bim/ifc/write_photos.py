@@ -30,7 +30,7 @@ def write_photos(marker: Marker, reports: Sequence[ProgressReport]) -> None:
 
 def _refer(marker: Marker, station: StationRecord, things: list[object]) -> None:
     day = station.day.isoformat()
-    identification = "ItemReference" if marker.file.schema == "IFC2X3" else "Identification"
+    identification = "ItemReference" if marker.schema == "IFC2X3" else "Identification"
     location = uri(station.overlay)
     reference = marker.file.create_entity(
         "IfcDocumentReference",

@@ -45,7 +45,7 @@ def mark_element(
             "DesignExposedArea": progress.design_area_m2,
         },
     )
-    if marker.file.schema == "IFC4X3":
+    if marker.schema == "IFC4X3":
         _standard_sets(marker, element, progress, complete_on)
 
 
