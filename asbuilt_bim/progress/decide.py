@@ -11,6 +11,7 @@ from asbuilt_bim.bim.cells import CellSamples, cell_samples
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.as_built import as_built
@@ -27,6 +28,7 @@ from asbuilt_bim.progress.trust import (
     stands_before,
     trusted,
 )
+from asbuilt_bim.progress.whole import Checked, check_whole
 
 OVERLAP_M = 1e-6
 """Sample boxes are grown by this, so that neighbours join without a crack."""
@@ -115,8 +117,8 @@ def _face_state(
     opened = now_open & ~was_built
     conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | (now_open & was_built))
     regions = [_region(samples, one, face) for one in (built, opened)]
-    standing = [match for match in votes.spoken if match.design_face == face.face_id]
-    measured = as_built(standing, earlier)
+    checked = _checked(face, samples, own, votes, matches, built, options)
+    measured = as_built(checked.matches, earlier)
     areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
     built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
     return SurfaceState(
@@ -137,8 +139,29 @@ def _face_state(
         tilt_rad=measured.tilt_rad,
         stations={name: value for name, value in areas.items() if value > 0.0},
         conflict_area_m2=float(samples.area_m2[conflict].sum()),
-        notes=(*measured.notes, *_notes(samples, own, votes, built | opened, now_open & was_built, matches, options)),
+        notes=(
+            *checked.notes,
+            *measured.notes,
+            *_notes(samples, own, votes, built | opened, now_open & was_built, matches, options),
+        ),
+        parts=checked.parts,
     )
+
+
+def _checked(
+    face: DesignFace,
+    samples: CellSamples,
+    own: BoolArray,
+    votes: Votes,
+    matches: Sequence[FaceMatch],
+    built: BoolArray,
+    options: ProgressOptions,
+) -> Checked:
+    """Return a face's matches that speak for concrete; of a mantle, whole is what one station can see of it."""
+    standing = tuple(match for match in matches if match in votes.spoken)
+    if isinstance(face.frame, CylinderFrame):
+        return Checked(matches=standing, parts=(), notes=())
+    return check_whole(standing, samples, np.flatnonzero(own), built, options)
 
 
 def _region(samples: CellSamples, chosen: BoolArray, face: DesignFace) -> Region:

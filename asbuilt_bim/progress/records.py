@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import date
 
 import numpy as np
@@ -19,9 +19,16 @@ from asbuilt_bim.register.pose import StationPose
 
 
 def station_record(
-    station: StationMeasurement, pose: StationPose | None, day: date, matches: Mapping[str, Sequence[FaceMatch]]
+    station: StationMeasurement,
+    pose: StationPose | None,
+    day: date,
+    matches: Mapping[str, Sequence[FaceMatch]],
+    parts: Collection[str] = (),
 ) -> StationRecord:
-    """Return a station's record; photo paths and picture stay "" until the edge, which knows files, fills them in."""
+    """Return a station's record; photo paths and picture stay "" until the edge, which knows files, fills them in.
+
+    `parts` are the ids of faces that looked whole and aren't.
+    """
     camera, target = station.camera, station.target
     return StationRecord(
         name=station.station,
@@ -49,13 +56,16 @@ def station_record(
         target_depth_sigma_m=target.depth_sigma_m if target else None,
         target_range_m=target.range_m if target else None,
         target_diameter_m=target.diameter_m if target else None,
-        faces=tuple(face_record(face, pose, matches.get(face.face_id, ())) for face in station.faces),
+        faces=tuple(
+            face_record(face, pose, matches.get(face.face_id, ()), face.whole and face.face_id not in parts)
+            for face in station.faces
+        ),
         picture="",
         seconds=station.seconds,
     )
 
 
-def face_record(face: MeasuredFace, pose: StationPose | None, matches: Sequence[FaceMatch]) -> FaceRecord:
+def face_record(face: MeasuredFace, pose: StationPose | None, matches: Sequence[FaceMatch], whole: bool) -> FaceRecord:
     """Return a measured face's record, its outline in world metres where the station is placed."""
     rings: tuple[FloatArray, ...] = ()
     if pose is not None:
@@ -70,7 +80,7 @@ def face_record(face: MeasuredFace, pose: StationPose | None, matches: Sequence[
         area_m2=face.area_m2,
         area_sigma_calibration_m2=face.area_sigma_calibration_m2,
         area_sigma_image_m2=face.area_sigma_image_m2,
-        whole=face.whole,
+        whole=whole,
         cut_by_frame=face.cut_by_frame,
         occluded=face.occluded,
         width_m=face.width_m,

@@ -49,7 +49,8 @@ def summarise(
     by_face: dict[str, list[FaceMatch]] = {}
     for match in matched.matches:
         by_face.setdefault(match.face_id, []).append(match)
-    stations = [station_record(p.measurement, p.pose, visit_date, by_face) for p in matched.stations]
+    parts = {face_id for surface in surfaces for face_id in surface.parts}
+    stations = [station_record(p.measurement, p.pose, visit_date, by_face, parts) for p in matched.stations]
     stations += [station_record(one, None, visit_date, {}) for one in unplaced]
     calendar = design.schedule.calendar if design.schedule else EVERY_DAY
     bodies = {element.global_id: element for element in design.elements}

@@ -41,6 +41,7 @@ class SurfaceState:
     stations: dict[str, float]
     conflict_area_m2: float  # seen built by one station and open by another
     notes: tuple[str, ...]
+    parts: tuple[str, ...] = ()  # measured faces (ids) that looked whole, while concrete goes on past their outlines
 
 
 def classify_surface(

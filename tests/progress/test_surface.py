@@ -155,8 +155,42 @@ def test_two_halves_seen_by_two_stations_join_to_one_area() -> None:
     assert surfaces["W-0"].as_built_area_m2 == pytest.approx(8.4, rel=1e-3)
 
 
+def outlined(*spans: tuple[float, float], name: str = "A1", boxes: Sequence[Box] = (WALL, GROUND)) -> PlacedStation:
+    """Return a station whose segmenter found the wall between these places along it, each piece whole by its looks."""
+    faces = [measured(f"{name}/{i}", POSE, FRONT, polygon.box(u0, 0.0, u1, 2.8)) for i, (u0, u1) in enumerate(spans, 1)]
+    return station(name, POSE, boxes, faces)
+
+
+def test_a_face_past_whose_outline_the_concrete_goes_on_is_not_called_whole() -> None:
+    report, surfaces = visit(outlined((0.0, 1.8)))
+    (face,) = report.stations[0].faces
+    assert not face.whole and surfaces["W-0"].parts == ("A1/1",)
+    assert any("go on past" in note for note in only(report).notes)
+    report, _ = visit(outlined((0.0, 3.0)))
+    assert report.stations[0].faces[0].whole
+
+
+def test_two_outlines_either_side_of_a_pole_are_parts_of_one_wall_and_add_up() -> None:
+    report, surfaces = visit(outlined((0.0, 1.8), (1.8, 3.0)))
+    assert [face.whole for face in report.stations[0].faces] == [False, False]
+    assert surfaces["W-0"].as_built_area_m2 == pytest.approx(8.4, rel=1e-3)
+
+
+def test_what_another_station_saw_built_shows_that_an_outline_ended_too_early() -> None:
+    _, surfaces = visit(outlined((0.0, 2.0), boxes=[GROUND, box(0, 0, 0, 2.0, 0.25, 2.8)]), see([WALL], 2.8, "A2"))
+    assert surfaces["W-0"].parts == ("A1/1",)
+    assert surfaces["W-0"].as_built_area_m2 == pytest.approx(8.4, rel=1e-2)
+
+
+def test_a_wall_under_its_pour_line_is_whole_though_starter_bars_stand_over_it() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    bars = [box(0.1 + 0.2 * i, 0.05, 1.4, 0.02, 0.02, 0.8) for i in range(15)]
+    report, _ = visit(see([half, *bars, BACKDROP], 1.4))
+    assert report.stations[0].faces[0].whole
+
+
 def test_whole_measurements_three_sigma_apart_are_flagged() -> None:
-    one, other = see([WALL], 2.8), see([WALL], 2.4, "A2")
+    one, other = see([WALL], 2.8), see([WALL], 2.6, "A2")
     _, surfaces = visit(one, other)
     assert any("over 3 sigma" in note for note in surfaces["W-0"].notes)
 
