@@ -15,6 +15,8 @@ from asbuilt_bim.geometry.transform import apply
 
 ANGLE_RAD = 0.1
 """Facets of a round column turn by at most this: its volume is then 0.2 % short at most."""
+SEGMENTS = int(np.ceil(2.0 * np.pi / ANGLE_RAD))
+"""The same for the kernel that counts segments instead."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,17 +27,24 @@ class Body:
     world_from_local: FloatArray
 
 
-def read_bodies(file: Any, products: Sequence[Any], length_scale: float, threads: int = 2) -> dict[int, Body]:
+def read_bodies(
+    file: Any, products: Sequence[Any], length_scale: float, threads: int = 2, uncut: bool = False
+) -> dict[int, Body]:
     """Return the bodies of products by entity number, openings taken off; those without a usable body are left out.
 
     `length_scale` is metres per unit of the file: the kernel overlooks the unit of some files, and is corrected then.
+    `uncut` leaves openings and clippings on, and then draws up to ten times as fast.
     """
     drawn = [product for product in products if getattr(product, "Representation", None)]
     if not drawn:
         return {}
     settings = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
     settings.set("mesher-angular-deflection", ANGLE_RAD)
-    iterator = ifcopenshell.geom.iterator(settings, file, threads, include=drawn)
+    settings.set("circle-segments", SEGMENTS)
+    settings.set("disable-opening-subtractions", uncut)
+    settings.set("disable-boolean-result", uncut)
+    kernel: Any = "hybrid-cgal-simple-opencascade" if uncut else "opencascade"
+    iterator = ifcopenshell.geom.iterator(settings, file, threads, include=drawn, geometry_library=kernel)
     bodies: dict[int, Body] = {}
     if not iterator.initialize():
         return bodies

@@ -16,6 +16,7 @@ from asbuilt_bim.bim.shape import axes
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import inverse
+from asbuilt_bim.ifc.around import read_obstacles
 from asbuilt_bim.ifc.bodies import Body, read_bodies
 from asbuilt_bim.ifc.faces import design_faces
 from asbuilt_bim.ifc.structure import base_quantities, is_concrete, parts_of, storey_of
@@ -34,7 +35,7 @@ MAX_SIZE_M = 1000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReadElements:
-    """What was read: elements, obstacles, and in words what couldn't be used."""
+    """What was read: elements, what may touch them, and in words what couldn't be used."""
 
     elements: tuple[BimElement, ...]
     obstacles: tuple[Obstacle, ...]
@@ -50,21 +51,16 @@ def read_elements(file: Any, scope: str | None, units: Units, where: str) -> Rea
     candidates = _walls_and_columns(file)
     chosen = _in_scope(file, candidates, scope, where)
     _check_ids(chosen, where)
-    own_parts = {part.id(): product.id() for product in candidates for part in parts_of(product)}
-    around = [product for name in _OBSTACLES for product in _by_type(file, name) if product.id() not in own_parts]
-    parts = [part for product in candidates if not _has_body(product) for part in parts_of(product)]
-    everything = {product.id(): product for product in [*candidates, *parts, *around]}
-    bodies = read_bodies(file, list(everything.values()), units.length_scale)
+    if not chosen:
+        return ReadElements(elements=(), obstacles=(), notes=())
+    parts = [part for product in chosen if not _has_body(product) for part in parts_of(product)]
+    bodies = read_bodies(file, [*chosen, *parts], units.length_scale)
     elements: list[BimElement] = []
     notes: list[str] = []
     bodiless: list[str] = []
-    picked = {product.id() for product in chosen}
-    obstacles = [_obstacle(product, bodies[product.id()]) for product in around if product.id() in bodies]
-    for product in candidates:
+    for product in chosen:
         body = _body_of(product, bodies, units)
-        if product.id() not in picked:
-            obstacles += [_obstacle(product, body)] if body is not None else []
-        elif body is None:
+        if body is None:
             bodiless.append(_label(product))
         else:
             element = _read_or_note(product, body, units)
@@ -72,7 +68,19 @@ def read_elements(file: Any, scope: str | None, units: Units, where: str) -> Rea
                 notes.append(element)
             else:
                 elements.append(element)
-    return ReadElements(elements=tuple(elements), obstacles=tuple(obstacles), notes=(*_bodiless_note(bodiless), *notes))
+    obstacles = read_obstacles(file, _others(file, candidates, chosen), elements, units.length_scale)
+    return ReadElements(elements=tuple(elements), obstacles=obstacles, notes=(*_bodiless_note(bodiless), *notes))
+
+
+def _others(file: Any, candidates: list[Any], chosen: list[Any]) -> list[Any]:
+    """Return what else may touch the chosen elements: other walls and columns or their parts, slabs, beams ..."""
+    picked = {product.id() for product in chosen}
+    own_parts = {part.id() for product in candidates for part in parts_of(product)}
+    around = [product for name in _OBSTACLES for product in _by_type(file, name) if product.id() not in own_parts]
+    for product in candidates:
+        if product.id() not in picked:
+            around += [product] if _has_body(product) else parts_of(product)
+    return list({product.id(): product for product in around}.values())
 
 
 def _bodiless_note(labels: list[str]) -> tuple[str, ...]:
@@ -148,15 +156,6 @@ def _body_of(product: Any, bodies: dict[int, Body], units: Units) -> Body | None
         world_from_local = np.array(placed, dtype=np.float64)
         world_from_local[:3, 3] *= units.length_scale
     return Body(mesh=merged(tuple(body.mesh for body in inner)), world_from_local=world_from_local)
-
-
-def _obstacle(product: Any, body: Body) -> Obstacle:
-    return Obstacle(
-        global_id=product.GlobalId,
-        ifc_class=product.is_a(),
-        vertices_m=frozen(body.mesh.vertices_m),
-        triangles=freeze(body.mesh.triangles),
-    )
 
 
 def _element(product: Any, body: Body, units: Units) -> BimElement:
