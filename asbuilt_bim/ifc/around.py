@@ -9,24 +9,27 @@ import numpy as np
 
 from asbuilt_bim.bim.model import BimElement, Obstacle
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze, frozen
+from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.ifc.bodies import Body, read_bodies
 
 REACH_M = 0.05
 """A solid whose box stays further away than this touches nothing: five times what exposure calls near."""
+_LEANS = 1e-6
+_OVERLAP_M = 1e-6
 _MAX_DEPTH = 16
 
 
 def read_obstacles(
     file: Any, products: Sequence[Any], elements: Sequence[BimElement], length_scale: float
 ) -> tuple[Obstacle, ...]:
-    """Return the bodies of those products that come within `REACH_M` of an element's box.
+    """Return the bodies of those products that may touch a lateral face of an element.
 
     Each is first drawn as it is before openings and clippings are taken off, which costs a tenth and can only be
     larger; those that are near and were cut are then drawn again as they are.
     """
     if not elements:
         return ()
-    boxes = np.array([[e.vertices_m.min(axis=0) - REACH_M, e.vertices_m.max(axis=0) + REACH_M] for e in elements])
+    boxes = np.array([_room(element) for element in elements])
     rough = read_bodies(file, products, length_scale, uncut=True)
     cut = {product.id() for product in products if _is_cut(product)}
     grown = {product.id() for product in products if product.id() in cut and _is_united(product)}
@@ -52,6 +55,19 @@ def obstacle(product: Any, body: Body) -> Obstacle:
         vertices_m=frozen(body.mesh.vertices_m),
         triangles=freeze(body.mesh.triangles),
     )
+
+
+def _room(element: BimElement) -> FloatArray:
+    """Return the box (2, 3) in which a solid may touch an element's lateral faces.
+
+    What lies on top of it or below it, as most slabs and beams do, touches no upright face.
+    """
+    low, high = element.vertices_m.min(axis=0) - REACH_M, element.vertices_m.max(axis=0) + REACH_M
+    frames = (face.frame for face in element.faces)
+    if all(abs(f.normal[2] if isinstance(f, PlaneFrame) else np.hypot(*f.axis[:2])) < _LEANS for f in frames):
+        low[2] += REACH_M + _OVERLAP_M
+        high[2] -= REACH_M + _OVERLAP_M
+    return np.stack([low, high])
 
 
 def _meets(body: Body, boxes_m: FloatArray) -> bool:

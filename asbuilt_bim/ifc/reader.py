@@ -26,8 +26,8 @@ def read_design(path: Path, scope: str | None = None) -> BimModel:
     One element that can't be used becomes a note, not an error.
 
     Raises:
-        DesignError: the file is missing, no IFC, cut short, of another schema, without a storey, without a wall or
-            column that has a body, or two of them share a GlobalId.
+        DesignError: the file is missing, no IFC, cut short, of another schema, without a wall or column that has a
+            body, or two of them share a GlobalId.
     """
     file = open_ifc(path)
     try:
@@ -40,18 +40,16 @@ def read_design(path: Path, scope: str | None = None) -> BimModel:
 def _read(file: Any, path: Path, scope: str | None) -> BimModel:
     units = read_units(file)
     storeys = read_storeys(file, units)
-    if not storeys:
-        raise DesignError(f"{path}: the file holds no IfcBuildingStorey; export it with its spatial structure")
     read = read_elements(file, scope, units, str(path))
     if not read.elements:
         raise DesignError(f"{path}: {_why_empty(read.notes, scope)}")
     ids = frozenset(element.global_id for element in read.elements)
     lines, cost_notes = read_cost_lines(file, ids, units)
     elements, exposure_notes = expose(read.elements, read.obstacles)
-    homeless = sum(not element.storey for element in elements)
     notes = (*read.notes, *exposure_notes, *cost_notes)
-    if homeless:
-        notes += (f"{homeless} walls or columns belong to no storey: they count in the whole only",)
+    if homeless := sum(not element.storey for element in elements):
+        why = "" if storeys else " (the file holds no IfcBuildingStorey)"
+        notes += (f"{homeless} walls or columns belong to no storey{why}: they count in the whole only",)
     projects = file.by_type("IfcProject")
     return BimModel(
         file_name=path.name,

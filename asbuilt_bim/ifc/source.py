@@ -10,18 +10,28 @@ from typing import Any
 import ifcopenshell
 
 from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.archive import MAX_BYTES, unpacked
 
 SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
 _TAIL_BYTES = 65536
+_ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the second is an archive of nothing
 
 
 def open_ifc(path: Path) -> Any:
-    """Open an IFC file (STEP text) of one of `SCHEMAS` as an ifcopenshell file.
+    """Open an IFC file (STEP text, or an .ifczip with one in it) of one of `SCHEMAS` as an ifcopenshell file.
 
     Raises:
-        DesignError: it is missing, empty, of another format, cut short, damaged, or of another schema.
+        DesignError: it is missing, empty, of another format, too large, cut short, damaged, or of another schema.
     """
     head, tail = _ends(path)
+    if not head.startswith(_ZIP):
+        return _open_text(path, path, head, tail)
+    with unpacked(path) as inside:
+        return _open_text(inside, path, *_ends(inside))
+
+
+def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
+    """Open the STEP text at `where`; messages name `path`, the file that the user gave."""
     _check_kind(path, head)
     if b"END-ISO-10303-21" not in tail:
         raise DesignError(
@@ -30,7 +40,7 @@ def open_ifc(path: Path) -> Any:
     declared = re.search(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", head, re.IGNORECASE)
     name = declared.group(1).decode("ascii", "replace") if declared else "none"
     try:
-        file = ifcopenshell.open(str(path))
+        file = ifcopenshell.open(str(where), format=".ifc")
     except (RuntimeError, ValueError, OSError, ifcopenshell.Error) as error:
         reason = f"schema {name} or damaged ({_plain(error)})"
         raise DesignError(f"{path}: can't be opened: {reason}; export it as {', '.join(SCHEMAS)}") from error
@@ -50,7 +60,9 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
     try:
         with path.open("rb") as stream:
             head = stream.read(_TAIL_BYTES)
-            stream.seek(max(0, path.stat().st_size - _TAIL_BYTES))
+            if (size := path.stat().st_size) > MAX_BYTES:
+                raise DesignError(f"{path}: {size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB; split the model")
+            stream.seek(max(0, size - _TAIL_BYTES))
             return head, stream.read()
     except FileNotFoundError:
         raise DesignError(f"{path}: there is no such file; check `ifc:` in the project file") from None
@@ -65,8 +77,8 @@ def _check_kind(path: Path, head: bytes) -> None:
         return
     if not text:
         found = "the file is empty; export it again"
-    elif text.startswith(b"PK\x03\x04"):
-        found = "this is a zip archive (.ifczip?); unpack it and give the .ifc inside"
+    elif text.startswith(_ZIP):
+        found = "this is a zip archive within another; unpack it and give the .ifc inside"
     elif text.startswith(b"<"):
         found = "this is XML (.ifcXML?); export it as IFC-SPF (.ifc)"
     elif b"\x00" in head:

@@ -114,6 +114,14 @@ def test_a_wall_assigned_to_a_space_still_finds_its_storey(tmp_path: Path) -> No
     assert design.elements[0].storey == builder.levels[1].GlobalId
 
 
+def test_a_file_without_a_storey_is_read_and_says_that_its_elements_count_in_the_whole_only(tmp_path: Path) -> None:
+    builder = ModelBuilder(storeys=0)
+    builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    design = read_design(builder.write(tmp_path / "flat.ifc"))
+    assert (design.storeys, design.elements[0].storey) == ((), "")
+    assert any("no IfcBuildingStorey" in note and "in the whole only" in note for note in design.notes)
+
+
 @pytest.mark.parametrize(
     ("material", "concrete"),
     [
