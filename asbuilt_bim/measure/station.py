@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.working_size import working_rig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.laps import Clock, Laps
 from asbuilt_bim.measure.marks import marks_mask, without_boards
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.rig_check import check_rig
@@ -43,8 +44,6 @@ __all__ = [
     "measure_station",
 ]
 
-Clock = Callable[[], float]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasureOptions:
@@ -56,6 +55,7 @@ class MeasureOptions:
     geometric: GeometricOptions = field(default_factory=GeometricOptions)
     faces: FaceOptions = field(default_factory=FaceOptions)
     least_markers_without_target: int = 2  # with `target.required: false`, two surveyed markers hold the scale
+    most_width_px: int = 2048  # a larger photo is measured at this width: see working_size
     method: Method = "default"  # paper: the published pipeline, to compare with
     depth: DepthMethod | None = None  # None: the method's own (default: stereo, paper: paper)
     inversion: Inversion = "complement"  # how method: paper inverts the network's map
@@ -120,20 +120,6 @@ class StationDetail:
     instances: tuple[Instance, ...]
 
 
-@dataclass(slots=True, kw_only=True)
-class _Stopwatch:
-    """Seconds by step, in the order of the steps."""
-
-    clock: Clock
-    last: float
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    def lap(self, step: str) -> None:
-        now = self.clock()
-        self.seconds[step] = now - self.last
-        self.last = now
-
-
 def measure_station(
     photos: StationPhotos,
     rig: StereoRig,
@@ -157,12 +143,13 @@ def measure_in_detail(
     instruments: Instruments = OWN,
 ) -> StationDetail | RejectedStation:
     """Measure one station and keep what its pictures are drawn from; else as `measure_station`."""
-    watch = _Stopwatch(clock=clock, last=clock())
-    pair = read_station(photos, rig)
+    watch = Laps(clock=clock, last=clock())
+    worked = working_rig(rig, options.most_width_px)
+    pair = read_station(photos, rig, worked)
     if isinstance(pair, RejectedStation):
         return pair
     watch.lap("read")
-    checked = check_rig(pair, rig)
+    checked = check_rig(pair, worked)
     if checked.rejections:
         return RejectedStation(
             station=photos.name, rejections=checked.rejections, picture=pair.left, health=checked.health
@@ -176,7 +163,7 @@ def measure_in_detail(
     if refused:
         return RejectedStation(station=photos.name, rejections=refused, picture=pair.left, health=checked.health)
     seen = _Sighted(
-        photos=photos, pair=pair, rig=rig, health=checked.health, target=target, markers=markers, reasons=reasons
+        photos=photos, pair=pair, rig=worked, health=checked.health, target=target, markers=markers, reasons=reasons
     )
     return _measure(seen, options, instruments, watch)
 
@@ -195,7 +182,7 @@ class _Sighted:
 
 
 def _measure(
-    seen: _Sighted, options: MeasureOptions, instruments: Instruments, watch: _Stopwatch
+    seen: _Sighted, options: MeasureOptions, instruments: Instruments, watch: Laps
 ) -> StationDetail | RejectedStation:
     pair, target = seen.pair, seen.target
     stereo = depth_map(pair, instruments.matcher or options.matcher)

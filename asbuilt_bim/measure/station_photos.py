@@ -11,6 +11,7 @@ from asbuilt_bim.camera.photo import Photo, decode
 from asbuilt_bim.camera.photo_check import check_photo_against_rig
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.working_size import at_working_size
 from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.vision.rig_health import StationHealth
@@ -35,8 +36,13 @@ class RejectedStation:
     health: StationHealth | None = None  # of the rig, where the photos said something of it
 
 
-def read_station(photos: StationPhotos, rig: StereoRig) -> RectifiedPair | RejectedStation:
-    """Decode, check and rectify both photos; what can't be used rejects the station by name."""
+def read_station(
+    photos: StationPhotos, rig: StereoRig, working: StereoRig | None = None
+) -> RectifiedPair | RejectedStation:
+    """Decode, check and rectify both photos; what can't be used rejects the station by name.
+
+    `working`: the rig at its working size (`working_rig`), where that isn't the photos' own.
+    """
     what = f"station {photos.name}"
     images: list[ByteImage] = []
     rejections: list[Rejection] = []
@@ -55,8 +61,10 @@ def read_station(photos: StationPhotos, rig: StereoRig) -> RectifiedPair | Rejec
     if rejections or len(images) < 2:
         named = tuple(r if photos.name in r.what else _named(r, what) for r in rejections)
         return RejectedStation(station=photos.name, rejections=named, picture=picture)
+    worked = working or rig
+    left, right = at_working_size(images[0], worked.left), at_working_size(images[1], worked.right)
     try:
-        return rectify(_prepared(rig), images[0], images[1], photos.name)
+        return rectify(_prepared(worked), left, right, photos.name)
     except (PhotoError, RigError, cv2.error) as error:
         return RejectedStation(
             station=photos.name, rejections=(Rejection(what=what, reason=str(error)),), picture=picture
