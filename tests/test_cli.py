@@ -72,6 +72,7 @@ def test_a_second_run_measures_nothing_again_and_says_what_changed(
     result = invoke("run", project, "--out", out, "--workers", 1)
     assert result.exit_code == 0, result.output
     assert "2 of 2 stations were measured before" in result.output
+    assert re.search(r"^Took \d+ s: read the IFC <?\d+ %; .*measure <?\d+ %; .*write <?\d+ %\.$", result.output, re.M)
     assert "Nothing has changed against the earlier run" in result.output
     assert re.search(r"[23] runs are kept", result.output)
 
@@ -124,6 +125,7 @@ def test_a_station_left_out_is_named_loudly_and_strict_makes_it_an_error(project
     assert f"station {station} was LEFT OUT: photo photos/{station}_right.jpg: there is no such file" in result.stderr
     assert result.stdout == ""
     assert (tmp_path / "out/report.html").is_file()
+    assert "Took" not in result.output
 
 
 def test_a_visit_without_one_good_station_still_gives_a_report(project: Path, tmp_path: Path) -> None:

@@ -42,7 +42,9 @@ def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
 
 
 def _stations(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
-    """Say which stations came, went, or changed their status or their photos."""
+    """Say which stations came, went, or changed their status or their photos; those of two visits share names only."""
+    if before.visit_date != after.visit_date:
+        return
     old = {row.name: row for row in station_rows(before)}
     new = {row.name: row for row in station_rows(after)}
     photos_old = {s.name: (s.left_digest, s.right_digest) for s in before.stations}

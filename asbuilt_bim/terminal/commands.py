@@ -24,9 +24,10 @@ from asbuilt_bim.run_folder import Published, open_output, output_error
 from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
+from asbuilt_bim.stopwatch import Stopwatch
 from asbuilt_bim.terminal.inspect_table import design_tables
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary
+from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary, time_line
 
 INCOMPLETE = 1
 """The exit code of --strict where a station was left out."""
@@ -66,7 +67,9 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         before = previous_result(out)
         with screen.steps() as progress:
             result = run_project(project, place, progress)
-        published = publish_run(out, result, project, when, writers, colour=request.colour)
+        watch = Stopwatch()
+        with watch.step("write"):
+            published = publish_run(out, result, project, when, writers, colour=request.colour)
     cache.prune()
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
@@ -78,6 +81,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     if result.from_cache:
         count = sum(len(visit.stations) for visit in project.visits)
         screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
+    screen.say(time_line({**result.seconds, **watch.seconds}))
     _say_where(request.out, published, screen)
     return INCOMPLETE if request.strict and incomplete else 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.table import Table
 from rich.text import Text
@@ -63,6 +63,13 @@ def left_out(stations: Sequence[str], report: ProgressReport) -> dict[str, list[
     """Return each station of `stations` that the report doesn't count, with the reasons."""
     placed = {record.name for record in report.stations if record.world_from_left is not None}
     return {name: _reasons(name, report) for name in stations if name not in placed}
+
+
+def time_line(seconds: Mapping[str, float]) -> str:
+    """Return how long a run took, and each step's share of it."""
+    total = sum(seconds.values())
+    shares = "; ".join(f"{step} {percent(spent / total)}" for step, spent in seconds.items()) if total > 0.0 else ""
+    return f"Took {total:.0f} s: {shares}." if shares else "Took no time."
 
 
 def calibration_lines(calibration: Calibration) -> list[str]:

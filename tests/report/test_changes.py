@@ -51,6 +51,14 @@ def test_another_ifc_file_and_another_visit_are_said():
     assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30", "IFC file: another than before")
 
 
+def test_stations_of_another_visit_that_have_the_same_names_are_not_the_same_stations():
+    report = sample_report()
+    stations = tuple(replace(s, left_digest="other", day=date(2026, 3, 30)) for s in report.stations[:1])
+    after = replace(report, visit_date=date(2026, 3, 30), stations=stations)
+    assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30",)
+    assert any("other photos" in line for line in changes(report, replace(report, stations=stations)))
+
+
 def test_elements_that_left_the_design_are_named():
     report = sample_report()
     assert "column C-01: no longer in the design" in changes(report, replace(report, elements=report.elements[1:]))
