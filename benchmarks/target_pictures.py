@@ -17,11 +17,12 @@ from target_things import DISTRACTORS, cover, distractor, lit, target_disc
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
-from asbuilt_bim.geometry.arrays import ByteImage, FloatArray, frozen
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, frozen
 
 RADIUS_M = 0.15
 DEVELOPING_SITES = (20, 1, 21, 22)
 MOST_COVERED = 0.30
+_MOST_PHOTOS = 27  # a background takes 7 MB
 _LINEAR = ((np.arange(256) / 255.0) ** GAMMA).astype(np.float32)
 _CAMERA = RectifiedCamera(f_px=1050.0, cx_px=640.0, cy_px=480.0, baseline_m=0.25, width_px=1280, height_px=960,
                           rectified_from_left=np.eye(3))  # fmt: skip
@@ -65,14 +66,14 @@ def case(number: int, seed: int, background: Background, with_disc: bool) -> Cas
     places: list[tuple[FloatArray, float]] = []
     range_m = None
     if with_disc:
-        centre, tilt, found = _disc(pair.camera, light, rng, traits)
+        centre, tilt, found = _disc(pair, light, rng, traits)
         layers += [(float(layer.centre_m[2]), layer) for layer in found]
         places.append((centre, RADIUS_M))
         range_m = float(np.linalg.norm(centre))
         traits.update(range_m=range_m, tilt_deg=float(np.rad2deg(tilt)))
     for _ in range(rng.integers(0, 5) if with_disc else rng.integers(1, 7)):
         kind = str(rng.choice(DISTRACTORS))
-        centre = _place(pair.camera, rng, 0.45, 2.5, 10.0)
+        centre = _place(pair, rng, 0.45, 2.5, 10.0)
         if all(_apart(pair.camera, centre, 0.45, other, reach) for other, reach in places):
             layers.append((float(centre[2]), distractor(kind, centre, lit(light, 0.3, rng), rng)))
             places.append((centre, 0.45))
@@ -100,9 +101,10 @@ def case(number: int, seed: int, background: Background, with_disc: bool) -> Cas
 
 
 def _disc(
-    camera: RectifiedCamera, light: str, rng: np.random.Generator, traits: dict[str, str | float]
+    pair: RectifiedPair, light: str, rng: np.random.Generator, traits: dict[str, str | float]
 ) -> tuple[FloatArray, float, list[Layer]]:
-    centre = _place(camera, rng, RADIUS_M, 3.0, 8.0)
+    camera = pair.camera
+    centre = _place(pair, rng, RADIUS_M, 3.0, 8.0)
     tilt, about = float(np.deg2rad(rng.uniform(0, 60))), float(rng.uniform(0, 2 * np.pi))
     disc = target_disc(centre, tilt, about, lit(light, RADIUS_M, rng), float(rng.uniform(0, 0.4)), rng)
     layers = [disc]
@@ -128,16 +130,24 @@ def _hidden(camera: RectifiedCamera, disc: Layer, covering: Layer, shift_m: floa
     return float(np.mean(covering.paint(np.stack([met @ covering.u, met @ covering.v], axis=-1))[1]))
 
 
-def _place(camera: RectifiedCamera, rng: np.random.Generator, reach_m: float, near: float, far: float) -> FloatArray:
+def _place(pair: RectifiedPair, rng: np.random.Generator, reach_m: float, near: float, far: float) -> FloatArray:
     """Return a place (3,) that both photos show whole, `near` to `far` metres away."""
+    camera = pair.camera
     while True:
         pixel = rng.uniform([0, 0], [camera.width_px, camera.height_px])
         ray = np.array([*(pixel - [camera.cx_px, camera.cy_px]) / camera.f_px, 1.0])
         centre = ray / np.linalg.norm(ray) * rng.uniform(near, far)
         margin = camera.f_px * reach_m / centre[2] * 1.25 + 12
         seen = [seen_from(camera, centre[None], shift)[0] for shift in (0.0, camera.baseline_m)]
-        if all(np.all(s > margin) and np.all(s < [camera.width_px - margin, camera.height_px - margin]) for s in seen):
+        if all(_is_photo(v, at, margin) for v, at in zip((pair.valid_left, pair.valid_right), seen, strict=True)):
             return centre
+
+
+def _is_photo(valid: BoolArray, at: FloatArray, margin_px: float) -> bool:
+    """Say whether a square about a pixel lies in the frame and shows something."""
+    (x0, y0), (x1, y1) = (at - margin_px).astype(int), (at + margin_px).astype(int)
+    inside = min(x0, y0) >= 0 and x1 < valid.shape[1] and y1 < valid.shape[0]
+    return inside and bool(valid[y0:y1, x0:x1].all())
 
 
 def _apart(camera: RectifiedCamera, a: FloatArray, reach_a: float, b: FloatArray, reach_b: float) -> bool:
@@ -227,7 +237,7 @@ def _photos() -> list[Background]:
     rng = np.random.default_rng(7)
     paths = sorted((data_folder() / "photos").glob("*/*.[jJ][pP][gG]"))
     found = []
-    for path in paths:
+    for path in paths[:: max(1, len(paths) // _MOST_PHOTOS)]:
         whole = cv2.imread(str(path), cv2.IMREAD_COLOR)
         shift = int(rng.integers(13, 44))
         scale = max((_CAMERA.width_px + shift) / whole.shape[1], _CAMERA.height_px / whole.shape[0], 0.35)

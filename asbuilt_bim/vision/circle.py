@@ -13,7 +13,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import unit
-from asbuilt_bim.vision.ellipse import Ellipse, conic_distance
+from asbuilt_bim.vision.ellipse import Ellipse, conic_distance, ellipse_of
 
 _ROUNDS = 25
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
@@ -78,6 +78,22 @@ def _normal(parameters: FloatArray) -> FloatArray:
 
 def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera) -> FloatArray:
     """Return the distances (N + M,) in pixels of both outlines from the circle's pictures."""
+    conics = _conics(parameters, camera)
+    return np.concatenate(
+        [conic_distance(conic, outline) for conic, outline in zip(conics, (left, right), strict=True)]
+    )
+
+
+def outlines_of(circle: SpaceCircle, camera: RectifiedCamera) -> tuple[Ellipse | None, Ellipse | None]:
+    """Return a circle's pictures in the left and the right photo; None where one is no ellipse."""
+    lean = circle.normal[:2] / -circle.normal[2]
+    parameters = np.array([*circle.centre_px, circle.disparity_px, np.log(circle.radius_m), *lean])
+    left, right = (ellipse_of(conic) for conic in _conics(parameters, camera))
+    return left, right
+
+
+def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
+    """Return the circle's pictures (3, 3) in both photos."""
     x, y, disparity = parameters[:3]
     depth = camera.f_px * camera.baseline_m / disparity
     centre = depth * np.array([(x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px, 1.0])
@@ -86,12 +102,12 @@ def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camer
     v = np.cross(normal, u)
     radius = np.exp(parameters[3])
     K = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-    parts = []
-    for outline, shift in ((left, 0.0), (right, camera.baseline_m)):
+    backs = []
+    for shift in (0.0, camera.baseline_m):
         plane = K @ np.stack([radius * u, radius * v, centre - [shift, 0.0, 0.0]], axis=-1)
-        back = np.linalg.inv(plane / depth)
-        parts.append(conic_distance(back.T @ np.diag([1.0, 1.0, -1.0]) @ back, outline))
-    return np.concatenate(parts)
+        backs.append(np.linalg.inv(plane / depth))
+    left, right = (back.T @ np.diag([1.0, 1.0, -1.0]) @ back for back in backs)
+    return left, right
 
 
 def _descend(

@@ -76,6 +76,15 @@ def conic_distance(conic: FloatArray, points: FloatArray) -> FloatArray:
     return distance
 
 
+def ellipse_of(conic: FloatArray) -> Ellipse | None:
+    """Return the ellipse of a symmetric matrix (3, 3); None for any other conic."""
+    found = _ellipse(conic)
+    if found is None:
+        return None
+    x, y, major, minor, angle = found
+    return Ellipse(x_px=x, y_px=y, major_px=major, minor_px=minor, angle_rad=angle)
+
+
 def fit_ellipse(points: FloatArray, weights: FloatArray | None = None) -> Ellipse | None:
     """Fit an ellipse to points (N, 2), N >= 5, by least distance; None where the best conic is no ellipse."""
     if len(points) < 5:

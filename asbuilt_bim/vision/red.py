@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -17,6 +18,10 @@ _WORKING_WIDTH = 640  # blobs only say where to look: a target within 10 m has a
 _MIN_AREA_PX = 25  # here and below in pixels of the working size: a radius of under 3 px leaves no shape
 _MAX_SHARE = 0.2  # of the frame
 _ELLIPTIC = 0.8  # a rectangle has 0.88, a disc with a third cut off 0.9
+_MIN_PIECE_PX = 12  # of a disc that something before it has cut in two
+_MOST_PIECES = 24
+_LEAST_OF_BOX = 0.25  # two pieces of a disc that is a third hidden and lies askew fill so much of their common box
+_LEAST_OF_HULL = 0.6  # and of their hull, from which 30 % may be hidden
 _GROWN_TOGETHER_PX = 125  # a disc before another red thing makes one large odd blob; small odd ones are clutter
 
 
@@ -77,8 +82,56 @@ def _blobs_at(score: Float32Array, level: float, step: int) -> list[RedBlob]:
     likely[0] = False
     boxes = np.stack([x, y, width, height], axis=-1).astype(np.int32)
     patches = np.asarray(labels, dtype=np.int32)
-    blobs = (_blob(patches, int(label), boxes[label], step) for label in np.flatnonzero(likely))
+    blobs = [_blob(patches, int(label), boxes[label], step) for label in np.flatnonzero(likely)]
+    whole = (x > 0) & (y > 0) & (x + width < score.shape[1]) & (y + height < score.shape[0])
+    is_piece = whole & (area >= _MIN_PIECE_PX) & (area <= _MAX_SHARE * score.size)
+    is_piece[0] = False
+    pieces = np.flatnonzero(is_piece)
+    pieces = pieces[np.argsort(-area[pieces], kind="stable")][:_MOST_PIECES]
+    blobs.extend(_joined([_outline(patches, int(label), boxes[label]) for label in pieces], area[pieces], step))
     return [blob for blob in blobs if blob is not None]
+
+
+def _joined(outlines: list[FloatArray], areas: IntArray, step: int) -> list[RedBlob | None]:
+    """Return what pairs of pieces make together: a bar before a disc cuts it in two, and their hull is the disc's."""
+    found: list[RedBlob | None] = []
+    for i, j in combinations(range(len(outlines)), 2):
+        both = np.concatenate([outlines[i], outlines[j]])
+        area = float(areas[i] + areas[j])
+        if np.prod(np.ptp(both, axis=0) + 1.0) > area / _LEAST_OF_BOX:
+            continue
+        hull = np.asarray(cv2.convexHull(both.astype(np.float32)), dtype=np.float64).reshape(-1, 2)
+        if area >= _LEAST_OF_HULL * float(cv2.contourArea(hull.astype(np.float32))):
+            found.append(_hull_blob(hull, step))
+    return found
+
+
+def _hull_blob(hull: FloatArray, step: int) -> RedBlob | None:
+    """Return a blob with a hull (N, 2) as its outline; None where the hull is no ellipse."""
+    x, y = np.floor(hull.min(axis=0)).astype(int)
+    width, height = (np.ceil(hull.max(axis=0)).astype(int) + 1 - [x, y]).tolist()
+    filled = np.zeros((height, width), dtype=np.uint8)
+    cv2.fillPoly(filled, [np.rint(hull - [x, y]).astype(np.int32).reshape(-1, 1, 2)], 1)
+    elliptic = _elliptic(filled.astype(bool))
+    if elliptic < _ELLIPTIC or width * 3.5 < height or height * 3.5 < width:
+        return None
+    outlines, _ = cv2.findContours(filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    outline = np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
+    return RedBlob(
+        outline=(outline + np.array([x, y]) + 0.5) * step - 0.5,
+        area_px=float(filled.sum()) * step**2,
+        elliptic=elliptic,
+        box_px=(int(x) * step, int(y) * step, width * step, height * step),
+    )
+
+
+def _outline(labels: IntArray, label: int, box: IntArray) -> FloatArray:
+    """Return the outline (N, 2) of a patch, in pixels of the labels."""
+    x, y, width, height = (int(side) for side in box)
+    crop: BoolArray = labels[y : y + height, x : x + width] == label
+    outlines, _ = cv2.findContours(crop.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    outline = np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
+    return np.asarray(outline + np.array([x, y]), dtype=np.float64)
 
 
 def _blob(labels: IntArray, label: int, box: IntArray, step: int) -> RedBlob | None:

@@ -9,10 +9,11 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.vision.circle import SpaceCircle, fit_circle
-from asbuilt_bim.vision.disc import RedDisc, find_discs
+from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
+from asbuilt_bim.vision.disc import RedDisc, find_discs, followed
 
 _CLEAR_SUPPORT = 0.85
+_FOLLOWED = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +62,9 @@ class _Pairing:
 def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSighting | None, tuple[Rejection, ...]]:
     """Find the red disc in both rectified photos and triangulate its centre.
 
+    Of several discs the told diameter decides; of several that have it the nearest is taken, because a reflection lies
+    behind what it shows, and the nearest is measured best. Without a told diameter several discs are refused.
+
     Returns the sighting, or None with the reasons. With `required` off, a target that is simply not there gives no
     reason; two discs, or one in a single photo, still do. A sighting may come with reasons why other discs aren't it.
 
@@ -70,13 +74,15 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     pairings = _pairings(lefts, rights, pair.camera)
     level = [p for p in pairings if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     right_size = [p for p in level if _size_fits(p.circle, options)]
-    if any(_is_clear(p) for p in right_size):  # a whole disc goes before what is round only in part
-        right_size = [p for p in right_size if _is_clear(p)]
-    if len(right_size) == 1:
-        others = tuple(_not_it(pair, p, options) for p in level if p is not right_size[0] and _is_clear(p))
-        return _sighting(right_size[0], pair.camera, options), (*_doubt(pair, right_size[0], options), *others)
-    if len(right_size) > 1:
+    if options.diameter_m is None and any(_is_clear(p) for p in right_size):
+        right_size = [p for p in right_size if _is_clear(p)]  # a whole disc goes before what is round only in part
+    if len(right_size) > 1 and options.diameter_m is None:
         return None, (_several(pair, right_size, options),)
+    if right_size:
+        chosen = max(right_size, key=lambda p: p.circle.disparity_px)
+        twins = tuple(_further_away(pair, p, chosen) for p in right_size if p is not chosen)
+        others = tuple(_not_it(pair, p, options) for p in level if p not in right_size and _is_clear(p))
+        return _sighting(chosen, pair.camera, options), (*_doubt(pair, chosen, options), *twins, *others)
     if level:
         return None, tuple(_not_it(pair, p, options) for p in level)
     if pairings:
@@ -91,13 +97,31 @@ def _pairings(lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: R
         for right in rights:
             a, b = left.ellipse, right.ellipse
             near_row = abs(a.y_px - b.y_px) < 2.0 + 0.1 * a.major_px
-            alike = abs(np.log(a.minor_px / b.minor_px)) < 0.15 and abs(np.log(a.major_px / b.major_px)) < 0.1
-            if not (near_row and alike and a.x_px - b.x_px > 1.0):
-                continue
-            circle = fit_circle(left.edge, right.edge, a, b, camera)
-            if circle is not None and circle.rms_px < 0.5 + 0.02 * a.major_px:
-                found.append(_Pairing(left=left, right=right, circle=circle))
+            alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
+            if near_row and alike and a.x_px - b.x_px > 1.0 and (pairing := _paired(left, right, camera)) is not None:
+                found.append(pairing)
     return found
+
+
+def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> _Pairing | None:
+    """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
+
+    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide.
+    """
+    circle = fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera)
+    best: _Pairing | None = None
+    for _ in range(_FOLLOWED + 1):
+        if circle is None or circle.rms_px > 1.5 + 0.04 * left.ellipse.major_px:
+            break
+        if best is None or circle.rms_px < best.circle.rms_px:
+            best = _Pairing(left=left, right=right, circle=circle)
+        guides = outlines_of(circle, camera)
+        again = [followed(disc, guide) for disc, guide in zip((left, right), guides, strict=True) if guide is not None]
+        if len(again) < 2 or again[0] is None or again[1] is None:
+            break
+        left, right = again[0], again[1]
+        circle = fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera)
+    return best if best is not None and best.circle.rms_px < 0.5 + 0.02 * best.left.ellipse.major_px else None
 
 
 def _size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
@@ -160,6 +184,18 @@ def _not_it(pair: RectifiedPair, found: _Pairing, options: TargetOptions) -> Rej
         limit=_expected(options),
         remedy="if it is the target, check target.diameter_m, the boards' square size (unit) and whether the rig "
         "was knocked",
+    )
+
+
+def _further_away(pair: RectifiedPair, found: _Pairing, chosen: _Pairing) -> Rejection:
+    """Say why of two discs of the target's size this one was not taken."""
+    near, far = (pair.camera.f_px * pair.camera.baseline_m / p.circle.disparity_px for p in (chosen, found))
+    return Rejection(
+        what=f"station {pair.name}, red disc at {_place(found.left)}",
+        reason=f"it has the target's diameter too, and the nearest one was taken, at {_place(chosen.left)}",
+        value=f"{far:.2f} m away",
+        limit=f"{near:.2f} m",
+        remedy="if this one is the target, cover the other and take the station again",
     )
 
 

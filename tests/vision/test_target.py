@@ -92,10 +92,27 @@ def test_a_target_in_one_photo_only_is_rejected_and_the_photo_named(side: str) -
     assert sighting is None and f"in the {side} photo only" in rejection.reason
 
 
-def test_two_equal_discs_are_rejected_with_both_places() -> None:
-    sighting, (rejection,) = find_target(pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))]), TOLD)
+def test_of_two_discs_of_the_told_diameter_the_nearest_is_taken_and_the_other_named() -> None:
+    sighting, (other,) = find_target(pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))]), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.005)
+    assert "x 766, y 480 px" in other.what and "nearest" in other.reason and "x 509, y 506 px" in other.reason
+
+
+def test_two_discs_are_rejected_with_both_places_where_no_diameter_is_told() -> None:
+    pair = pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))])
+    sighting, (rejection,) = find_target(pair, TargetOptions())
     assert sighting is None and rejection.value == "2"
     assert "x 509, y 506 px" in rejection.reason and "x 766, y 480 px" in rejection.reason
+
+
+def test_a_bar_across_a_disc_leaves_it_measured_and_a_bar_printed_on_it_does_not() -> None:
+    """The bar reaches over the outline, a no-entry sign's bar doesn't."""
+    bar = rectangle((0.3, 0.2, 3.95), 0.06, 0.8, bgr=(90, 110, 120))
+    sighting, _ = find_target(pair_of([disc((0.3, 0.2, 4.0)), bar]), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.01)
+    print_on_it = rectangle((0.3, 0.2, 3.999), 0.2, 0.07, bgr=(220, 220, 220))
+    sighting, _ = find_target(pair_of([disc((0.3, 0.2, 4.0)), print_on_it]), TOLD)
+    assert sighting is None
 
 
 def test_the_told_diameter_decides_between_two_discs_and_the_other_is_named() -> None:
