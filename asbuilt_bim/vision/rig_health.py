@@ -18,7 +18,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.rig_effect import row_effect_px, worst_area_effect
 from asbuilt_bim.vision.rig_fit import PRIOR_RAD, RigFit, corrected_rig, fit_rig, rig_numbers
-from asbuilt_bim.vision.rig_matches import MATCHES_PER_MEASUREMENT, spread_matches
+from asbuilt_bim.vision.rig_matches import MATCHES_PER_MEASUREMENT, levelled_matches
 
 AREA_LIMIT = 0.02
 """Of an area at 5 m: what the rig alone may cost; the whole error is to stay within about 3 %."""
@@ -35,6 +35,8 @@ MOST_TURN_RAD = np.deg2rad(5.0)
 """A rig turned further is bent for anyone to see: such photos are no pair, and the check of the pair says why."""
 _DIFFERENT = 4.0  # in sigmas, of the best of several places to part a visit
 _STEP_RAD = 1e-6
+_ROUNDS = 3
+_LEVEL_PX = 0.1  # rows further apart than this are matched again, levelled: following is best at whole pixels
 
 State = Literal["sound", "doubtful", "knocked", "undetermined"]
 
@@ -70,15 +72,20 @@ class RigVerdict:
 
 def station_health(pair: RectifiedPair, coarse: PairMatches, rig: StereoRig) -> StationHealth | None:
     """Fit how the right camera stands now to a station's matches; None where they are too few to say anything."""
-    matches = spread_matches(pair, coarse)
-    if len(matches.left_px) < LEAST_MATCHES:
-        return None
-    fit = fit_rig(matches.left_px, matches.right_px, pair.camera, rig, MATCHES_PER_MEASUREMENT)
-    if fit is None or fit.matches < max(LEAST_MATCHES, 0.4 * len(matches.left_px)):
-        return None
-    if np.abs(fit.correction_rad[:3]).max() > MOST_TURN_RAD:
-        return None
-    return StationHealth(station=pair.name, fit=fit, camera=pair.camera)
+    fit = None
+    for _ in range(_ROUNDS):
+        before = np.zeros(5) if fit is None else fit.correction_rad
+        matches = levelled_matches(pair, coarse, before)
+        if len(matches.left_px) < LEAST_MATCHES:
+            return None
+        fit = fit_rig(matches.left_px, matches.right_px, pair.camera, rig, MATCHES_PER_MEASUREMENT)
+        if fit is None or fit.matches < max(LEAST_MATCHES, 0.4 * len(matches.left_px)):
+            return None
+        if np.abs(fit.correction_rad[:3]).max() > MOST_TURN_RAD:
+            return None
+        if row_effect_px(fit.correction_rad - before, pair.camera) < _LEVEL_PX:
+            break
+    return None if fit is None else StationHealth(station=pair.name, fit=fit, camera=pair.camera)
 
 
 def judge(healths: Sequence[StationHealth], rig: StereoRig, significant: float = SIGNIFICANT) -> RigVerdict:

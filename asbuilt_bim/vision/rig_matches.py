@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray
+from asbuilt_bim.geometry.transform import rotation_from_vector
 
 WINDOW_PX = 15
 SPACING_PX = 10.0
@@ -40,6 +43,35 @@ def spread_matches(pair: RectifiedPair, coarse: PairMatches) -> PairMatches:
     closed = np.linalg.norm(back - start, axis=1) < _THERE_AND_BACK_PX
     good = seen & seen_back & closed & _inside(there, pair.valid_right)
     return PairMatches(left_px=start[good].astype(np.float64), right_px=there[good].astype(np.float64))
+
+
+def levelled_matches(pair: RectifiedPair, coarse: PairMatches, correction_rad: FloatArray) -> PairMatches:
+    """Return `spread_matches` of a pair whose right photo is first turned back by a known correction (5,).
+
+    Following a window to a fraction of a pixel errs by some hundredths that depend on the fraction; where rows agree it
+    doesn't err across them. The matches are given in the pixels of the pair as it is.
+    """
+    turn = rotation_from_vector(correction_rad[:3])
+    if not np.any(correction_rad):
+        return spread_matches(pair, coarse)
+    camera = pair.camera
+    K = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
+    now_from_level = K @ turn @ np.linalg.inv(K)
+    level_from_now = np.asarray(np.linalg.inv(now_from_level), dtype=np.float64)
+    size, flags = (camera.width_px, camera.height_px), cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    right = np.asarray(cv2.warpPerspective(pair.right, now_from_level, size, flags=flags), dtype=np.uint8)
+    valid = cv2.warpPerspective(
+        pair.valid_right.astype(np.uint8), now_from_level, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    )
+    level = replace(pair, right=right, valid_right=np.asarray(valid) > 0)
+    found = spread_matches(level, replace(coarse, right_px=_carried(coarse.right_px, level_from_now)))
+    return replace(found, right_px=_carried(found.right_px, now_from_level))
+
+
+def _carried(pixels: FloatArray, homography: FloatArray) -> FloatArray:
+    rays = np.c_[pixels, np.ones(len(pixels))] @ homography.T
+    carried: FloatArray = rays[:, :2] / rays[:, 2:]
+    return carried
 
 
 def _grey(image: ByteImage) -> ByteImage:
