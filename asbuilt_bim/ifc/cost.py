@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
+from asbuilt_bim.ifc.marks import AS_BUILT
 from asbuilt_bim.ifc.units import Measure, Units, quantity_measure, unit_scale, unit_symbol
 
-AS_BUILT = "ASBUILT"
-"""ObjectType of the cost schedule that the writer makes: it is never read as a plan."""
 _MAX_DEPTH = 32
 
 

@@ -66,10 +66,10 @@ class Marker:
         """Return a property of one value."""
         return self.file.create_entity("IfcPropertySingleValue", Name=name, NominalValue=value)
 
-    def add_set(self, thing: Any, name: str, properties: Sequence[Any]) -> None:
-        """Give a thing a property set."""
+    def add_set(self, thing: Any, name: str, properties: Sequence[Any], description: str | None = None) -> None:
+        """Give a thing a property set; one that hasn't a name of ours bears it in its description."""
         key = f"{thing.GlobalId}/{name}"
-        new = self.rooted("IfcPropertySet", key, Name=name, HasProperties=properties)
+        new = self.rooted("IfcPropertySet", key, Name=name, Description=description, HasProperties=properties)
         self._tie(thing, new, key)
 
     def areas(self, thing: Any, areas_m2: Mapping[str, float | None]) -> None:

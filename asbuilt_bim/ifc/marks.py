@@ -14,6 +14,11 @@ PROGRESS_SET = "AsBuilt_Progress"
 QUANTITY_SET = "AsBuilt_Quantities"
 HISTORY_SET = "AsBuilt_History"
 METHOD = "asbuilt_bim: stereo photographs; union of the measured outlines on each design face, openings taken off"
+_SETS = (PROGRESS_SET, QUANTITY_SET, HISTORY_SET)
+PHOTO = "As-built photo"
+"""Name of the relation between a photo and the elements that it shows."""
+AS_BUILT = "ASBUILT"
+"""ObjectType of the controls that the writer makes: a cost schedule of that type is never read as a plan."""
 PROGRAM = "asbuilt_bim"
 _OURS = b"asbuil\x80"  # six letters, then a UUID's version 8: made as its maker likes
 _BEGINNING = ifcopenshell.guid.compress((_OURS + bytes(9)).hex())[:10]  # the characters that hold those seven bytes
@@ -81,8 +86,28 @@ def our_guid(key: str) -> str:
 
 
 def ours(file: Any) -> list[Any]:
-    """Return every rooted entity of an open file that this program made."""
-    return [one for one in file.by_type("IfcRoot") if (one[0] or "").startswith(_BEGINNING)]
+    """Return every rooted entity of an open file that this program made: by its GlobalId, or its name.
+
+    Programs that export what they have imported may give sets and controls GlobalIds of their own; the names stay.
+    """
+    found = [one for one in file.by_type("IfcRoot") if (one[0] or "").startswith(_BEGINNING)]
+    known = {one.id() for one in found}
+    sets = [one for one in file.by_type("IfcPropertySetDefinition") if one.id() not in known]
+    named = [one for one in sets if one.Name in _SETS or one.Description == PROGRAM]
+    named += [one for one in file.by_type("IfcControl") if one.ObjectType == AS_BUILT and one.id() not in known]
+    for one in named:
+        found += [one, *(user for user in file.get_inverse(one) if user.id() not in known and _serves(user, one))]
+    photos = [one for one in file.by_type("IfcRelAssociatesDocument") if one.Name == PHOTO]
+    return [*found, *(one for one in photos if one.id() not in known)]
+
+
+def _serves(relation: Any, one: Any) -> bool:
+    """Say whether a relation is there for this entity alone."""
+    if relation.is_a("IfcRelDefinesByProperties"):
+        return bool(relation.RelatingPropertyDefinition == one)
+    if relation.is_a("IfcRelAssignsToControl"):
+        return bool(relation.RelatingControl == one)
+    return bool(relation.is_a("IfcRelDeclares")) and len(relation.RelatedDefinitions) == 1
 
 
 def measure_class(kind: PropertyKind, schema: str) -> str:

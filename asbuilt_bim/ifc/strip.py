@@ -26,7 +26,7 @@ _PARTS = (
 def strip(file: Any) -> int:
     """Remove everything of ours from an open file, restore its task times and colours; return how many sets there were.
 
-    Ours is what bears one of our GlobalIds, and what only that refers to. What else the file holds is untouched.
+    Ours is what bears one of our GlobalIds or names, and what only that refers to. All else is untouched.
     """
     put_colours_back(file)
     roots = ours(file)

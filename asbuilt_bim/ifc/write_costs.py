@@ -6,8 +6,8 @@ import math
 from datetime import date
 from typing import Any
 
-from asbuilt_bim.ifc.cost import AS_BUILT
 from asbuilt_bim.ifc.marker import Marker
+from asbuilt_bim.ifc.marks import AS_BUILT
 from asbuilt_bim.progress.report import CostProgress
 
 _QUANTITIES = {

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Any
 
-from asbuilt_bim.ifc.cost import AS_BUILT
 from asbuilt_bim.ifc.marker import Marker
-from asbuilt_bim.ifc.marks import HISTORY, HISTORY_SET, PropertyKind
+from asbuilt_bim.ifc.marks import AS_BUILT, HISTORY, HISTORY_SET, PropertyKind
 from asbuilt_bim.progress.report import Completion, ProgressReport
 
 RESULT = "result.json"

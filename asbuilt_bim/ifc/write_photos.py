@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from asbuilt_bim.ifc.marker import Marker
+from asbuilt_bim.ifc.marks import PHOTO
 from asbuilt_bim.progress.report import ProgressReport, StationRecord
 
 _PLAIN = frozenset(b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/")
@@ -41,7 +42,7 @@ def _refer(marker: Marker, station: StationRecord, things: list[object]) -> None
     marker.rooted(
         "IfcRelAssociatesDocument",
         f"photo/{day}/{station.name}",
-        Name="As-built photo",
+        Name=PHOTO,
         RelatedObjects=things,
         RelatingDocument=reference,
     )

@@ -6,7 +6,7 @@ from datetime import date
 from typing import Any
 
 from asbuilt_bim.ifc.marker import Marker
-from asbuilt_bim.ifc.marks import Value
+from asbuilt_bim.ifc.marks import PROGRAM, Value
 from asbuilt_bim.ifc.write_tasks import write_task
 from asbuilt_bim.progress.report import Completion, ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.version import __version__
@@ -78,7 +78,7 @@ def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, comp
     }
     if complete_on is not None and OCCURRENCE_SET not in taken:
         installed = marker.single("InstallationDate", marker.measure("date", complete_on))
-        marker.add_set(element, OCCURRENCE_SET, [installed])
+        marker.add_set(element, OCCURRENCE_SET, [installed], PROGRAM)
     sigma = progress.offset_sigma_m
     if sigma is not None and sigma > 0.0 and UNCERTAINTY_SET not in taken:
         make = marker.file.create_entity
@@ -95,6 +95,7 @@ def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, comp
                 marker.single("UncertaintyDescription", make("IfcText", says)),
                 marker.single("OrthogonalUncertainty", size),
             ],
+            PROGRAM,
         )
 
 

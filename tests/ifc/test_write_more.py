@@ -200,6 +200,22 @@ def test_a_second_run_gives_the_same_file_line_by_line_and_strip_the_source(
     assert _complaints(target) <= _complaints(source)
 
 
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_ours_is_known_by_name_where_another_program_gave_it_other_global_ids(schema: str, tmp_path: Path) -> None:
+    source, target = _written(schema, tmp_path)
+    file, original = ifcopenshell.open(str(target)), ifcopenshell.open(str(source))
+    theirs = {one.GlobalId for one in original.by_type("IfcRoot")}
+    for one in file.by_type("IfcRoot"):
+        if one.GlobalId not in theirs:
+            one.GlobalId = ifcopenshell.guid.new()
+    file.write(str(tmp_path / "exported.ifc"))
+    first, last = _reports(source)
+    write_asbuilt(tmp_path / "exported.ifc", last, tmp_path / "again.ifc", earlier=[first])
+    assert _lines(tmp_path / "again.ifc") == _lines(target)
+    strip_asbuilt(tmp_path / "exported.ifc", tmp_path / "bare.ifc")
+    assert _lines(tmp_path / "bare.ifc") == _lines(source)
+
+
 def test_a_new_visit_replaces_the_state_of_the_one_before(tmp_path: Path) -> None:
     source = _model("IFC4", tmp_path)
     first, last = _reports(source)
