@@ -48,7 +48,7 @@ def read_elements(file: Any, scope: str | None, units: Units, where: str) -> Rea
     Raises:
         DesignError: the scope can't be read, or two elements share a GlobalId.
     """
-    candidates = _walls_and_columns(file)
+    candidates = walls_and_columns(file)
     chosen = _in_scope(file, candidates, scope, where)
     _check_ids(chosen, where)
     if not chosen:
@@ -105,7 +105,7 @@ def _by_type(file: Any, name: str) -> list[Any]:
         return []
 
 
-def _walls_and_columns(file: Any) -> list[Any]:
+def walls_and_columns(file: Any) -> list[Any]:
     """Return the walls and columns that are no parts of another wall or column."""
     both = [*file.by_type("IfcWall"), *file.by_type("IfcColumn")]
     inner = {part.id() for product in both for part in parts_of(product)}

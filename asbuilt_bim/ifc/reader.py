@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.cost import read_cost_lines
 from asbuilt_bim.ifc.elements import read_elements
+from asbuilt_bim.ifc.facts import FileFacts, read_facts
 from asbuilt_bim.ifc.schedule import read_tasks
 from asbuilt_bim.ifc.source import file_digest, open_ifc
 from asbuilt_bim.ifc.structure import read_storeys
@@ -30,8 +34,39 @@ def read_design(path: Path, scope: str | None = None) -> BimModel:
             body, or two of them share a GlobalId.
     """
     file = open_ifc(path)
-    try:
+    with _damage_named(path):
         return _read(file, path, scope)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inspection:
+    """What a file holds, and the design that is made of it: None where it can't be used, and why not."""
+
+    facts: FileFacts
+    design: BimModel | None
+    refusal: str
+
+
+def inspect_file(path: Path, scope: str | None = None) -> Inspection:
+    """Read what a file holds even where it is no design.
+
+    Raises:
+        DesignError: it can't be opened, or is damaged.
+    """
+    file = open_ifc(path)
+    with _damage_named(path):
+        facts = read_facts(file)
+        try:
+            return Inspection(facts=facts, design=_read(file, path, scope), refusal="")
+        except DesignError as error:
+            return Inspection(facts=facts, design=None, refusal=str(error))
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Turn what a damaged file makes ifcopenshell raise into a refusal that names the file."""
+    try:
+        yield
     except _DAMAGE as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise DesignError(f"{path}: the file is damaged ({reason}); export it again") from error

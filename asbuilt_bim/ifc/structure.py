@@ -47,11 +47,11 @@ def storey_of(product: Any) -> str:
             return ""
         if current.is_a("IfcBuildingStorey"):
             return str(current.GlobalId)
-        current = _above(current)
+        current = holder_of(current)
     return ""
 
 
-def _above(item: Any) -> Any:
+def holder_of(item: Any) -> Any:
     """Return what holds an item: its spatial container, its whole, or the element that its opening is in."""
     for inverse, attribute in (
         ("ContainedInStructure", "RelatingStructure"),
@@ -79,13 +79,18 @@ def parts_of(product: Any, depth: int = 0) -> Iterator[Any]:
 
 def is_concrete(product: Any) -> bool | None:
     """Say by its materials' names whether a product is cast concrete; None where it names no material."""
-    names = [material.Name for material in _materials(product)]
-    for part in parts_of(product) if not any(names) else ():
-        names += [material.Name for material in _materials(part)]
-    named = [name for name in names if name and name.strip() and not name.strip().startswith("<")]
+    named = [name for name in material_names(product) if not name.startswith("<")]
     if not named:
         return None
     return any(_CONCRETE.search(name) and not _BLOCKS.search(name) for name in named)
+
+
+def material_names(product: Any) -> list[str]:
+    """Return the names of a product's materials, own, by layers or by type; where it has none those of its parts."""
+    names = [material.Name for material in _materials(product)]
+    for part in parts_of(product) if not any(names) else ():
+        names += [material.Name for material in _materials(part)]
+    return [name.strip() for name in names if name and name.strip()]
 
 
 def _materials(product: Any) -> list[Any]:

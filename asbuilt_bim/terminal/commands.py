@@ -10,8 +10,8 @@ from pathlib import Path
 from rich.text import Text
 
 from asbuilt_bim.api import until_visit
-from asbuilt_bim.errors import OutputError
-from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.errors import DesignError, OutputError
+from asbuilt_bim.ifc.reader import inspect_file
 from asbuilt_bim.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project import Visit, read_project
@@ -25,7 +25,7 @@ from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
 from asbuilt_bim.stopwatch import Stopwatch
-from asbuilt_bim.terminal.inspect_table import design_tables
+from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary, time_line
 
@@ -130,8 +130,11 @@ def inspect_command(path: Path, screen: Screen) -> int:
     Raises:
         DesignError: it can't be used.
     """
-    for table in design_tables(read_design(path)):
+    found = inspect_file(path)
+    for table in (*fact_tables(path.name, found.facts), *(design_tables(found.design) if found.design else ())):
         screen.say(table)
+    if found.design is None:
+        raise DesignError(found.refusal)
     return 0
 
 
