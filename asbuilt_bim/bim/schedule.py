@@ -85,13 +85,14 @@ class WorkCalendar:
         days = moment.toordinal()  # day 1 is a Monday
         minute = moment.hour * 60 + moment.minute
         weeks, rest = divmod(days - 1, 7)
-        worked = weeks * sum(day.minutes for day in self.week) + sum(day.minutes for day in self.week[:rest])
+        per_day = [day.minutes for day in self.week]
+        worked = weeks * sum(per_day) + sum(per_day[:rest])
         today = self.week[rest]
         for other in self.exceptions:
             if other.day is None:
                 continue
             if other.day.toordinal() < days:
-                worked += other.minutes - self.week[other.day.weekday()].minutes
+                worked += other.minutes - per_day[other.day.weekday()]
             elif other.day.toordinal() == days:
                 today = other
         return worked + today.minutes_before(minute)
