@@ -15,6 +15,7 @@ from asbuilt_bim.version import __version__
 
 FAILED = 1
 _FILE = click.Path(path_type=Path)
+_BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -75,18 +76,40 @@ def report(context: click.Context, folder: Path, ifc: Path | None, colour: bool)
 
 
 @app.command()
-@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.argument("project", type=_FILE, metavar="[PROJECT.yaml]", required=False)
 @click.option("--out", type=_FILE, required=True, metavar="RIG.yaml", help="The rig file to write.")
+@click.option("--report", type=_FILE, metavar="PAGE.html", help="A page that says whether to trust the calibration.")
+@click.option("--left", default="", metavar="PATTERN", help='Without a project: left board photos, "cal/left_*.jpg".')
+@click.option("--right", default="", metavar="PATTERN", help="And the right ones.")
+@click.option("--board", default="", metavar="BOARD", help=_BOARD)
+@click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
+@click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
+@click.option("--check-length", type=click.FloatRange(min=0.01), metavar="METRES", help="A known length, in metres.")
+@click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in a pair of photos.")
+@click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
+@click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
+@click.option("--check-right", type=_FILE, metavar="PHOTO", help="And in the right one.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
-def calibrate(context: click.Context, project: Path, out: Path, allow_outside: bool) -> None:
-    """Calibrate the rig from the board photos of PROJECT.yaml."""
+def calibrate(context: click.Context, /, **options: Any) -> None:
+    """Calibrate the rig from photos of a board: those of PROJECT.yaml, or --left, --right and --board.
+
+    A known length (--check-length with --check-points, or a second board) refuses a rig whose scale is off.
+    """
+    patterns = [bool(options[key]) for key in ("left", "right", "board")]
+    if (options["project"] is None) != all(patterns) or (options["project"] is not None and any(patterns)):
+        raise click.UsageError("give either PROJECT.yaml, or --left, --right and --board")
+    if (options["check_length"] is None) != (not options["check_points"]):
+        raise click.UsageError("--check-length and --check-points go together")
+    second = [bool(options[key]) for key in ("check_board", "check_left", "check_right")]
+    if any(second) and not all(second):
+        raise click.UsageError("--check-board, --check-left and --check-right go together")
     screen = Screen()
 
     def action() -> int:
-        from asbuilt_bim.terminal.commands import calibrate_command
+        from asbuilt_bim.terminal.calibrate_command import CalibrateRequest, calibrate_command
 
-        return calibrate_command(project, out, allow_outside, screen)
+        return calibrate_command(CalibrateRequest(**options), screen)
 
     _guarded(context, screen, action)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.calibrate import Calibration, calibrate_stereo
+from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_reader import read_rig
@@ -47,14 +49,25 @@ def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration
         marker_m=boards.marker_m or 0.0,
         dictionary=boards.dictionary or "",
     )
-    pairs = _photos(project)
+    return calibrate_pairs(_photos(project), board, boards.distortion, cache, progress)
+
+
+def calibrate_pairs(
+    pairs: Sequence[tuple[Photo, Photo]], board: Board, lens: LensModel, cache: Cache, progress: Progress
+) -> Calibration:
+    """Calibrate from pairs of board photos, once: the same photos and board come from the cache.
+
+    Raises:
+        CalibrationError: the boards give no rig.
+    """
     libraries = [f"{name} {version}" for name, version in sorted(library_versions().items())]
     digests = [photo.digest for pair in pairs for photo in pair]
-    key = digest_of(["calibration", repr(board), boards.distortion, measuring_code_digest(), *libraries, *digests])
+    names = [photo.name for pair in pairs for photo in pair]
+    key = digest_of(["calibration", repr(board), lens, measuring_code_digest(), *libraries, *digests, *names])
     found = cache.get(key, Calibration)
     if found is not None:
         return found
-    made = calibrate_stereo(pairs, board, lambda done, total: progress("calibrate", done, total), boards.distortion)
+    made = calibrate_stereo(pairs, board, lambda done, total: progress("calibrate", done, total), lens)
     cache.put(key, made, Calibration)
     return made
 

@@ -53,7 +53,7 @@ class Board:
             raise CalibrationError(
                 f"board.marker_m: {self.marker_m:g} m must lie between 0 and square_m, {self.square_m:g} m"
             )
-        if self.kind == "charuco" and not hasattr(cv2.aruco, self.dictionary):
+        if self.kind == "charuco" and not (self.dictionary.startswith("DICT_") and hasattr(cv2.aruco, self.dictionary)):
             raise CalibrationError(
                 f"board.dictionary: {self.dictionary!r} is no ArUco dictionary, such as DICT_5X5_100"
             )
@@ -72,6 +72,31 @@ class Board:
         grid[..., 0] = np.arange(across) * self.square_m
         grid[..., 1] = np.arange(down)[:, None] * self.square_m
         return frozen(grid.reshape(-1, 3))
+
+
+def board_of(text: str) -> Board:
+    """Read a board from one line: chessboard,9x6,0.025 or charuco,9x7,0.08,0.06,DICT_5X5_100.
+
+    Raises: CalibrationError for anything else.
+    """
+    kind, _, rest = text.partition(",")
+    size, *lengths = rest.split(",")
+    try:
+        columns, rows = (int(number) for number in size.lower().split("x"))
+        if kind == "chessboard" and len(lengths) == 1:
+            return Board(kind="chessboard", columns=columns, rows=rows, square_m=float(lengths[0]))
+        if kind == "charuco" and len(lengths) == 3:
+            square_m, marker_m = float(lengths[0]), float(lengths[1])
+            name = lengths[2].strip()
+            return Board(
+                kind="charuco", columns=columns, rows=rows, square_m=square_m, marker_m=marker_m, dictionary=name
+            )
+    except ValueError:
+        pass
+    raise CalibrationError(
+        f"board {text[:80]!r}: expected chessboard,COLUMNSxROWS,SQUARE_M (inner corners) or "
+        "charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY (squares), lengths in metres"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

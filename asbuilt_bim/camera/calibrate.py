@@ -10,8 +10,9 @@ import numpy as np
 from asbuilt_bim.camera.adjust import Adjustment, adjust, rms_px
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.board_views import Progress, read_views, require_enough
-from asbuilt_bim.camera.calibration_checks import Checks, check_calibration, refuse_impossible
+from asbuilt_bim.camera.calibration_checks import Checks, check_calibration, corner_fits, refuse_impossible
 from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.lens_check import CornerFit
 from asbuilt_bim.camera.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.photo import Photo, PhotoExif
 from asbuilt_bim.camera.rig import StereoRig
@@ -51,6 +52,8 @@ class Calibration:
     views: tuple[ViewFit, ...]
     left_out: tuple[Rejection, ...]
     checks: Checks
+    corners_left: CornerFit
+    corners_right: CornerFit
 
 
 def calibrate_stereo(
@@ -86,11 +89,14 @@ def calibrate_stereo(
     rig = _rig(adjusted, size, right_from_left, len(views), exif_left, exif_right)
     if problems := rig_problems(rig):
         raise CalibrationError("calibration: the boards give no usable rig:\n  " + "\n  ".join(problems))
+    fits = corner_fits(views, adjusted)
     return Calibration(
         rig=rig,
         views=tuple(_fit(view, pose, residual) for view, pose, residual in _each(views, adjusted)),
         left_out=tuple(left_out),
         checks=check_calibration(views, adjusted, size),
+        corners_left=fits[0],
+        corners_right=fits[1],
     )
 
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.adjust import Adjustment, adjust, rms_px
+from asbuilt_bim.camera.lens_check import BetterLens, CornerFit, better_lens
 from asbuilt_bim.camera.parameters import BoardView, camera_of, right_from_left_of
+from asbuilt_bim.camera.triangulate import triangulate
 from asbuilt_bim.errors import CalibrationError
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import apply, rigid
 
 BASELINE_M = (0.02, 3.0)
@@ -28,7 +30,8 @@ class Checks:
 
     Coverage: share of an 8 x 6 grid of the frame where corners were seen. Hold-out: corners of views that a third of
     the pairs at a time were kept from (the rig from the others, the board's pose from the LEFT photo, the misfit in
-    the right one). Length: median relative error of the boards' diagonals, triangulated in those same views.
+    the right one). Length: median relative error of the boards' diagonals, triangulated in those same views. Lens
+    left: what another model of lens explains of the residuals, 0 where none does.
     """
 
     coverage_left: float
@@ -37,6 +40,7 @@ class Checks:
     length_error: float
     focal_sigma_px: float
     baseline_sigma_m: float
+    lens_left_px: float
     warnings: tuple[str, ...]
 
 
@@ -65,8 +69,27 @@ def refuse_impossible(right_from_left: FloatArray, square_m: float) -> None:
         )
 
 
+def corner_fits(views: list[BoardView], adjusted: Adjustment) -> tuple[CornerFit, CornerFit]:
+    """Gather all corners of the left and of the right camera with their residuals."""
+    sides: tuple[list[FloatArray], list[FloatArray]] = ([], [])
+    for view, residual in zip(views, adjusted.residuals, strict=True):
+        split = 2 * len(view.left_px)
+        sides[0].append(residual[:split].reshape(-1, 2))
+        sides[1].append(residual[split:].reshape(-1, 2))
+    pixels = [view.left_px for view in views], [view.right_px for view in views]
+    left, right = (
+        CornerFit(
+            pixels=frozen(np.concatenate(at)),
+            residual_px=frozen(np.concatenate(off)),
+            view=freeze(np.repeat(np.arange(len(off), dtype=np.int32), [len(one) for one in off])),
+        )
+        for at, off in zip(pixels, sides, strict=True)
+    )
+    return left, right
+
+
 def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> Checks:
-    """Measure coverage, hold-out error, a known length and the sigma of focal length and baseline."""
+    """Measure coverage, hold-out error, a known length, sigma of focal length and baseline, what the lens left."""
     left = _coverage(np.concatenate([view.left_px for view in views]), size)
     right = _coverage(np.concatenate([view.right_px for view in views]), size)
     hold_out, length = _hold_out(views, adjusted, size)
@@ -76,6 +99,7 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
     baseline_sigma = float(np.sqrt(max(float(along @ covariance[11:, 11:] @ along), 0.0)))
     focal_sigma = float(np.sqrt(np.max(np.diag(covariance)[[0, 4]])))
     relative = np.hypot(focal_sigma / adjusted.shared[0], baseline_sigma / np.linalg.norm(shift))
+    lens = better_lens(views, adjusted)
     warnings = [
         text
         for is_so, text in (
@@ -86,6 +110,7 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
             ),
             (length > _LARGE_LENGTH_ERROR, f"the boards' diagonals come out {100 * length:.2f} % wrong"),
             (relative > _LARGE_SCALE_SIGMA, f"focal length and baseline are known to {100 * relative:.2f} % only"),
+            (lens is not None, _lens_warning(lens)),
         )
         if is_so
     ]
@@ -96,7 +121,17 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
         length_error=length,
         focal_sigma_px=focal_sigma,
         baseline_sigma_m=baseline_sigma,
+        lens_left_px=lens.left_px if lens is not None else 0.0,
         warnings=tuple(warnings),
+    )
+
+
+def _lens_warning(lens: BetterLens | None) -> str:
+    if lens is None:
+        return ""
+    return (
+        f"the lens model leaves {lens.left_px:.2f} px that another explains: calibrate with the model {lens.model} "
+        f"(rig.boards.distortion: {lens.model}, or --lens {lens.model})"
     )
 
 
@@ -138,16 +173,9 @@ def _length_error(shared: FloatArray, view: BoardView, size: tuple[int, int]) ->
         return None
     points = view.left_points_m[in_left]
     distances = np.linalg.norm(points[:, None] - points[None], axis=-1)
-    ends = list(np.unravel_index(int(np.argmax(distances)), distances.shape))
-    right_from_left = right_from_left_of(shared)
-    from_left = camera_of(shared, 0, size).rays(view.left_px[in_left[ends]])
-    from_right = camera_of(shared, 1, size).rays(view.right_px[in_right[ends]]) @ right_from_left[:3, :3]
-    centre = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
-    if not (np.all(np.isfinite(from_left)) and np.all(np.isfinite(from_right))):
-        return None
-    met = []
-    for one, other in zip(from_left, from_right, strict=True):
-        along = np.linalg.lstsq(np.stack([one, -other], axis=-1), centre, rcond=None)[0]
-        met.append(0.5 * (along[0] * one + centre + along[1] * other))
+    ends = np.array(np.unravel_index(int(np.argmax(distances)), distances.shape))
+    left, right = camera_of(shared, 0, size), camera_of(shared, 1, size)
+    at = view.left_px[in_left[ends]], view.right_px[in_right[ends]]
+    met = triangulate(left, right, right_from_left_of(shared), *at)
     error = abs(float(np.linalg.norm(met[0] - met[1]) / distances[ends[0], ends[1]]) - 1.0)
-    return error
+    return error if np.isfinite(error) else None

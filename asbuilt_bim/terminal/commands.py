@@ -19,8 +19,7 @@ from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.writers import load_writers
-from asbuilt_bim.rig_source import calibrate
-from asbuilt_bim.run_folder import Published, open_output, output_error
+from asbuilt_bim.run_folder import Published, open_output
 from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
@@ -98,29 +97,6 @@ def report_command(folder: Path, ifc: Path | None, screen: Screen, when: datetim
         published = publish_again(out, ifc, when, colour=colour)
     _show(read_result(published.folder / "result.json"), None, screen)
     _say_where(folder, published, screen)
-    return 0
-
-
-def calibrate_command(path: Path, target: Path, allow_outside: bool, screen: Screen) -> int:
-    """Calibrate from a project's board photos and write the rig file.
-
-    Raises:
-        AsBuiltError: the boards give no rig, or the file can't be written.
-    """
-    from asbuilt_bim.camera.rig_file import write_rig
-
-    project = read_project(path, allow_outside=allow_outside)
-    if target.resolve() in {source.resolve() for source in project.sources}:
-        raise OutputError(f"{target}: is a file of the project's; write the rig to another place")
-    with screen.steps() as progress:
-        made = calibrate(project, Cache(folder=default_folder()), progress)
-    try:
-        write_rig(made.rig, target)
-    except OSError as problem:
-        raise output_error(target, problem) from problem
-    for line in calibration_lines(made):
-        screen.say(line)
-    screen.say(f"The rig is in {target}; name it in the project file: rig: {{file: {target.name}}}")
     return 0
 
 

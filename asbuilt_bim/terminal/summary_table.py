@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from rich.table import Table
 from rich.text import Text
 
+from asbuilt_bim.camera.area_effect import area_effect
 from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.report.tables import station_of
@@ -79,6 +80,13 @@ def calibration_lines(calibration: Calibration) -> list[str]:
         f"Rig: baseline {rig.baseline_m * 1000:.2f} mm, focal length {rig.left.K[0, 0]:.1f} px (left) and "
         f"{rig.right.K[0, 0]:.1f} px (right), {rig.views_used} board pairs, {rig.rms_px:.2f} px rms"
     ]
+    checks, effect = calibration.checks, area_effect(rig)
+    if effect is not None:
+        lines.append(
+            f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px; the calibration "
+            f"alone leaves an area at 5 m open by {100 * effect.sigma:.2f} % (one sigma)"
+        )
+    lines += [f"  take care: {warning}" for warning in checks.warnings]
     return lines + [f"  left out: {rejection}" for rejection in calibration.left_out]
 
 

@@ -1,0 +1,46 @@
+"""Points in space from where both ORIGINAL photos show them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import apply
+
+
+def triangulate(
+    left: Intrinsics, right: Intrinsics, right_from_left: FloatArray, left_px: ArrayLike, right_px: ArrayLike
+) -> FloatArray:
+    """Return the points (N, 3) in the left frame half-way between the rays of pixels (N, 2), (N, 2).
+
+    NaN where a lens shows nothing there, or the rays run side by side.
+    """
+    from_left = left.rays(left_px)
+    from_right = right.rays(right_px) @ right_from_left[:3, :3]
+    centre = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
+    # Shortest distance of two lines: normal equations of a from_left - b from_right = centre.
+    aa, bb = np.sum(from_left * from_left, axis=1), np.sum(from_right * from_right, axis=1)
+    ab = np.sum(from_left * from_right, axis=1)
+    ac, bc = from_left @ centre, from_right @ centre
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = aa * bb - ab * ab
+        determinant = np.where(determinant > 1e-12, determinant, np.nan)
+        along_left = (bb * ac - ab * bc) / determinant
+        along_right = (ab * ac - aa * bc) / determinant
+    points: FloatArray = 0.5 * (from_left * along_left[:, None] + centre + from_right * along_right[:, None])
+    return points
+
+
+def meeting_gap_px(
+    left: Intrinsics, right: Intrinsics, right_from_left: FloatArray, points_m: FloatArray, left_px: ArrayLike,
+    right_px: ArrayLike,
+) -> FloatArray:  # fmt: skip
+    """Return how far (N,) the points lie from where they were seen, in pixels: the worse of both photos."""
+    gaps = [
+        np.linalg.norm(left.project(points_m) - np.asarray(left_px), axis=1),
+        np.linalg.norm(right.project(apply(right_from_left, points_m)) - np.asarray(right_px), axis=1),
+    ]
+    worse: FloatArray = np.maximum(gaps[0], gaps[1])
+    return worse

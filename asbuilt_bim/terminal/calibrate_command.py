@@ -1,0 +1,120 @@
+"""`asbuilt-bim calibrate`: boards in, a rig file and a page out, nothing where a known length comes out wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from asbuilt_bim.camera.board import board_of
+from asbuilt_bim.camera.calibrate import Calibration
+from asbuilt_bim.camera.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
+from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.photo import read_photo
+from asbuilt_bim.camera.rig_reader import RigFormat, write_rig_as
+from asbuilt_bim.errors import CalibrationError, OutputError
+from asbuilt_bim.project import read_project
+from asbuilt_bim.project_paths import PathChecker
+from asbuilt_bim.report.calibration_page import write_calibration_page
+from asbuilt_bim.rig_source import calibrate, calibrate_pairs
+from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.stations import Progress
+from asbuilt_bim.structure import Problems
+from asbuilt_bim.terminal.screen import Screen
+from asbuilt_bim.terminal.summary_table import calibration_lines
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrateRequest:
+    """The command line of `calibrate`, as it was given: a project, or patterns of photos with their board."""
+
+    out: Path
+    project: Path | None = None
+    report: Path | None = None
+    form: RigFormat = "rig"
+    left: str = ""
+    right: str = ""
+    board: str = ""
+    lens: LensModel = "five"
+    check_length: float | None = None
+    check_points: str = ""
+    check_board: str = ""
+    check_left: Path | None = None
+    check_right: Path | None = None
+    allow_outside: bool = False
+
+
+def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
+    """Calibrate, hold the rig against the known lengths, and write it with its page.
+
+    Raises:
+        AsBuiltError: the boards give no rig, its scale is off (nothing is written then), or a file can't be written.
+    """
+    with screen.steps() as progress:
+        made, sources = _calibrated(request, progress)
+    checks = _checks(request, made)
+    for check in checks:
+        refuse_wrong_scale(check)
+    outputs = [path for path in (request.out, request.report) if path is not None]
+    if taken := {path.resolve() for path in outputs} & {source.resolve() for source in sources}:
+        raise OutputError(f"{min(taken)}: is read for this calibration; write to another place")
+    written = write_rig_as(made.rig, request.out, request.form)
+    if request.report is not None:
+        write_calibration_page(made, request.report, checks)
+    for line in calibration_lines(made):
+        screen.say(line)
+    for check in checks:
+        screen.say(
+            f"Known length: {check.what}: {check.measured_m:.4f} m, {100 * check.off:+.2f} % off {check.known_m:.4f} m"
+        )
+    names = " and ".join(str(file) for file in written)
+    key = ", file_right: ".join(file.name for file in written)
+    screen.say(f"The rig is in {names}; name it in the project file: rig: {{file: {key}}}")
+    if request.report is not None:
+        screen.say(f"What to make of it: {request.report}")
+    return 0
+
+
+def _calibrated(request: CalibrateRequest, progress: Progress) -> tuple[Calibration, list[Path]]:
+    """Calibrate from what was given; returns the files that were read, too."""
+    cache = Cache(folder=default_folder())
+    if request.project is not None:
+        project = read_project(request.project, allow_outside=request.allow_outside)
+        return calibrate(project, cache, progress), list(project.sources)
+    problems = Problems()
+    pairs = PathChecker(folder=Path.cwd(), allow_outside=True, problems=problems).pairs(
+        request.left, request.right, "board photos"
+    )
+    if problems.found:
+        raise CalibrationError("\n".join(f"{problem.path}: {problem.text}" for problem in problems.found))
+    board = board_of(request.board)
+    photos = [
+        (replace(read_photo(left), name=left.name), replace(read_photo(right), name=right.name))
+        for left, right in pairs
+    ]  # fmt: skip
+    return calibrate_pairs(photos, board, request.lens, cache, progress), [path for pair in pairs for path in pair]
+
+
+def _checks(request: CalibrateRequest, made: Calibration) -> tuple[LengthCheck, ...]:
+    checks = []
+    if request.check_points and request.check_length is not None:
+        checks.append(check_points(made.rig, _marks(request.check_points), request.check_length))
+    if request.check_board and request.check_left is not None and request.check_right is not None:
+        pair = read_photo(request.check_left), read_photo(request.check_right)
+        checks.append(check_board(made.rig, pair, board_of(request.check_board)))
+    return tuple(checks)
+
+
+def _marks(text: str) -> np.ndarray:
+    """Read "xl,yl xr,yr xl,yl xr,yr" as (4, 2) pixels: left and right of one end, then of the other."""
+    try:
+        marks = np.array([[float(number) for number in word.split(",")] for word in text.split()])
+    except ValueError:
+        marks = np.zeros(0)
+    if marks.shape != (4, 2) or not np.all(np.isfinite(marks)):
+        raise CalibrationError(
+            f'--check-points "{text[:80]}": expected "xl,yl xr,yr xl,yl xr,yr", pixels of the first end in the left '
+            "and the right photo, then of the second"
+        )
+    return marks

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.camera.area_effect import AreaEffect
+from asbuilt_bim.camera.calibrate import Calibration, calibrate_stereo
+from asbuilt_bim.camera.check_length import LengthCheck
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.report.calibration_page import calibration_html, verdict, write_calibration_page
+from tests.camera.board_pictures import CHESS, pairs
+
+CHECK = LengthCheck(what="the <tape>", known_m=1.2, measured_m=1.2024, sigma_m=0.0012)
+
+
+@pytest.fixture(scope="module")
+def made() -> Calibration:
+    return calibrate_stereo(pairs(CHESS, 8), CHESS)
+
+
+def effect(sigma: float) -> AreaEffect:
+    return AreaEffect(sigma=sigma, parts=(("baseline", sigma),))
+
+
+def test_the_page_holds_every_view_every_figure_and_asks_for_nothing(made: Calibration) -> None:
+    html = calibration_html(made, (CHECK,))
+    for view in made.views:
+        assert view.name in html and f"{view.rms_left_px:.3f} px" in html
+    for figure in (
+        f"{made.rig.baseline_m * 1000:.2f} mm",
+        f"{made.checks.hold_out_rms_px:.3f} px",
+        "+0.20 %",
+        "1.2024",
+    ):
+        assert figure in html
+    assert not re.search(r"(src|href)\s*=|url\(|<script", html)
+    assert html.count("<svg") == 2 and html.count("<line") > 500
+
+
+def test_names_are_escaped_and_tags_close(made: Calibration) -> None:
+    hostile = '<img src=x onerror="x">&'
+    named = replace(made, views=(replace(made.views[0], name=hostile), *made.views[1:]))
+    html = calibration_html(named, (CHECK,))
+    assert "<img" not in html and "&lt;img" in html and "the &lt;tape&gt;" in html
+    open_tags: list[str] = []
+
+    class Reader(HTMLParser):
+        def handle_starttag(self, tag: str, attrs: object) -> None:
+            if tag not in ("meta", "line", "rect"):
+                open_tags.append(tag)
+
+        def handle_endtag(self, tag: str) -> None:
+            assert open_tags.pop() == tag
+
+        def handle_startendtag(self, tag: str, attrs: object) -> None:
+            pass
+
+    Reader().feed(html)
+    assert not open_tags
+
+
+def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Calibration) -> None:
+    clean = replace(made, checks=replace(made.checks, warnings=()))
+    careful = replace(made, checks=replace(made.checks, warnings=("the boards cover 40 % of the frame only",)))
+    assert verdict(clean, effect(0.002), (CHECK,)).grade == "good"
+    assert verdict(careful, effect(0.002), (CHECK,)).grade == "usable"
+    assert verdict(clean, effect(0.02), (CHECK,)).grade == "usable"
+    bad = verdict(clean, effect(0.05), (CHECK,))
+    assert bad.grade == "doubtful" and "5.0 %" in bad.sentence
+    assert verdict(clean, None, (CHECK,)).grade == "doubtful"
+    unchecked = verdict(clean, effect(0.002), ())
+    assert "known length" in unchecked.reasons[0] and "length came out right" not in unchecked.sentence
+
+
+def test_a_page_that_cannot_be_written_is_named(made: Calibration, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"page\.html: can't be written"):
+        write_calibration_page(made, tmp_path / "nowhere" / "page.html")

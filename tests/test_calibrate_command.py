@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.cli import app
+from tests.camera.board_pictures import CHESS, pairs
+
+BOARD = "chessboard,9x6,0.06"
+
+
+@pytest.fixture(scope="module")
+def photos(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("Brett Süd")
+    for pair in pairs(CHESS, 8):
+        for photo in pair:
+            (folder / photo.name).write_bytes(photo.data)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ASBUILT_BIM_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+def invoke(photos: Path, *arguments: object, board: str = BOARD) -> Result:
+    patterns = ["--left", photos / "left_*.jpg", "--right", photos / "right_*.jpg", "--board", board]
+    return CliRunner().invoke(app, ["calibrate", *map(str, patterns), *map(str, arguments)])
+
+
+def test_boards_in_a_folder_give_a_rig_a_page_and_a_known_length(photos: Path, tmp_path: Path) -> None:
+    out, page = tmp_path / "rig.yaml", tmp_path / "calibration.html"
+    second = ["--check-board", BOARD, "--check-left", photos / "left_01.jpg", "--check-right", photos / "right_01.jpg"]
+    result = invoke(photos, "--out", out, "--report", page, *second)
+    assert result.exit_code == 0, result.output
+    assert read_rig(out).baseline_m == pytest.approx(0.2, rel=0.003)
+    assert "Known length: the check board" in result.output and "an area at 5 m" in result.output
+    assert str(photos) not in page.read_text(encoding="utf-8").split("Known lengths")[0]
+    assert "left_08.jpg" in page.read_text(encoding="utf-8")
+
+
+def test_a_rig_whose_scale_is_off_is_refused_and_not_written(photos: Path, tmp_path: Path) -> None:
+    out = tmp_path / "rig.yaml"
+    second = ["--check-board", BOARD, "--check-left", photos / "left_01.jpg", "--check-right", photos / "right_01.jpg"]
+    result = invoke(photos, "--out", out, *second, board="chessboard,9x6,0.062")
+    assert result.exit_code == 1 and "the rig's scale is off" in result.stderr.replace("\n", " ")
+    assert not out.exists()
+
+
+def test_a_rig_for_ros_is_two_files_and_they_are_named(photos: Path, tmp_path: Path) -> None:
+    result = invoke(photos, "--out", tmp_path / "rig.yaml", "--format", "ros")
+    assert result.exit_code == 0, result.output
+    found = read_rig(tmp_path / "rig_left.yaml", tmp_path / "rig_right.yaml")
+    assert found.baseline_m == pytest.approx(0.2, rel=0.003) and "file_right: rig_right.yaml" in result.output
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--check-length", "1.2"],
+        ["--check-points", "1,1 2,2 3,3 4,4"],
+        ["--check-board", BOARD],
+        ["project.yaml"],
+        ["--format", "matlab"],
+        ["--check-length", "-1", "--check-points", "1,1"],
+    ],
+)
+def test_options_that_do_not_go_together_are_wrong_usage(photos: Path, tmp_path: Path, wrong: list[str]) -> None:
+    assert invoke(photos, "--out", tmp_path / "rig.yaml", *wrong).exit_code == 2
+
+
+def test_what_cannot_be_read_from_the_command_line_is_named(photos: Path, tmp_path: Path) -> None:
+    out = tmp_path / "rig.yaml"
+    points = invoke(photos, "--out", out, "--check-length", "1.2", "--check-points", "1,1 2,2")
+    assert points.exit_code == 1 and 'expected "xl,yl xr,yr' in points.stderr.replace("\n", " ")
+    board = invoke(photos, "--out", out, board="chessboard,9x6")
+    assert board.exit_code == 1 and "expected chessboard,COLUMNSxROWS,SQUARE_M" in board.stderr.replace("\n", " ")
+    over = invoke(photos, "--out", photos / "left_01.jpg")
+    assert over.exit_code == 1 and "is read for this calibration" in over.stderr.replace("\n", " ")
+    nothing = CliRunner().invoke(
+        app, ["calibrate", "--left", "none_*.jpg", "--right", "no_*.jpg", "--board", BOARD, "--out", str(out)]
+    )
+    assert nothing.exit_code == 1 and "no file fits it" in nothing.stderr.replace("\n", " ")
+    assert not out.exists()
