@@ -104,7 +104,9 @@ def _gauss_newton(
 ) -> PlaneFit | None:
     x, y = columns.astype(np.float32), rows.astype(np.float32)
     seen = left[rows, columns].astype(np.float64)
-    left_slope = 0.5 * (left[rows, np.minimum(columns + 1, left.shape[1] - 1)] - left[rows, np.maximum(columns - 1, 0)])
+    ahead, behind = np.minimum(columns + 1, left.shape[1] - 1), np.maximum(columns - 1, 0)
+    left_slope = 0.5 * (left[rows, ahead] - left[rows, behind]).astype(np.float64)
+    usual_slope = median(np.abs(left_slope))
     # q is solved about the patch's own middle: well-conditioned however far off the axis it lies
     middle, basis = _basis(r)
     own = (r - middle) @ basis.T
@@ -114,20 +116,24 @@ def _gauss_newton(
     for _ in range(steps):
         at = x - (r @ q).astype(np.float32)
         there, after, before = _line(right, np.stack([at, at + 1.0, at - 1.0]), y)
-        slope = 0.5 * (left_slope + 0.5 * (after - before))
+        right_slope = 0.5 * (after - before)
         gain, offset = _exposure(seen, there, weight)
         residual = seen - gain * there - offset
         scale = max(1.4826 * median(np.abs(residual)), 0.5)
         weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
         # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
-        weight /= np.maximum(1.0, np.square(slope / (MOST_STEEP * median(np.abs(slope)) + 1e-6)))
-        jacobian = slope[:, None] * own
-        hessian = (jacobian * weight[:, None]).T @ jacobian
-        if np.linalg.cond(hessian) > 1e10 or np.trace(hessian) < 1.0:
+        weight /= np.maximum(1.0, np.square(left_slope / (MOST_STEEP * usual_slope + 1e-6)))
+        # the left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their
+        # product counts texture only. Squared, grain would pass for texture, and sigma come out too small by half.
+        jacobian = left_slope[:, None] * own
+        hessian = (jacobian * weight[:, None]).T @ (gain * right_slope[:, None] * own)
+        spread = np.linalg.eigvalsh(hessian + hessian.T)
+        if spread[0] < 1e-10 * spread[2] or spread[2] < 1.0:
             return None
         change = -np.linalg.solve(hessian, (jacobian * weight[:, None]).T @ residual)
-        q = q + _q_change(change, middle, basis)
-        if np.max(np.abs(own @ change)) < STILL_PX:
+        moved = float(np.max(np.abs(own @ change)))
+        q = q + _q_change(change / max(moved, 1.0), middle, basis)  # a px a step: beyond, the slope means nothing
+        if moved < STILL_PX:
             break
     covariance = _sandwich(jacobian, residual, weight, hessian, rows, columns)
     lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
@@ -199,7 +205,9 @@ def _sandwich(
     _, index = np.unique(block, return_inverse=True)
     sums = np.stack([np.bincount(index, weights=score[:, i]) for i in range(3)], axis=1)
     inverse = np.linalg.inv(hessian)
-    covariance: FloatArray = inverse @ (sums.T @ sums) @ inverse
-    # a handful of blocks can't show their scatter: not under what independent pixels would give
-    floor = inverse * float(np.average(residual**2, weights=weight + 1e-12))
-    return covariance + floor
+    blocks = len(sums)
+    together = sums.T @ sums * (blocks / max(blocks - 3, 1))
+    # slow shading joins blocks, and a handful can't show their scatter: half of what independent pixels give on top
+    alone = (jacobian * weight[:, None]).T @ jacobian * float(np.average(residual**2, weights=weight + 1e-12))
+    covariance: FloatArray = inverse @ (together + 0.5 * alone) @ inverse.T
+    return covariance
