@@ -26,6 +26,8 @@ LEAST_SHARE = 0.3
 LEAST_PIXELS = 150
 MATCHER_BLOCK_PX = 150.0
 """Pixels of a matcher's answer that err together: its window and its smoothness."""
+MATCHER_MISS_PX = 24.0
+"""How far a border may be missed: left of it lies a strip that the right photo doesn't show."""
 FRAME_MARGIN_PX = 4
 HIDDEN_SHARE = 0.12
 LEAK_PX = 0.5
@@ -82,9 +84,25 @@ def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
         for piece in pieces_of(bench.scene, instance):
             if bench.scene.pieces[piece].circle is not None:
                 continue
-            mask = bench.scene.mask(piece) & instance.mask
-            drafts.append(_draft(bench, piece, number, mask))
+            drafts.append(_draft(bench, piece, number, piece_mask(bench.scene, piece, instance)))
     return drafts
+
+
+def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
+    """Return the pixels (H, W) of a piece in an instance.
+
+    A mask that doesn't come from the disparity knows the border that the matcher missed: what it holds beside the piece,
+    and isn't another one's, goes to the nearest.
+    """
+    own = scene.mask(piece) & instance.mask
+    if instance.source == "geometric":
+        return own
+    others = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & ~own
+    near, far = (
+        cv2.distanceTransform((~area).astype(np.uint8), cv2.DIST_L2, 3) for area in (own, others & instance.mask)
+    )
+    filled: BoolArray = own | (instance.mask & ~others & (near < MATCHER_MISS_PX) & (near < far))
+    return filled
 
 
 def pieces_of(scene: Scene, instance: Instance) -> list[int]:

@@ -21,6 +21,8 @@ EDGE_FLOOR_PX = 0.12
 """What blur, tone curve and chamfer move a whole edge by: a tenth of a pixel however long it is."""
 MOST_SAMPLES = 400
 TURN_STEPS = 13
+TURNED_SIGN = 0.7
+"""What an edge counts that is dark to light in one photo and light to dark in the other: chance makes such ones too."""
 CREST_STEPS = 13
 """An edge's profile is some 3 px wide after the sensor's and our own blur."""
 
@@ -106,12 +108,19 @@ def pixel_plane(q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
 
 
 def find_edge(
-    both: Gradients, line: Line, disparity: FloatArray, texture_grey: float, reach_px: float, prior_px: float
+    both: Gradients,
+    line: Line,
+    disparity: FloatArray,
+    texture_grey: float,
+    reach_px: float,
+    prior_px: float,
+    alone: bool = False,
 ) -> EdgeFit | None:
     """Find the edge near `line`, at most `reach_px` off it; None where nothing votes for one.
 
     `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
-    face: an edge must stand out of it. `prior_px` is how well the line was known before.
+    face: an edge must stand out of it. `prior_px` is how well the line was known before. `alone`: ask the left photo
+    only, where the right one may have a background behind the edge that looks like the face.
     """
     length = line.length_px
     if length < 8.0:
@@ -122,7 +131,7 @@ def find_edge(
     wide = reach_px + half_turn + 1.5
     across = np.arange(-np.ceil(wide / STEP_PX), np.ceil(wide / STEP_PX) + 1) * STEP_PX
     left, right, paired = _profiles(both, line, disparity, along, across)
-    votes = _votes(left, np.where(paired, right, left), texture_grey)
+    votes = _votes(left, left if alone else np.where(paired, right, left), texture_grey)
     best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px)
     if best is None:
         return None
@@ -133,7 +142,7 @@ def find_edge(
         return None
     shift, slope, sigma, contrast = fit_left
     whole = bool(np.mean(paired) > 0.9)
-    fit_right = _subpixel(right, votes, across, along, centre, length) if whole else None
+    fit_right = _subpixel(right, votes, across, along, centre, length) if whole and not alone else None
     miss, miss_sigma = np.nan, np.inf
     nx = float(line.normal[0])
     if fit_right is not None and abs(nx) > 0.5:
@@ -169,9 +178,16 @@ def _profiles(
     return np.asarray(left, dtype=np.float64), np.asarray(right, dtype=np.float64), paired
 
 
+def agreement(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the weaker of two gradients: an outer edge has another background in each photo, and may change its sign."""
+    weaker = np.minimum(np.abs(left), np.abs(right))
+    same: FloatArray = np.where(left * right > 0.0, weaker, TURNED_SIGN * weaker)
+    return same
+
+
 def _votes(left: FloatArray, right: FloatArray, texture_grey: float) -> FloatArray:
-    """Return 0..1 per profile place: the weaker gradient where both agree in sign, against the face's texture."""
-    agreed = np.where(left * right > 0.0, np.minimum(np.abs(left), np.abs(right)), 0.0)
+    """Return 0..1 per profile place: the weaker gradient of both photos, against the face's texture."""
+    agreed = agreement(left, right)
     # a strong edge is wide above any threshold: only its crest may vote
     crest = cv2.dilate(agreed.astype(np.float32), np.ones((1, CREST_STEPS), np.uint8))
     sharp = np.square(agreed / np.maximum(crest, 1e-6))

@@ -15,10 +15,12 @@ from asbuilt_bim.measure.contour import Course, Side, contours, sides
 from asbuilt_bim.measure.edges import EdgeFit, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.straight import BEHIND_PX, Surroundings, straight_sides
 
-Source = Literal["photo", "planes", "mask", "frame"]
+Source = Literal["photo", "left", "planes", "mask", "frame"]
 
 LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
+ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
+"""One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
 MASK_SIGMA_PX = 1.5
 """How well the matcher's own border lies on the edge."""
 LEAST_KNOWN_SHARE = 0.3
@@ -146,6 +148,12 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
     if fit is not None and fit.strength >= LEAST_STRENGTH:
         return FaceEdge(
             line=fit.line, sigma_px=fit.sigma_px, source="photo", course=side.course, neighbour=neighbour, fit=fit
+        )
+    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, alone=True)
+    if crossing is None and fit is not None and fit.strength >= ALONE_STRENGTH:
+        sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
+        return FaceEdge(
+            line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit
         )
     return FaceEdge(
         line=start, sigma_px=1.0 if crossing is not None else MASK_SIGMA_PX,
