@@ -91,11 +91,11 @@ def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
 def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
     """Return the pixels (H, W) of a piece in an instance.
 
-    A mask that doesn't come from the disparity knows the border that the matcher missed: what it holds beside the piece,
-    and isn't another one's, goes to the nearest.
+    A mask that doesn't come from the disparity knows the border that the matcher missed: what it holds beside the
+    piece, and isn't another one's, goes to the nearest.
     """
     own = scene.mask(piece) & instance.mask
-    if instance.source == "geometric":
+    if instance.source.startswith("geometr"):
         return own
     others = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & ~own
     near, far = (

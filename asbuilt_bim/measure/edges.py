@@ -179,7 +179,7 @@ def _profiles(
 
 
 def agreement(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return the weaker of two gradients: an outer edge has another background in each photo, and may change its sign."""
+    """Return the weaker of two gradients; an outer edge has another background in each photo and may turn its sign."""
     weaker = np.minimum(np.abs(left), np.abs(right))
     same: FloatArray = np.where(left * right > 0.0, weaker, TURNED_SIGN * weaker)
     return same

@@ -152,9 +152,7 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, alone=True)
     if crossing is None and fit is not None and fit.strength >= ALONE_STRENGTH:
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
-        return FaceEdge(
-            line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit
-        )
+        return FaceEdge(line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit)
     return FaceEdge(
         line=start, sigma_px=1.0 if crossing is not None else MASK_SIGMA_PX,
         source="planes" if crossing is not None else "mask", course=side.course, neighbour=neighbour, fit=None,

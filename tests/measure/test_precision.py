@@ -1,0 +1,105 @@
+"""What the photos can say to hundredths of a pixel: planes in grain, edges before any background, given masks."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from asbuilt_bim.measure.drafts import piece_mask
+from asbuilt_bim.measure.edges import Line, find_edge, gradients
+from asbuilt_bim.measure.refine import pictures, refine_plane
+from asbuilt_bim.vision.scene import Scene
+from asbuilt_bim.vision.segment import Instance
+
+PLANE = np.array([0.02, 0.0, 20.3])  # disparity of the ray (x, y, 1): 0.02 px over the patch, seen nearly from the front
+
+
+def grainy_pair(seed: int, grain_grey: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a pair (96, 160) of one surface at a disparity of 20.3 px with weak texture, each with its own grain."""
+    rng = np.random.default_rng(seed)
+    surface = cv2.GaussianBlur(rng.standard_normal((96, 200)), (0, 0), 2.0)
+    surface = (140.0 + 4.0 * surface / surface.std()).astype(np.float32)
+    y, x = np.mgrid[0:96, 0:160].astype(np.float32)
+    rays = np.dstack([(x - 80.0) / 500.0, (y - 48.0) / 500.0, np.ones_like(x)]).astype(np.float64)
+    left = cv2.remap(surface, x, y, cv2.INTER_LANCZOS4)
+    right = cv2.remap(surface, x + np.float32(20.3), y, cv2.INTER_LANCZOS4)
+    noise = rng.normal(0.0, grain_grey, (2, 96, 160)).astype(np.float32)
+    return left + noise[0], right + noise[1], rays
+
+
+def test_grain_is_not_taken_for_texture_so_sigma_stays_honest() -> None:
+    pulls = []
+    for seed in range(40):
+        left, right, rays = grainy_pair(seed, grain_grey=3.0)
+        mask = np.zeros((96, 160), dtype=bool)
+        mask[8:88, 40:150] = True
+        both = pictures(left, right, np.ones((96, 160), dtype=bool))
+        fit = refine_plane(both, rays, mask, np.array([0.0, 0.0, 20.0]))
+        assert fit is not None
+        middle = rays[mask].mean(axis=0)
+        pulls.append((middle @ fit.q_px - 20.3) / np.sqrt(middle @ fit.covariance @ middle))
+    assert abs(np.mean(pulls)) < 0.6  # no pull towards whole or half pixels
+    assert 0.6 < np.sqrt(np.mean(np.square(pulls))) < 1.35
+
+
+def test_a_surface_without_texture_holds_no_plane() -> None:
+    both = pictures(*(np.full((96, 160), 120.0, np.float32),) * 2, np.ones((96, 160), dtype=bool))
+    _, _, rays = grainy_pair(0, 0.0)
+    assert refine_plane(both, rays, np.ones((96, 160), dtype=bool), PLANE) is None
+
+
+def before(background_left: float, background_right: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a face of grey 120 up to x = 60.3 in the left photo, 10 px further left in the right one."""
+    pictures_: list[np.ndarray] = []
+    for edge, beyond in ((60.3, background_left), (50.3, background_right)):
+        share = np.clip(np.arange(100) - edge + 0.5, 0.0, 1.0)  # of each pixel that shows the background
+        pictures_.append(np.tile((120.0 + (beyond - 120.0) * share).astype(np.float32), (80, 1)))
+    return pictures_[0], pictures_[1]
+
+
+LINE = Line(start=np.array([58.8, 75.0]), stop=np.array([58.8, 5.0]))
+AT_TEN = np.array([0.0, 0.0, 10.0])
+
+
+@pytest.mark.parametrize("right_background", [180.0, 60.0])
+def test_an_edge_is_found_though_its_background_is_lighter_in_one_photo_and_darker_in_the_other(
+    right_background: float,
+) -> None:
+    left, right = before(60.0, right_background)
+    both = gradients(left, right, np.ones((80, 100), dtype=bool))
+    fit = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0)
+    assert fit is not None and fit.strength > 0.5
+    assert fit.line.start[0] == pytest.approx(60.3, abs=0.06)
+
+
+def test_an_edge_that_one_photo_cannot_show_is_found_in_the_left_one_alone() -> None:
+    left, right = before(60.0, 120.0)
+    both = gradients(left, right, np.ones((80, 100), dtype=bool))
+    together = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0)
+    assert together is None or together.strength < 0.1
+    alone = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True)
+    assert alone is not None and alone.strength > 0.4
+    assert not np.isfinite(alone.disparity_miss_px)  # the right photo says nothing of it
+
+
+def two_pieces(source: str) -> tuple[Scene, Instance]:
+    """Return a scene with pieces 0 (x 10 to 29) and 1 (x 34 to 49), and an instance that holds x 5 to 33."""
+    labels = np.full((20, 60), -1, dtype=np.int16)
+    labels[:, 10:30], labels[:, 34:50] = 0, 1
+    mask = np.zeros((20, 60), dtype=bool)
+    mask[:, 5:34] = True
+    scene = object.__new__(Scene)
+    object.__setattr__(scene, "labels", labels)
+    object.__setattr__(scene, "pieces", (None, None))
+    return scene, Instance(label="wall", score=1.0, mask=mask, box_px=(5, 0, 34, 20), source=source)
+
+
+def test_a_given_mask_tells_the_border_that_the_matcher_missed() -> None:
+    scene, instance = two_pieces("coco")
+    assert np.array_equal(piece_mask(scene, 0, instance), instance.mask)
+
+
+def test_a_mask_of_the_scenes_own_pieces_says_nothing_of_their_borders() -> None:
+    scene, instance = two_pieces("geometry alone")
+    assert np.array_equal(piece_mask(scene, 0, instance), scene.labels == 0)
