@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
@@ -16,6 +17,7 @@ from asbuilt_bim.measure.edges import Line, find_edge, pixel_plane
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.outline import LEAST_STRENGTH, Outline, image_direction
+from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, rings_area_m2
 from asbuilt_bim.vision.segment import Instance
 
 ARC_POINTS = 24
@@ -66,7 +68,7 @@ def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> Round
 
 
 def round_face(
-    bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray
+    bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray, rig: StereoRig
 ) -> MeasuredFace:
     """Build the metric face of a round column: the visible arc times its height, on the mantle."""
     camera = bench.pair.camera
@@ -91,12 +93,34 @@ def round_face(
     return MeasuredFace(
         face_id=face_id, label=instance.label, score=instance.score, source=instance.source, frame=frame,
         outline_uv_m=(frozen(ring),),
-        outline_px=(frozen(ring_px),), area_m2=float(area), area_sigma_calibration_m2=0.0, area_sigma_image_m2=sigma,
+        outline_px=(frozen(ring_px),), area_m2=float(area),
+        area_sigma_calibration_m2=_calibration_sigma(bench, fit, float(area), rig),
+        area_sigma_image_m2=sigma,
         covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
         height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),
         cut_by_frame=seen.cut_by_frame, occluded=seen.occluded, flatness_rms_m=_roundness(bench, fit.circle, mask),
         instance=number,
     )  # fmt: skip
+
+
+def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> float:
+    """Return what the rig's covariance does to the area: the same share as to the upright plane through both tangents.
+
+    Arc and chord grow alike with radius and distance, and the heights are the same.
+    """
+    camera, view = bench.pair.camera, bench.scene.level.view
+    distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
+    sine = fit.circle.radius_m / distance
+    forward = np.array([fit.circle.x_m, fit.circle.z_m]) / distance
+    middle = forward * distance * (1.0 - sine**2)
+    across = np.array([forward[1], -forward[0]]) * fit.circle.radius_m * np.sqrt(1.0 - sine**2)
+    corners = [(-1.0, fit.top_m), (1.0, fit.top_m), (1.0, fit.foot_m), (-1.0, fit.foot_m)]
+    level = np.array([[*(middle + side * across), below] for side, below in corners])[:, [0, 2, 1]]
+    rectified = level @ view.level_from_rectified
+    ring = rectified[:, :2] / rectified[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
+    plane = _tangent_plane(bench, fit.circle)
+    sigma = float(calibration_sigmas_m2([([ring], plane)], rig, camera)[0])
+    return area_m2 * sigma / rings_area_m2([ring], plane, camera)
 
 
 def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:

@@ -76,7 +76,7 @@ def measure_faces(
         face = finish_face(bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.draft.instance], float(sigma))
         if face is not None:
             _judge(face, faces, rejections, options)
-    _add_round(bench, instances, faces, rejections, options)
+    _add_round(bench, instances, rig, faces, rejections, options)
     up = frozen(-down @ pair.camera.rectified_from_left) if scene.vertical is not None else None
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=up)
 
@@ -88,6 +88,7 @@ def _start(drafts: Sequence[Draft]) -> FloatArray:
 def _add_round(
     bench: Workbench,
     instances: Sequence[Instance],
+    rig: StereoRig,
     faces: list[MeasuredFace],
     rejections: list[Rejection],
     options: FaceOptions,
@@ -101,7 +102,7 @@ def _add_round(
             fit = fit_round_column(bench, circle, mask)
             if fit is not None:
                 name = f"{bench.pair.name}/{len(faces) + 1}"
-                _judge(round_face(bench, fit, name, instance, number, mask), faces, rejections, options)
+                _judge(round_face(bench, fit, name, instance, number, mask, rig), faces, rejections, options)
 
 
 def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejection], options: FaceOptions) -> None:
