@@ -12,7 +12,7 @@ from asbuilt_bim.measure.refine import pictures, refine_plane
 from asbuilt_bim.vision.scene import Scene
 from asbuilt_bim.vision.segment import Instance
 
-PLANE = np.array([0.02, 0.0, 20.3])  # disparity of the ray (x, y, 1): 0.02 px over the patch, seen nearly from the front
+PLANE = np.array([0.02, 0.0, 20.3])  # of the ray (x, y, 1): nearly from the front
 
 
 def grainy_pair(seed: int, grain_grey: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
