@@ -138,7 +138,9 @@ def _tidy(labels: NDArray[np.int16], uprights: int, least_pixels: int) -> NDArra
         window = (slice(max(0, y - 8), y + height + 8), slice(max(0, x - 8), x + width + 8))
         smooth = cv2.morphologyEx(cv2.morphologyEx(own[window], cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
         mask = _without_crumbs(np.asarray(smooth, dtype=np.uint8), least_pixels)
-        free = (mask > 0) & ((labels[window] == number) | (tidy[window] == NOTHING))
+        # where a floor's plane runs through an upright one, both explain a strip of a few px: it mustn't cut a column
+        no_upright = (tidy[window] == NOTHING) | (tidy[window] >= uprights)
+        free = (mask > 0) & ((labels[window] == number) | no_upright)
         tidy[window][free] = number
     return tidy
 
