@@ -10,6 +10,8 @@ LinkKind = Literal["FS", "SS", "FF", "SF"]
 """Finish-to-start and so on: which end of the predecessor holds which end of the successor."""
 
 DAY_MIN = 24 * 60
+SCHEDULE_KEY = "schedule:"
+"""What the key of a task begins with that the schedule file has and the IFC has not; a GlobalId has no colon."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

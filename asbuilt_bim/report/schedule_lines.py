@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, time
 
-from asbuilt_bim.bim.schedule import WorkCalendar
+from asbuilt_bim.bim.schedule import SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.progress.planned import TaskVerdict, calendar_of, verdict
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.wording import plain
@@ -64,6 +64,17 @@ def one_line(text: str, limit: int) -> str:
     """Return a name as schedules hold it: one line, no control characters, cut where it is longer than they allow."""
     flat = " ".join(plain(text).split())
     return flat if len(flat) <= limit else flat[: limit - 1] + "…"
+
+
+def ifc_ids(task: TaskProgress, limit: int) -> str:
+    """Return the GlobalId of a task in the IFC; of a schedule's own task those of its elements, all or none.
+
+    Given back with the file they tie the task again, and some of an element's tasks would tie it wrongly.
+    """
+    if not task.progress.key.startswith(SCHEDULE_KEY):
+        return one_line(task.progress.key, limit)
+    elements = " ".join(task.progress.elements)
+    return elements if len(elements) <= limit else ""
 
 
 def status_moment(report: ProgressReport) -> datetime:

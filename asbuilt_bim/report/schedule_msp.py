@@ -17,7 +17,7 @@ from pathlib import Path
 from asbuilt_bim.bim.schedule import DAY_MIN, WorkCalendar, WorkDay
 from asbuilt_bim.progress.planned import calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
-from asbuilt_bim.report.schedule_lines import ScheduleLine, one_line, schedule_lines, status_moment
+from asbuilt_bim.report.schedule_lines import ScheduleLine, ifc_ids, one_line, schedule_lines, status_moment
 from asbuilt_bim.report.xml_file import add, add_all, write_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
@@ -86,8 +86,9 @@ def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_
             tenths = round(link.lag_h * 600)
             add_all(other, PredecessorUID=by_key[link.predecessor], Type=_LINKS[link.kind], CrossProject=0)
             add_all(other, LinkLag=tenths, LagFormat=_HOURS)
-    for (field, _, _), value in ((KNOWLEDGE, told.knowledge), (GLOBAL_ID, task.progress.key)):
-        add_all(ET.SubElement(element, "ExtendedAttribute"), FieldID=field, Value=one_line(value, _NAME))
+    for (field, _, _), value in ((KNOWLEDGE, told.knowledge), (GLOBAL_ID, ifc_ids(task, _NAME))):
+        if value:
+            add_all(ET.SubElement(element, "ExtendedAttribute"), FieldID=field, Value=value)
     if task.schedule_start and task.schedule_finish:
         plan = ET.SubElement(element, "Baseline")
         add_all(plan, Number=0, Start=_moment(task.schedule_start), Finish=_moment(task.schedule_finish))

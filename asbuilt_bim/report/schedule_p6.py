@@ -16,7 +16,14 @@ from pathlib import Path
 from asbuilt_bim.bim.schedule import WorkCalendar, WorkDay
 from asbuilt_bim.progress.planned import calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
-from asbuilt_bim.report.schedule_lines import ScheduleLine, ScheduleTimes, one_line, schedule_lines, status_moment
+from asbuilt_bim.report.schedule_lines import (
+    ScheduleLine,
+    ScheduleTimes,
+    ifc_ids,
+    one_line,
+    schedule_lines,
+    status_moment,
+)
 from asbuilt_bim.report.xml_file import XSI, add, add_all, add_nil, write_xml
 
 NAMESPACE = "http://xmlns.oracle.com/Primavera/P6/V18.8/API/BusinessObjects"
@@ -114,8 +121,9 @@ def _write_activity(
         Type="Task Dependent",
     )
     _add_above(element, "WBSObjectId", line, objects)
-    for (field, _), value in zip(FIELDS, (told.knowledge, told.note, task.progress.key), strict=True):
-        add_all(ET.SubElement(element, "UDF"), TypeObjectId=field, TextValue=one_line(value, _UDF))
+    for (field, _), value in zip(FIELDS, (told.knowledge, told.note, ifc_ids(task, _UDF)), strict=True):
+        if value:
+            add_all(ET.SubElement(element, "UDF"), TypeObjectId=field, TextValue=one_line(value, _UDF))
 
 
 def _at_completion(times: ScheduleTimes) -> float | None:

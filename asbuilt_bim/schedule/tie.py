@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from asbuilt_bim.bim.model import BimModel, Task
+from asbuilt_bim.bim.schedule import SCHEDULE_KEY
 from asbuilt_bim.schedule.rows import ScheduleFile, ScheduleRow
 
 _OUTLINE_NUMBER = re.compile(r"[\d.\s-]*")
@@ -75,7 +76,7 @@ def _by_global_id(design: BimModel, rows: Sequence[ScheduleRow]) -> _Ties:
             ties.tied[row.uid] = tasks[named[0]]
         elif makes:
             ties.tied[row.uid] = Task(
-                global_id=f"schedule:{row.uid}",
+                global_id=f"{SCHEDULE_KEY}{row.uid}",
                 name=row.name,
                 identification=row.identification,
                 elements=makes,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel
+from asbuilt_bim.bim.schedule import TaskLink
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import bounds
 from asbuilt_bim.ifc.reader import read_design
@@ -152,6 +153,26 @@ def test_tasks_are_read_whichever_way_they_are_tied(schema: str, by_process: boo
     assert task.elements == (column.GlobalId,)
     assert task.identification == "pour"
     assert task.schedule_start is not None and task.schedule_start.isoformat() == "2026-02-01T00:00:00"
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_tasks_come_with_the_summaries_above_them_and_their_predecessors(schema: str, tmp_path: Path) -> None:
+    builder = ModelBuilder(schema=schema)
+    column = builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    first, second = builder.task("rebar", [column]), builder.task("pour", [column])
+    floor, whole = builder.task("Ground floor", [], time=False), builder.task("Shell", [], time=False)
+    builder.rooted("IfcRelNests", RelatingObject=floor, RelatedObjects=[first, second])
+    builder.rooted("IfcRelNests", RelatingObject=whole, RelatedObjects=[floor])
+    two_days = 172800.0
+    if schema != "IFC2X3":
+        two_days = builder.make("IfcLagTime", LagValue=builder.make("IfcDuration", "P2D"), DurationType="WORKTIME")
+    builder.rooted(
+        "IfcRelSequence", RelatingProcess=first, RelatedProcess=second, TimeLag=two_days, SequenceType="START_START"
+    )
+    rebar, pour = read_design(builder.write(tmp_path / "t.ifc")).tasks
+    assert rebar.outline == pour.outline == ("Shell", "Ground floor")
+    assert pour.links == (TaskLink(predecessor=first.GlobalId, kind="SS", lag_h=48.0),)
+    assert rebar.links == ()
 
 
 def test_cost_lines_keep_their_own_unit_and_rate(tmp_path: Path) -> None:

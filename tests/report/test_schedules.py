@@ -221,6 +221,15 @@ def test_what_is_written_is_read_back_as_the_same_plan_and_the_same_ties(tmp_pat
         assert (row.identification, row.outline) == ("A1", ("Ground floor", "North"))
 
 
+def test_a_task_of_the_schedules_own_is_tied_by_all_its_elements_or_not_at_all(tmp_path: Path) -> None:
+    ids = tuple(f"1Element{n:03}GlobalId000" for n in range(20))
+    for count, tied in ((3, ids[:3]), (20, ())):  # twenty don't fit into a custom field
+        one = replace(PART, progress=replace(PART.progress, key="schedule:7", elements=ids[:count]))
+        for write in (write_msp, write_p6):
+            write(report_of(one), tmp_path / "s.xml")
+            assert read_schedule(tmp_path / "s.xml").rows[0].global_ids == tied
+
+
 def test_the_calendar_comes_along(tmp_path: Path) -> None:
     days = tuple(weekday(n, (480, 720), (780, 1020)) if n < 5 else weekday(n) for n in range(7))
     holiday = WorkDay(weekday=None, day=date(2026, 3, 9), spans=())
