@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from paper_ways import PAPER_WAYS
 from table import Line, line, options, report, told
 from twins import CYCLES_SEEDS, RAYCAST_SEEDS, Read, by_truth, load_twin, measured, read_twin, twin_folder
 
@@ -71,7 +72,11 @@ def ours(true_masks: bool) -> Callable[[Read], dict[int, MeasuredFace]]:
     return lambda read: by_truth(read.twin, measured(read, true_masks).faces)
 
 
-WAYS: dict[str, Callable[[Read], dict[int, MeasuredFace]]] = {"true masks": ours(True), "own masks": ours(False)}
+WAYS: dict[str, Callable[[Read], dict[int, MeasuredFace]]] = {
+    "true masks": ours(True),
+    "own masks": ours(False),
+    **PAPER_WAYS,
+}
 
 
 def collect(seeds: list[tuple[int, str]]) -> tuple[list[Row], list[Row]]:
