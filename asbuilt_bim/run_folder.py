@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
-import os
 import re
 import shutil
 import tempfile
@@ -18,6 +17,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from asbuilt_bim.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.run_lock import run_lock
 
@@ -34,7 +34,6 @@ COPIED = (
 """What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""
 COPIED_FOLDERS = ("overlays", "extra")
 _PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
-_PART = ".asbuilt-"  # what a copy is called until it is whole
 _RUN_NAME = re.compile(r"runs/[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
 
 
@@ -77,9 +76,9 @@ class OutputFolder:
         try:
             staging.mkdir(parents=True)
             write(staging)
-            _flush_tree(staging)
+            flush_tree(staging)
             staging.rename(final)
-            _flush(final.parent)
+            flush(final.parent)
             pointer = {
                 "format": "asbuilt-bim/current",
                 "version": 1,
@@ -87,7 +86,7 @@ class OutputFolder:
                 "ifc": ifc,
                 "written": when.astimezone(UTC).isoformat(timespec="seconds"),
             }
-            _replace_bytes(self.path / CURRENT, (json.dumps(pointer, indent=1) + "\n").encode())
+            replace_bytes(self.path / CURRENT, (json.dumps(pointer, indent=1) + "\n").encode())
         except BaseException as problem:
             shutil.rmtree(staging, ignore_errors=True)
             if not self._points_at(final):
@@ -122,7 +121,7 @@ class OutputFolder:
             target = self.path / relative
             try:
                 target.parent.mkdir(parents=True, exist_ok=True)
-                _replace_bytes(target, (run / relative).read_bytes())
+                replace_bytes(target, (run / relative).read_bytes())
             except OSError as problem:
                 yield (
                     f"{target}: is open in another program or can't be replaced ({problem.strerror}); "
@@ -165,7 +164,7 @@ def _clear_left_overs(path: Path) -> None:
     """Take away what a killed run had begun: its folder, and copies that weren't whole yet."""
     for left_over in (path / "runs").glob("*.part"):
         shutil.rmtree(left_over, ignore_errors=True)
-    halves = [*path.glob(f"{_PART}*.part"), *(f for n in COPIED_FOLDERS for f in (path / n).rglob(f"{_PART}*.part"))]
+    halves = [*path.glob(f"{PART}*.part"), *(f for n in COPIED_FOLDERS for f in (path / n).rglob(f"{PART}*.part"))]
     for half in halves:
         with contextlib.suppress(OSError):
             half.unlink()
@@ -227,39 +226,3 @@ def _copies(run: Path) -> list[Path]:
     models = [f.name for f in sorted(run.glob("*.asbuilt.ifc"))]
     deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).rglob("*")) if f.is_file()]
     return [*deep, *(Path(name) for name in (*models, *COPIED) if (run / name).is_file())]  # the page last
-
-
-def _replace_bytes(path: Path, data: bytes) -> None:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=_PART, suffix=".part")
-    part = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.chmod(0o644)
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-
-
-def _flush_tree(folder: Path) -> None:
-    for path in sorted(folder.rglob("*"), reverse=True):
-        _flush(path)
-    _flush(folder)
-
-
-def _flush(path: Path) -> None:
-    """Have the system put a file or a folder on the disk now; Windows has no such thing for folders."""
-    if path.is_dir() and os.name == "nt":
-        return
-    flags = os.O_RDONLY if path.is_dir() or os.name != "nt" else os.O_RDWR
-    handle = os.open(path, flags)
-    try:
-        os.fsync(handle)
-    except OSError as problem:  # some network folders refuse it for folders
-        if problem.errno not in (errno.EINVAL, errno.ENOTSUP):
-            raise
-    finally:
-        os.close(handle)

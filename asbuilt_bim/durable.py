@@ -1,0 +1,53 @@
+"""Files that are whole whenever the power goes: written beside their place, flushed, then moved into it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from pathlib import Path
+
+PART = ".asbuilt-"
+"""What a file's name begins with until it is whole; it ends in `.part`."""
+
+
+def replace_bytes(path: Path, data: bytes) -> None:
+    """Put bytes in a file's place, whole and on the disk, or leave it as it was.
+
+    Raises:
+        OSError: they can't be written, or the file is held by another program.
+    """
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=PART, suffix=".part")
+    part = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        part.chmod(0o644)
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def flush_tree(folder: Path) -> None:
+    """Have the system put a folder with all that is in it on the disk now."""
+    for path in sorted(folder.rglob("*"), reverse=True):
+        flush(path)
+    flush(folder)
+
+
+def flush(path: Path) -> None:
+    """Have the system put a file or a folder on the disk now; Windows has no such thing for folders."""
+    if path.is_dir() and os.name == "nt":
+        return
+    flags = os.O_RDONLY if path.is_dir() or os.name != "nt" else os.O_RDWR
+    handle = os.open(path, flags)
+    try:
+        os.fsync(handle)
+    except OSError as problem:  # some network folders refuse it for folders
+        if problem.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(handle)
