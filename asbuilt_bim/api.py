@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -62,10 +63,10 @@ def run(
     return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)
 
 
-def remake(folder: Path | str, ifc: Path | str | None = None) -> Run:
+def remake(folder: Path | str, ifc: Path | str | Sequence[Path | str] | None = None) -> Run:
     """Make every output of a folder's current run again from its result and the IFC, as `asbuilt-bim report` does.
 
-    `ifc` names the IFC file where it has been moved since.
+    `ifc` names the IFC file, or all of them in their order, where they have been moved since.
 
     Raises:
         AsBuiltError: there is no run, or its result or its IFC can't be used.
@@ -73,7 +74,8 @@ def remake(folder: Path | str, ifc: Path | str | None = None) -> Run:
     if not Path(folder).is_dir():
         raise OutputError(f"{folder}: no such folder; name the output folder of a run")
     with open_output(Path(folder)) as output:
-        published = publish_again(output, Path(ifc) if ifc else None, datetime.now(UTC))
+        named = [ifc] if isinstance(ifc, str | Path) else ifc or ()
+        published = publish_again(output, [Path(path) for path in named], datetime.now(UTC))
     visits = sorted((published.folder / "visits").glob("*.json"))
     reports = [read_result(path) for path in visits] or [read_result(published.folder / "result.json")]
     return Run(reports=tuple(reports), folder=published.folder, warnings=published.warnings)

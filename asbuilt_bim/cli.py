@@ -60,10 +60,12 @@ def run(context: click.Context, /, **options: Any) -> None:
 
 @app.command()
 @click.argument("folder", type=_FILE)
-@click.option("--ifc", type=_FILE, default=None, help="The IFC file, where it has been moved since the run.")
+@click.option(
+    "--ifc", type=_FILE, multiple=True, help="The IFC file, where it has been moved since the run; each of several."
+)
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
 @click.pass_context
-def report(context: click.Context, folder: Path, ifc: Path | None, colour: bool) -> None:
+def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: bool) -> None:
     """Make every output in FOLDER again, from its result.json and the IFC file alone."""
     screen = Screen()
 

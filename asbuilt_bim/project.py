@@ -56,7 +56,7 @@ class Project:
 
     path: Path  # of the project file
     name: str
-    ifc: Path
+    ifc: tuple[Path, ...]  # one file, or several that are one design, the one that owns what they share first
     scope: str | None
     rig: RigSource
     target: TargetFile
@@ -80,7 +80,7 @@ class Project:
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [file for file in (self.rig.file, self.rig.file_right) if file is not None]
         schedule = [self.schedule] if self.schedule else []
-        return (self.path, self.ifc, self.survey, *schedule, *rig, *boards, *photos)
+        return (self.path, *self.ifc, self.survey, *schedule, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -131,7 +131,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
     return Project(
         path=path,
         name=written.name,
-        ifc=checker.file(written.ifc, "ifc"),
+        ifc=_models(written.ifc, checker),
         scope=written.scope,
         rig=rig,
         target=written.target,
@@ -143,6 +143,20 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
         writers=tuple(dict.fromkeys(written.writers)),
     )
+
+
+def _models(written: tuple[str, ...] | str, checker: PathChecker) -> tuple[Path, ...]:
+    if isinstance(written, str):
+        return (checker.file(written, "ifc"),)
+    paths = tuple(checker.file(text, f"ifc[{i}]") for i, text in enumerate(written))
+    if not paths:
+        checker.problems.add("ifc", "is empty: a project has at least one IFC file")
+    seen: dict[Path, int] = {}
+    for number, path in enumerate(paths):
+        if path in seen:
+            checker.problems.add(f"ifc[{number}]", f"is the same file as ifc[{seen[path]}]; name each once")
+        seen.setdefault(path, number)
+    return paths
 
 
 def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:

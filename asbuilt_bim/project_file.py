@@ -116,7 +116,7 @@ class ProjectFile:
     format: Literal["asbuilt-bim/project"]
     version: Literal[1]
     name: str
-    ifc: str
+    ifc: tuple[str, ...] | str  # one file, or several that are one design
     rig: RigFile
     markers: MarkersFile
     visits: tuple[VisitFile, ...]

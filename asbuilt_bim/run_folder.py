@@ -12,7 +12,7 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -39,10 +39,10 @@ _RUN_NAME = re.compile(r"runs/[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurrentRun:
-    """What `current.json` says: the run's folder, and the IFC file (relative to the output folder) it was made from."""
+    """What `current.json` says: the run's folder, and the IFC files (relative to the output folder) it is of."""
 
     folder: Path
-    ifc: str
+    ifc: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ class OutputFolder:
         """Return the current run, None where there is none yet."""
         return read_current(self.path)
 
-    def publish(self, write: Callable[[Path], object], *, when: datetime, digest: str, ifc: str) -> Published:
+    def publish(self, write: Callable[[Path], object], *, when: datetime, digest: str, ifc: Sequence[str]) -> Published:
         """Have `write` fill a new run folder, then make it current.
 
         Raises:
@@ -83,7 +83,8 @@ class OutputFolder:
                 "format": "asbuilt-bim/current",
                 "version": 1,
                 "run": f"runs/{final.name}",
-                "ifc": ifc,
+                "ifc": ifc[0],
+                **({"more_ifc": list(ifc[1:])} if len(ifc) > 1 else {}),
                 "written": when.astimezone(UTC).isoformat(timespec="seconds"),
             }
             replace_bytes(self.path / CURRENT, (json.dumps(pointer, indent=1) + "\n").encode())
@@ -187,7 +188,9 @@ def read_current(path: Path) -> CurrentRun | None:
     known = isinstance(plain, dict) and plain.get("format") == "asbuilt-bim/current" and plain.get("version") == 1
     if not known or not isinstance(run, str) or not _RUN_NAME.fullmatch(run):
         raise OutputError(f"{pointer}: isn't a file of this program's; delete it to start anew, the runs stay")
-    return CurrentRun(folder=path / run, ifc=str(plain.get("ifc", "")))
+    more = plain.get("more_ifc", [])
+    models = (plain.get("ifc", ""), *(more if isinstance(more, list) else ()))
+    return CurrentRun(folder=path / run, ifc=tuple(str(model) for model in models))
 
 
 def output_error(path: Path, problem: BaseException) -> OutputError:

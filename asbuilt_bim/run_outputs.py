@@ -12,8 +12,8 @@ from pathlib import Path
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_file import write_rig
 from asbuilt_bim.errors import AsBuiltError, ResultError
-from asbuilt_bim.ifc.source import file_digest
-from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.ifc.copies import write_copies
+from asbuilt_bim.ifc.source import file_digest, files_digest
 from asbuilt_bim.instruments import identities
 from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.plugins import Plugin
@@ -60,12 +60,16 @@ def publish_run(
         _write_views(folder, reports[-1], reports[:-1], project.ifc, colour)
         warnings.extend(run_writers(writers, reports[-1], folder))
 
-    published = out.publish(write, when=when, digest=_digest(made_from, reports), ifc=_from(out.path, project.ifc))
+    published = out.publish(
+        write, when=when, digest=_digest(made_from, reports), ifc=[_from(out.path, path) for path in project.ifc]
+    )
     return replace(published, warnings=(*warnings, *published.warnings))
 
 
-def publish_again(out: OutputFolder, ifc: Path | None, when: datetime, *, colour: bool = False) -> Published:
-    """Make every output of the current run again, from its `result.json`, its pictures and the IFC file alone.
+def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, colour: bool = False) -> Published:
+    """Make every output of the current run again, from its `result.json`, its pictures and the IFC files alone.
+
+    `ifc` names all of them, in their order, where they have been moved; nothing where they are in their place.
 
     Raises:
         ResultError: there is no run yet, its result is damaged, or the IFC is not the one that it was made from.
@@ -75,8 +79,8 @@ def publish_again(out: OutputFolder, ifc: Path | None, when: datetime, *, colour
     if current is None:
         raise ResultError(f"{out.path}: holds no run; make one with: asbuilt-bim run PROJECT.yaml --out {out.path}")
     report = read_result(current.folder / "result.json")
-    source = ifc or out.path / current.ifc
-    _check_ifc(source, report)
+    sources = tuple(ifc) or tuple(out.path / path for path in current.ifc)
+    _check_ifc(sources, report)
     writers, missing = writers_of(current.folder)
     warnings = list(missing)
 
@@ -88,11 +92,11 @@ def publish_again(out: OutputFolder, ifc: Path | None, when: datetime, *, colour
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
         earlier = [read_result(path) for path in sorted((folder / "visits").glob("*.json"))]
-        _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], source, colour)
+        _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], sources, colour)
         warnings.extend(run_writers(writers, report, folder))
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
-    published = out.publish(write, when=when, digest=digest, ifc=_from(out.path, source))
+    published = out.publish(write, when=when, digest=digest, ifc=[_from(out.path, path) for path in sources])
     return replace(published, warnings=(*warnings, *published.warnings))
 
 
@@ -112,7 +116,7 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
         program_version=__version__,
         created=when.astimezone(UTC).isoformat(timespec="seconds"),
         project_name=project.name,
-        ifc_name=project.ifc.name,
+        ifc_name=result.design.file_name,
         ifc_digest=result.design.file_digest,
         rig_digest=plain_digest(result.rig, StereoRig),
         survey_digest=file_digest(project.survey),
@@ -123,13 +127,13 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
 
 
 def _write_views(
-    folder: Path, report: ProgressReport, earlier: Sequence[ProgressReport], ifc: Path, colour: bool
+    folder: Path, report: ProgressReport, earlier: Sequence[ProgressReport], ifc: Sequence[Path], colour: bool
 ) -> None:
     write_outputs(report, folder, folder)
     for one in earlier:
         write_overlays(one, read_pictures(one, folder), folder / "overlays")
     colours = STATE_COLOURS if colour else None
-    write_asbuilt(ifc, report, folder / f"{ifc.stem}.asbuilt.ifc", earlier=earlier, colours=colours)
+    write_copies(ifc, report, folder, earlier=earlier, colours=colours)
 
 
 def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
@@ -138,13 +142,14 @@ def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
         (folder / name).write_bytes(data)
 
 
-def _check_ifc(path: Path, report: ProgressReport) -> None:
-    if not path.is_file():
-        raise ResultError(f"{path}: the IFC file of this result isn't there; name it with --ifc")
-    if report.provenance and file_digest(path) != report.provenance.ifc_digest:
+def _check_ifc(paths: Sequence[Path], report: ProgressReport) -> None:
+    for path in paths:
+        if not path.is_file():
+            raise ResultError(f"{path}: the IFC file of this result isn't there; name it with --ifc")
+    if report.provenance and files_digest(paths) != report.provenance.ifc_digest:
         raise ResultError(
-            f"{path}: has changed since this result was made from it; run the project again, "
-            "or name the file as it was with --ifc"
+            f"{', '.join(map(str, paths))}: has changed since this result was made from it; run the project again, "
+            "or name the file as it was with --ifc (each of them, in their order)"
         )
 
 

@@ -48,7 +48,7 @@ def changed(**changes: Any) -> dict[str, Any]:
 def test_a_project_is_read_with_absolute_paths_and_visits_in_the_order_of_dates(tmp_path: Path) -> None:
     project = read_project(write_project(tmp_path))
     assert [visit.date for visit in project.visits] == [date(2026, 3, 2), date(2026, 3, 16)]
-    assert project.ifc == tmp_path / "design.ifc"
+    assert project.ifc == (tmp_path / "design.ifc",)
     assert project.visits[0].stations[1].left == tmp_path / "v/A2_left.jpg"
     assert [(left.name, right.name) for left, right in project.rig.pairs] == [
         (f"left_0{n}.jpg", f"right_0{n}.jpg") for n in (1, 2, 3)
@@ -130,7 +130,7 @@ def test_a_path_out_of_the_project_needs_leave(tmp_path: Path, outside: str) -> 
     path = write_project(tmp_path / "site", changed(ifc=outside))
     assert "leads out of the project folder" in refusal(path)
     assert "--allow-outside" in refusal(path)
-    assert read_project(path, allow_outside=True).ifc.name in (outside.replace("\\", "/").rsplit("/", 1)[-1],)
+    assert read_project(path, allow_outside=True).ifc[0].name in (outside.replace("\\", "/").rsplit("/", 1)[-1],)
 
 
 def test_a_link_out_of_the_project_needs_leave(tmp_path: Path) -> None:
@@ -218,3 +218,12 @@ def test_the_readmes_example_is_a_good_project_file(tmp_path: Path) -> None:
     path = write_project(tmp_path)
     path.write_text(example, encoding="utf-8")
     assert read_project(path).name == "Sample site"
+
+
+def test_the_design_may_be_several_files_each_named_once(tmp_path: Path) -> None:
+    path = write_project(tmp_path, changed(ifc=["structure.ifc", "architecture.ifc"]))
+    assert read_project(path).ifc == (tmp_path / "structure.ifc", tmp_path / "architecture.ifc")
+    assert "ifc: is empty" in refusal(write_project(tmp_path, changed(ifc=[])))
+    twice = refusal(write_project(tmp_path, changed(ifc=["a.ifc", "a.ifc"])))
+    assert "ifc[1]: is the same file as ifc[0]" in twice
+    assert "ifc: expected text" in refusal(write_project(tmp_path, changed(ifc=5)))

@@ -33,7 +33,7 @@ def fill(text: str, overlays: tuple[str, ...] = ("A1.jpg",)):  # type: ignore[no
 
 def publish(out: OutputFolder, text: str, minutes: int = 0, **more: tuple[str, ...]) -> Published:
     when = NOON + timedelta(minutes=minutes)
-    return out.publish(fill(text, **more), when=when, digest=DIGEST, ifc="../design.ifc")
+    return out.publish(fill(text, **more), when=when, digest=DIGEST, ifc=["../design.ifc"])
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -46,7 +46,7 @@ def test_a_run_is_written_whole_made_current_and_copied(tmp_path: Path) -> None:
     current = read_current(tmp_path / "out")
     assert current is not None
     assert current.folder == published.folder == tmp_path / "out/runs/20260302T120000Z-01234567"
-    assert current.ifc == "../design.ifc"
+    assert current.ifc == ("../design.ifc",)
     assert first_faults("current-1", json.loads((tmp_path / "out/current.json").read_text())) == []
     assert (tmp_path / "out/report.html").read_text() == "page one"
     assert (tmp_path / "out/overlays/A1.jpg").is_file()
@@ -84,7 +84,7 @@ def test_a_run_that_fails_half_way_leaves_the_earlier_one_current(tmp_path: Path
         publish(out, "one")
         before = files(tmp_path)
         with pytest.raises((OutputError, KeyboardInterrupt)):
-            out.publish(half, when=NOON, digest=DIGEST, ifc="x")
+            out.publish(half, when=NOON, digest=DIGEST, ifc=["x"])
     assert files(tmp_path) == before
 
 
@@ -93,7 +93,7 @@ def test_a_full_disk_is_named_with_what_to_do(tmp_path: Path) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", str(folder / "report.html"))
 
     with open_output(tmp_path) as out, pytest.raises(OutputError, match=r"disk is full.*Free some space"):
-        out.publish(full, when=NOON, digest=DIGEST, ifc="x")
+        out.publish(full, when=NOON, digest=DIGEST, ifc=["x"])
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
@@ -103,7 +103,7 @@ def test_the_systems_own_full_device_is_understood(tmp_path: Path) -> None:
             file.write("x")
 
     with open_output(tmp_path) as out, pytest.raises(OutputError, match="disk is full"):
-        out.publish(full, when=NOON, digest=DIGEST, ifc="x")
+        out.publish(full, when=NOON, digest=DIGEST, ifc=["x"])
 
 
 @pytest.mark.parametrize("step", ["rename", "replace"])

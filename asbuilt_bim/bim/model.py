@@ -59,6 +59,7 @@ class BimElement:
     volume_m3: float
     faces: tuple[DesignFace, ...]
     qto: dict[str, float]
+    source: int = 0  # which of the design's files holds it
 
     @property
     def exposed_area_m2(self) -> float:

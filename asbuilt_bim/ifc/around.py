@@ -11,6 +11,7 @@ from asbuilt_bim.bim.model import BimElement, Obstacle
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze, frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.ifc.bodies import Body, read_bodies
+from asbuilt_bim.ifc.federation import Member
 
 REACH_M = 0.05
 """A solid whose box stays further away than this touches nothing: five times what exposure calls near."""
@@ -19,10 +20,8 @@ _OVERLAP_M = 1e-6
 _MAX_DEPTH = 16
 
 
-def read_obstacles(
-    file: Any, products: Sequence[Any], elements: Sequence[BimElement], length_scale: float
-) -> tuple[Obstacle, ...]:
-    """Return the bodies of those products that may touch a lateral face of an element.
+def read_obstacles(member: Member, products: Sequence[Any], elements: Sequence[BimElement]) -> tuple[Obstacle, ...]:
+    """Return the bodies of those products of a file that may touch a lateral face of an element, whosever it is.
 
     Each is first drawn as it is before openings and clippings are taken off, which costs a tenth and can only be
     larger; those that are near and were cut are then drawn again as they are.
@@ -30,7 +29,8 @@ def read_obstacles(
     if not elements:
         return ()
     boxes = np.array([_room(element) for element in elements])
-    rough = read_bodies(file, products, length_scale, uncut=True)
+    file, scale, place = member.file, member.units.length_scale, member.world_from_file
+    rough = read_bodies(file, products, scale, world_from_file=place, uncut=True)
     cut = {product.id() for product in products if _is_cut(product)}
     grown = {product.id() for product in products if product.id() in cut and _is_united(product)}
     near = {
@@ -40,15 +40,14 @@ def read_obstacles(
         or (product.id() not in rough and product.id() in cut)
         or (product.id() in rough and _meets(rough[product.id()], boxes))
     }
-    exact = read_bodies(file, [p for p in products if p.id() in near & cut], length_scale)
+    exact = read_bodies(file, [p for p in products if p.id() in near & cut], scale, world_from_file=place)
     bodies = {number: body for number, body in rough.items() if number in near - cut} | {
         number: body for number, body in exact.items() if _meets(body, boxes)
     }
-    return tuple(obstacle(product, bodies[product.id()]) for product in products if product.id() in bodies)
+    return tuple(_obstacle(product, bodies[product.id()]) for product in products if product.id() in bodies)
 
 
-def obstacle(product: Any, body: Body) -> Obstacle:
-    """Return a product and its body as an obstacle."""
+def _obstacle(product: Any, body: Body) -> Obstacle:
     return Obstacle(
         global_id=product.GlobalId,
         ifc_class=product.is_a(),

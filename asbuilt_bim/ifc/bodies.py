@@ -28,12 +28,19 @@ class Body:
 
 
 def read_bodies(
-    file: Any, products: Sequence[Any], length_scale: float, threads: int = 2, uncut: bool = False
+    file: Any,
+    products: Sequence[Any],
+    length_scale: float,
+    *,
+    world_from_file: FloatArray | None = None,
+    threads: int = 2,
+    uncut: bool = False,
 ) -> dict[int, Body]:
     """Return the bodies of products by entity number, openings taken off; those without a usable body are left out.
 
     `length_scale` is metres per unit of the file: the kernel overlooks the unit of some files, and is corrected then.
-    `uncut` leaves openings and clippings on, and then draws up to ten times as fast.
+    `world_from_file` (4, 4) moves them all, where the file is one of several. `uncut` leaves openings and clippings
+    on, and then draws up to ten times as fast.
     """
     drawn = [product for product in products if getattr(product, "Representation", None)]
     if not drawn:
@@ -51,18 +58,20 @@ def read_bodies(
     mend = length_scale / float(iterator.unit_magnitude())  # type: ignore[no-untyped-call]
     while True:
         shape = iterator.get()  # type: ignore[no-untyped-call]
-        body = _body(shape, mend)
+        body = _body(shape, mend, world_from_file)
         if body is not None:
             bodies[int(shape.id)] = body
         if not iterator.next():
             return bodies
 
 
-def _body(shape: Any, mend: float) -> Body | None:
+def _body(shape: Any, mend: float, world_from_file: FloatArray | None) -> Body | None:
     vertices = np.array(shape.geometry.verts, dtype=np.float64).reshape(-1, 3) * mend
     triangles = np.array(shape.geometry.faces, dtype=np.int32).reshape(-1, 3)
     world_from_local = np.array(shape.transformation.matrix, dtype=np.float64).reshape(4, 4, order="F").copy()
     world_from_local[:3, 3] *= mend
+    if world_from_file is not None:
+        world_from_local = world_from_file @ world_from_local
     if len(triangles) == 0 or not np.isfinite(vertices).all() or not np.isfinite(world_from_local).all():
         return None
     mesh = welded(Mesh(vertices_m=vertices, triangles=triangles))

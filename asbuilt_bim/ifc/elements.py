@@ -11,14 +11,14 @@ import ifcopenshell.util.selector
 import numpy as np
 
 from asbuilt_bim.bim.mesh import merged, pieces, signed_volume, turned_outwards
-from asbuilt_bim.bim.model import BimElement, ElementClass, Obstacle
+from asbuilt_bim.bim.model import BimElement, ElementClass
 from asbuilt_bim.bim.shape import axes
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import inverse
-from asbuilt_bim.ifc.around import read_obstacles
 from asbuilt_bim.ifc.bodies import Body, read_bodies
 from asbuilt_bim.ifc.faces import design_faces
+from asbuilt_bim.ifc.federation import Member
 from asbuilt_bim.ifc.structure import base_quantities, is_concrete, parts_of, storey_of
 from asbuilt_bim.ifc.units import Units
 
@@ -35,52 +35,58 @@ MAX_SIZE_M = 1000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReadElements:
-    """What was read: elements, what may touch them, and in words what couldn't be used."""
+    """What was read: elements, the products that may touch elements, and in words what couldn't be used."""
 
     elements: tuple[BimElement, ...]
-    obstacles: tuple[Obstacle, ...]
+    others: tuple[Any, ...]
     notes: tuple[str, ...]
 
 
-def read_elements(file: Any, scope: str | None, units: Units, where: str) -> ReadElements:
-    """Read walls and columns (those that `scope`, an ifcopenshell selector, picks) and the solids that may touch them.
+def read_elements(member: Member, number: int, scope: str | None, taken: frozenset[str] = frozenset()) -> ReadElements:
+    """Read the walls and columns of a file (those that `scope`, an ifcopenshell selector, picks).
+
+    `number` is the file's place in the design. What an earlier file has (`taken`, GlobalIds) counts there.
 
     Raises:
         DesignError: the scope can't be read, or two elements share a GlobalId.
     """
-    candidates = walls_and_columns(file)
+    file, where = member.file, str(member.path)
+    everything = walls_and_columns(file)
+    candidates = [product for product in everything if product.GlobalId not in taken]
     chosen = _in_scope(file, candidates, scope, where)
     _check_ids(chosen, where)
-    if not chosen:
-        return ReadElements(elements=(), obstacles=(), notes=())
     parts = [part for product in chosen if not _has_body(product) for part in parts_of(product)]
-    bodies = read_bodies(file, [*chosen, *parts], units.length_scale)
+    bodies = read_bodies(file, [*chosen, *parts], member.units.length_scale, world_from_file=member.world_from_file)
     elements: list[BimElement] = []
     notes: list[str] = []
     bodiless: list[str] = []
     for product in chosen:
-        body = _body_of(product, bodies, units)
+        body = _body_of(product, bodies, member)
         if body is None:
             bodiless.append(_label(product))
         else:
-            element = _read_or_note(product, body, units)
+            element = _read_or_note(product, body, member.units, number)
             if isinstance(element, str):
                 notes.append(element)
             else:
                 elements.append(element)
-    obstacles = read_obstacles(file, _others(file, candidates, chosen), elements, units.length_scale)
-    return ReadElements(elements=tuple(elements), obstacles=obstacles, notes=(*_bodiless_note(bodiless), *notes))
+    if twice := len(everything) - len(candidates):
+        notes.append(f"{twice} walls or columns of {member.path.name} are in an earlier file too and count there")
+    return ReadElements(
+        elements=tuple(elements),
+        others=_others(file, everything, {product.id() for product in chosen}, taken),
+        notes=(*_bodiless_note(bodiless), *notes),
+    )
 
 
-def _others(file: Any, candidates: list[Any], chosen: list[Any]) -> list[Any]:
-    """Return what else may touch the chosen elements: other walls and columns or their parts, slabs, beams ..."""
-    picked = {product.id() for product in chosen}
+def _others(file: Any, candidates: list[Any], picked: set[int], taken: frozenset[str]) -> tuple[Any, ...]:
+    """Return what else may touch elements: walls and columns not picked, or their parts, slabs, beams ..."""
     own_parts = {part.id() for product in candidates for part in parts_of(product)}
     around = [product for name in _OBSTACLES for product in _by_type(file, name) if product.id() not in own_parts]
     for product in candidates:
-        if product.id() not in picked:
+        if product.id() not in picked and product.GlobalId not in taken:
             around += [product] if _has_body(product) else parts_of(product)
-    return list({product.id(): product for product in around}.values())
+    return tuple({product.id(): product for product in around}.values())
 
 
 def _bodiless_note(labels: list[str]) -> tuple[str, ...]:
@@ -90,9 +96,9 @@ def _bodiless_note(labels: list[str]) -> tuple[str, ...]:
     return (f"no usable body, so not measured: {named}",)
 
 
-def _read_or_note(product: Any, body: Body, units: Units) -> BimElement | str:
+def _read_or_note(product: Any, body: Body, units: Units, number: int) -> BimElement | str:
     try:
-        return _element(product, body, units)
+        return _element(product, body, units, number)
     except Exception as error:  # whatever is wrong with one element must not cost the others: the note carries it
         return f"{_label(product)} can't be used: {type(error).__name__}: {error}"
 
@@ -143,7 +149,7 @@ def _has_body(product: Any) -> bool:
     )
 
 
-def _body_of(product: Any, bodies: dict[int, Body], units: Units) -> Body | None:
+def _body_of(product: Any, bodies: dict[int, Body], member: Member) -> Body | None:
     """Return a product's own body, else that of its parts together."""
     if product.id() in bodies:
         return bodies[product.id()]
@@ -154,11 +160,12 @@ def _body_of(product: Any, bodies: dict[int, Body], units: Units) -> Body | None
     if product.ObjectPlacement is not None:
         placed = ifcopenshell.util.placement.get_local_placement(product.ObjectPlacement)
         world_from_local = np.array(placed, dtype=np.float64)
-        world_from_local[:3, 3] *= units.length_scale
+        world_from_local[:3, 3] *= member.units.length_scale
+        world_from_local = member.world_from_file @ world_from_local
     return Body(mesh=merged(tuple(body.mesh for body in inner)), world_from_local=world_from_local)
 
 
-def _element(product: Any, body: Body, units: Units) -> BimElement:
+def _element(product: Any, body: Body, units: Units, number: int) -> BimElement:
     kind: ElementClass = "column" if product.is_a("IfcColumn") else "wall"
     mesh = merged(tuple(turned_outwards(piece) for piece in pieces(body.mesh)))
     preferred: FloatArray | None = body.world_from_local[:2, 0] if kind == "wall" else None
@@ -185,6 +192,7 @@ def _element(product: Any, body: Body, units: Units) -> BimElement:
         volume_m3=abs(signed_volume(mesh)),
         faces=faces,
         qto=base_quantities(product, units),
+        source=number,
     )
 
 

@@ -1,41 +1,27 @@
-"""An IFC file becomes a `BimModel`."""
+"""One IFC file, or several that describe one building, become a `BimModel`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from asbuilt_bim.bim.exposure import expose
-from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.bim.model import BimModel, CostLine, Obstacle, Task
 from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.around import read_obstacles
 from asbuilt_bim.ifc.cost import read_cost_lines
-from asbuilt_bim.ifc.elements import read_elements
+from asbuilt_bim.ifc.elements import ReadElements, read_elements
 from asbuilt_bim.ifc.facts import FileFacts, read_facts
+from asbuilt_bim.ifc.federation import Member, member, same_storeys
 from asbuilt_bim.ifc.schedule import read_tasks
-from asbuilt_bim.ifc.source import file_digest, open_ifc
-from asbuilt_bim.ifc.structure import read_storeys
-from asbuilt_bim.ifc.units import read_units
+from asbuilt_bim.ifc.source import files_digest, open_ifc
 
 _DAMAGE = (AssertionError, AttributeError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
 """What ifcopenshell raises where an entity outside the elements lacks what the schema says it has."""
-
-
-def read_design(path: Path, scope: str | None = None) -> BimModel:
-    """Read the design from an IFC file (IFC2X3, IFC4, IFC4X3): walls and columns with their exposed faces.
-
-    `scope` is an ifcopenshell selector that picks the elements to be monitored; the others still hide and touch them.
-    One element that can't be used becomes a note, not an error.
-
-    Raises:
-        DesignError: the file is missing, no IFC, cut short, of another schema, without a wall or column that has a
-            body, or two of them share a GlobalId.
-    """
-    file = open_ifc(path)
-    with _damage_named(path):
-        return _read(file, path, scope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,6 +33,21 @@ class Inspection:
     refusal: str
 
 
+def read_design(path: Path | Sequence[Path], scope: str | None = None) -> BimModel:
+    """Read the design from an IFC file (IFC2X3, IFC4, IFC4X3): walls and columns with their exposed faces.
+
+    Several files are one design in the world of the first: what two of them hold counts for the one named first, and
+    solids of one touch elements of another. `scope` is an ifcopenshell selector that picks the elements to be
+    monitored; the others still touch them. One element that can't be used becomes a note, not an error.
+
+    Raises:
+        DesignError: a file is missing, no IFC, cut short, of another schema, two walls or columns of it share a
+            GlobalId, or there is no wall or column that has a body.
+    """
+    paths = [path] if isinstance(path, Path) else list(path)
+    return _design([(one, open_ifc(one)) for one in paths], scope)
+
+
 def inspect_file(path: Path, scope: str | None = None) -> Inspection:
     """Read what a file holds even where it is no design.
 
@@ -56,10 +57,10 @@ def inspect_file(path: Path, scope: str | None = None) -> Inspection:
     file = open_ifc(path)
     with _damage_named(path):
         facts = read_facts(file)
-        try:
-            return Inspection(facts=facts, design=_read(file, path, scope), refusal="")
-        except DesignError as error:
-            return Inspection(facts=facts, design=None, refusal=str(error))
+    try:
+        return Inspection(facts=facts, design=_design([(path, file)], scope), refusal="")
+    except DesignError as error:
+        return Inspection(facts=facts, design=None, refusal=str(error))
 
 
 @contextmanager
@@ -72,35 +73,63 @@ def _damage_named(path: Path) -> Iterator[None]:
         raise DesignError(f"{path}: the file is damaged ({reason}); export it again") from error
 
 
-def _read(file: Any, path: Path, scope: str | None) -> BimModel:
-    units = read_units(file)
-    storeys = read_storeys(file, units)
-    read = read_elements(file, scope, units, str(path))
-    if not read.elements:
-        raise DesignError(f"{path}: {_why_empty(read.notes, scope)}")
-    ids = frozenset(element.global_id for element in read.elements)
-    lines, cost_notes = read_cost_lines(file, ids, units)
-    elements, exposure_notes = expose(read.elements, read.obstacles)
-    notes = (*read.notes, *exposure_notes, *cost_notes)
-    if homeless := sum(not element.storey for element in elements):
-        why = "" if storeys else " (the file holds no IfcBuildingStorey)"
-        notes += (f"{homeless} walls or columns belong to no storey{why}: they count in the whole only",)
-    projects = file.by_type("IfcProject")
-    return BimModel(
-        file_name=path.name,
-        file_digest=file_digest(path),
-        schema=file.schema,
-        project_name=(projects[0].LongName or projects[0].Name or "") if projects else "",
+def _design(files: Sequence[tuple[Path, Any]], scope: str | None) -> BimModel:
+    members: list[Member] = []
+    found: list[ReadElements] = []
+    for number, (path, file) in enumerate(files):
+        with _damage_named(path):
+            members.append(member(path, file, members[0] if members else None))
+            taken = frozenset(e.global_id for read in found for e in read.elements)
+            found.append(read_elements(members[-1], number, scope, taken))
+    elements = tuple(chain.from_iterable(read.elements for read in found))
+    where = ", ".join(str(path) for path, _ in files)
+    if not elements:
+        raise DesignError(f"{where}: {_why_empty([note for read in found for note in read.notes], scope)}")
+    obstacles: list[Obstacle] = []
+    for one, read in zip(members, found, strict=True):
+        with _damage_named(one.path):
+            obstacles += read_obstacles(one, read.others, elements)
+    exposed, exposure_notes = expose(elements, tuple(obstacles))
+    storeys, elements = same_storeys(members, exposed)
+    design = BimModel(
+        file_name=", ".join(path.name for path, _ in files),
+        file_digest=files_digest([path for path, _ in files]),
+        schema=", ".join(dict.fromkeys(file.schema for _, file in files)),
+        project_name=next((one.project_name for one in members if one.project_name), ""),
         storeys=storeys,
         elements=elements,
-        obstacles=read.obstacles,
-        tasks=read_tasks(file, ids),
-        cost_lines=lines,
-        notes=notes,
+        obstacles=tuple(obstacles),
+        tasks=(),
+        cost_lines=(),
+        notes=(
+            *chain.from_iterable((*one.notes, *read.notes) for one, read in zip(members, found, strict=True)),
+            *exposure_notes,
+        ),
     )
+    return _with_plan(members, design)
 
 
-def _why_empty(notes: tuple[str, ...], scope: str | None) -> str:
+def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
+    """Return a design with its tasks and cost lines, each of the file that is named first."""
+    ids = frozenset(element.global_id for element in design.elements)
+    tasks: dict[str, Task] = {}
+    lines: dict[str, CostLine] = {}
+    notes = list(design.notes)
+    for one in members:
+        with _damage_named(one.path):
+            for task in read_tasks(one.file, ids):
+                tasks.setdefault(task.global_id, task)
+            read, cost_notes = read_cost_lines(one.file, ids, one.units)
+            for line in read:
+                lines.setdefault(line.global_id, line)
+            notes += cost_notes
+    if homeless := sum(not element.storey for element in design.elements):
+        why = "" if design.storeys else " (the file holds no IfcBuildingStorey)"
+        notes.append(f"{homeless} walls or columns belong to no storey{why}: they count in the whole only")
+    return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
+
+
+def _why_empty(notes: Sequence[str], scope: str | None) -> str:
     if notes:
         return f"no wall or column has a body that can be used ({notes[0]}); export it with its geometry"
     if scope:

@@ -85,7 +85,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     return INCOMPLETE if request.strict and incomplete else 0
 
 
-def report_command(folder: Path, ifc: Path | None, screen: Screen, when: datetime, *, colour: bool = False) -> int:
+def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: datetime, *, colour: bool = False) -> int:
     """Make the outputs of a folder's current run again.
 
     Raises:
