@@ -46,8 +46,8 @@ class CellStates:
 def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> CellStates:
     """Decide each cell by its sides: built if any side is seen built, open if any is seen open, both is a conflict.
 
-    A side decides a cell when enough of its samples there say the same, the unknown ones counted against it. At a pour
-    line, where no side is clear, the sides are counted together: that is no conflict.
+    A side decides a cell when enough of its samples there say the same, the unknown ones counted against it; fewer do
+    where not one contradicts. At a pour line, where no side is clear, the sides are counted together: no conflict.
     """
     cells = element_cells(element)
     real = cells.weight.ravel() > 0.0
@@ -59,8 +59,9 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     total, built, opened = counts
     decided = built + opened
     share = built / np.maximum(decided, 1.0)
-    says_built = (built >= options.decided_share * total) & (built > 0.0)
-    says_open = (opened >= options.decided_share * total) & (opened > 0.0) & ~says_built
+    needed = np.where(built * opened > 0.0, options.decided_share, options.sole_share) * total
+    says_built = (built >= needed) & (built > 0.0)
+    says_open = (opened >= needed) & (opened > 0.0) & ~says_built
     enough = says_built | says_open
     clear = enough & ((share >= options.clear_share) | (share <= 1.0 - options.clear_share))
     any_built, any_open = says_built.any(axis=0), says_open.any(axis=0)

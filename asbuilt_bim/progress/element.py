@@ -48,7 +48,7 @@ def progress_of(
     built, opened, conflict = (float(np.sum(one)) for one in (cells.built, cells.open, cells.conflict))
     least, most = float(cells.least.sum()), float(cells.most.sum())
     completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
-    state, why = _state(cells, completion, options)
+    state, why = _state(cells, element.height_m, completion, options)
     notes = [*why, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
         notes.append(f"{conflict:.0f} cells are seen built from one side and open from another: look at the pictures")
@@ -95,29 +95,35 @@ def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | N
     return sum(s.as_built_area_m2 or 0.0 for s in measured), float(np.hypot(calibration, image))
 
 
-def _state(cells: CellStates, completion: Completion, options: ProgressOptions) -> tuple[State, list[str]]:
+def _state(
+    cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions
+) -> tuple[State, list[str]]:
     """Name the state, and say why where it isn't plain.
 
-    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built; and where under half
-    was seen, "not started" needs the foot seen open. What lies between stays unknown in the bounds either way.
+    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built. "Not started" needs the
+    foot seen open; where half was seen, starter bars may hide the foot, but no more than they do. What lies between
+    stays unknown in the bounds either way.
     """
     best = completion.best
     if best is None:
         return "unknown", []
     seen = f"{completion.coverage:.0%} of it was seen"
     if best >= options.complete_from:
-        if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, top=True):
+        if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
             return "complete", [] if completion.coverage >= options.enough_coverage else [f"{seen}, up to its top"]
         return "unknown", [f"{seen}, and that is built; its top was not seen"]
     if best <= options.not_started_to:
-        if completion.coverage >= options.enough_coverage or _end_is(cells.open, cells, top=False):
+        near_foot = float(np.min(cells.height, where=cells.open, initial=1.0)) * height_m <= options.starter_bars_m
+        if (near_foot and completion.coverage >= options.enough_coverage) or _end_is(
+            cells.open, cells, options, top=False
+        ):
             return "not started", [] if completion.coverage >= options.enough_coverage else [f"{seen}, with its foot"]
         return "unknown", [f"{seen}, and that is open; its foot was not seen"]
     return "part", []
 
 
-def _end_is(said: BoolArray, cells: CellStates, top: bool) -> bool:
-    """Say whether the topmost (or lowest) tenth of the cells was seen, and all that was seen of it says so."""
+def _end_is(said: BoolArray, cells: CellStates, options: ProgressOptions, top: bool) -> bool:
+    """Say whether of the topmost (or lowest) tenth of the cells enough was seen, and all that was seen says so."""
     decided = cells.built | cells.open
     end = cells.height >= 0.9 * cells.height.max() if top else cells.height <= cells.height.min() + 0.1
-    return bool(np.any(decided & end) and np.all(said[decided & end]))
+    return bool(np.mean(decided[end]) >= options.known_from and np.all(said[decided & end]))

@@ -18,6 +18,7 @@ class ProgressOptions:
     max_blur_m: float = 0.45  # built is said where 3 sigma are within a column's own depth: what stands there is it
     margin_px: int = 3  # reference pixels round a sample that must say the same: stereo smears depth edges
     decided_share: float = 0.5  # of one side's samples in a cell must say the same: fewer, and clutter could decide
+    sole_share: float = 0.25  # the same where none says otherwise: what a prop or a neighbour hides says nothing
     solid_share: float = 0.7  # of an outline's samples with depth on the surface; starter bars leave gaps between them
     through_share: float = 0.6  # of what depth finds round a sample; solid concrete is never seen through
     found_share: float = 0.3  # of the samples round it with any depth: fewer prove nothing
@@ -31,4 +32,5 @@ class ProgressOptions:
     not_started_to: float = 0.02  # best; the foot of a column may hide one cell of formwork or starter bars
     known_from: float = 0.10  # coverage, under which completion has no best value
     nearly_all: float = 0.90  # coverage from which "complete" needs no look at the top
-    enough_coverage: float = 0.50  # coverage from which "not started" needs no look at the foot
+    enough_coverage: float = 0.50  # coverage from which "not started" needs no look at the foot, but near it
+    starter_bars_m: float = 1.0  # starter bars hide a foot up to here: 40 diameters of 25 mm

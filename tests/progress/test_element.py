@@ -106,6 +106,27 @@ def test_an_open_cell_under_a_built_one_may_be_a_mistake_and_stays_possible_in_t
     assert completion.upper == 1.0 and completion.lower < completion.best
 
 
+def test_a_column_open_down_to_its_starter_bars_is_not_started_and_one_open_in_its_upper_half_is_not_known() -> None:
+    bars = progress(says(0, opened=polygon.box(0, 0.9, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert bars.state == "not started" and bars.completion.upper == pytest.approx(0.3, abs=0.04)
+    upper = progress(says(0, opened=polygon.box(0, 1.4, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert upper.completion.coverage > 0.5 and upper.state == "unknown"
+    assert any("foot was not seen" in note for note in upper.notes)
+
+
+def test_one_cell_of_a_long_foot_is_no_look_at_it() -> None:
+    upper, corner = polygon.box(0, 2.0, 4, 3), polygon.box(0, 0, 0.25, 0.25)
+    assert progress(says(0, opened=polygon.union([upper, corner]))).state == "unknown"
+    assert progress(says(0, opened=polygon.union([upper, polygon.box(0, 0, 2, 0.5)]))).state == "not started"
+
+
+def test_a_quarter_of_a_side_decides_a_cell_only_where_nothing_contradicts() -> None:
+    strip, rest = polygon.box(0, 0, 0.15, 3), polygon.box(0.25, 0, 0.4, 3)
+    assert progress(says(0, built=strip, of=COLUMN), of=COLUMN).state == "complete"  # a prop hides the rest of it
+    assert progress(says(0, built=strip, opened=rest, of=COLUMN), of=COLUMN).completion.coverage == 0.0
+    assert progress(says(0, built=polygon.box(0, 0, 0.05, 3), of=COLUMN), of=COLUMN).completion.coverage == 0.0
+
+
 def test_a_few_stray_samples_decide_no_cell() -> None:
     one = progress(says(0, built=polygon.box(1.0, 1.0, 1.08, 1.08)))
     assert one.cells_built == 0.0 and one.state == "unknown"
