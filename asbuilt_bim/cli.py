@@ -18,6 +18,17 @@ _FILE = click.Path(path_type=Path)
 _BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
 
 
+class _Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> tuple[int, int]:
+        """Read WIDTHxHEIGHT in pixels."""
+        width, _, height = str(value).lower().partition("x")
+        if not (width.isdecimal() and height.isdecimal() and 0 < int(width) < 100_000 and 0 < int(height) < 100_000):
+            self.fail(f"{value!r} is no size in pixels, such as 1280x960", param, context)
+        return int(width), int(height)
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="asbuilt-bim")
 @click.option("--debug", is_flag=True, help="Show where in the program an unexpected error arose.")
@@ -86,6 +97,8 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--board", default="", metavar="BOARD", help=_BOARD)
 @click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
+@click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="In the place of boards: measured points.")
+@click.option("--photo-size", type=_Size(), default=None, metavar="WIDTHxHEIGHT", help="Of the photos they are in.")
 @click.option("--check-length", type=click.FloatRange(min=0.01), metavar="METRES", help="A known length, in metres.")
 @click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in a pair of photos.")
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
@@ -94,13 +107,17 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def calibrate(context: click.Context, /, **options: Any) -> None:
-    """Calibrate the rig from photos of a board: those of PROJECT.yaml, or --left, --right and --board.
+    """Calibrate the rig from the boards of PROJECT.yaml, from --left, --right and --board, or from --control-points.
 
     A known length (--check-length with --check-points, or a second board) refuses a rig whose scale is off.
     """
-    patterns = [bool(options[key]) for key in ("left", "right", "board")]
-    if (options["project"] is None) != all(patterns) or (options["project"] is not None and any(patterns)):
-        raise click.UsageError("give either PROJECT.yaml, or --left, --right and --board")
+    groups = [("project",), ("left", "right", "board"), ("control_points", "photo_size")]
+    given = [group for group in groups if any(options[key] for key in group)]
+    if len(given) != 1 or not all(options[key] for key in given[0]):
+        raise click.UsageError(
+            "give PROJECT.yaml, or --left, --right and --board, or --control-points and --photo-size"
+        )
+    options["photo_size"] = options["photo_size"] or (0, 0)
     if (options["check_length"] is None) != (not options["check_points"]):
         raise click.UsageError("--check-length and --check-points go together")
     second = [bool(options[key]) for key in ("check_board", "check_left", "check_right")]

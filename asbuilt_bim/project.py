@@ -40,13 +40,15 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigSource:
-    """Where the rig comes from: `file`, or photos of `boards` in pairs (left, right)."""
+    """Where the rig comes from: `file`, photos of `boards` in pairs (left, right), or `control_points`."""
 
     file: Path | None
     boards: BoardsFile | None
     pairs: tuple[tuple[Path, Path], ...]
     file_right: Path | None = None
     foreign: Foreign = _OWN  # what another program's file doesn't say
+    control_points: Path | None = None
+    photo_size_px: tuple[int, int] = (0, 0)  # of the photos that the control points were marked in
     refine: bool = False  # measure with the rig as the visit's photos show it, where it was knocked
 
 
@@ -78,7 +80,8 @@ class Project:
         """Return every file that the project reads; none of them is ever written."""
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
         boards = [p for pair in self.rig.pairs for p in pair]
-        rig = [file for file in (self.rig.file, self.rig.file_right) if file is not None]
+        files = self.rig.file, self.rig.file_right, self.rig.control_points
+        rig = [file for file in files if file is not None]
         schedule = [self.schedule] if self.schedule else []
         return (self.path, *self.ifc, self.survey, *schedule, *rig, *boards, *photos)
 
@@ -110,7 +113,7 @@ def read_project(path: Path, *, allow_outside: bool = False) -> Project:
 
 
 def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
-    boards = written.rig.boards
+    boards, control = written.rig.boards, written.rig.control_points
     rig = RigSource(
         file=checker.file(written.rig.file, "rig.file") if written.rig.file else None,
         file_right=checker.file(written.rig.file_right, "rig.file_right") if written.rig.file_right else None,
@@ -119,6 +122,8 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
             metres_per_unit=written.rig.unit_m,
             fisheye=written.rig.fisheye,
         ),
+        control_points=checker.file(control.file, "rig.control_points.file") if control else None,
+        photo_size_px=control.photo_size_px if control else (0, 0),
         boards=boards,
         pairs=checker.pairs(boards.left, boards.right, "rig.boards") if boards else (),
         refine=written.rig.refine,

@@ -42,8 +42,16 @@ class BoardsFile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ControlPointsFile:
+    """`rig.control_points`: points measured on site and marked in one pair of photos, for a rig that sees no board."""
+
+    file: str
+    photo_size_px: tuple[Annotated[int, Within(low=1, high=100_000)], Annotated[int, Within(low=1, high=100_000)]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RigFile:
-    """`rig`: a rig file of this program or another, or photos of boards to make one from; one of the two."""
+    """`rig`: a rig file of this program or another, photos of boards, or control points; one of the three."""
 
     file: str | None = None
     file_right: str | None = None  # ROS and EuRoC keep a file a camera, OpenCV's samples intrinsics and extrinsics
@@ -51,16 +59,19 @@ class RigFile:
     unit_m: Annotated[float, Within(low=0.0005, high=1.0, unit="m")] = 1.0  # of T in OpenCV's files: 0.001 for mm
     fisheye: bool = False  # four coefficients in OpenCV's files may be a fisheye's
     boards: BoardsFile | None = None
+    control_points: ControlPointsFile | None = None
     refine: bool = False  # where it was knocked since: measure with the rig as each visit's photos show it
 
     def __post_init__(self) -> None:
         """Check that there is one source of the rig.
 
         Raises:
-            ValueError: none or both are given.
+            ValueError: none or several are given.
         """
-        if (self.file is None) == (self.boards is None):
-            raise ValueError("needs either file (a rig.yaml) or boards (photos of a calibration board), one of the two")
+        if [self.file, self.boards, self.control_points].count(None) != 2:
+            raise ValueError(
+                "needs file (a rig.yaml), boards (photos of a calibration board) or control_points, one of the three"
+            )
         if self.photo_size_px is not None and not all(1 <= side <= 100_000 for side in self.photo_size_px):
             raise ValueError(f"photo_size_px {list(self.photo_size_px)} is no width and height in pixels")
 

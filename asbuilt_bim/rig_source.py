@@ -8,6 +8,8 @@ from pathlib import Path
 
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.calibrate import Calibration, calibrate_stereo
+from asbuilt_bim.camera.control_file import read_control_points
+from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
@@ -33,14 +35,18 @@ def rig_of(project: Project, cache: Cache, progress: Progress) -> tuple[StereoRi
 
 
 def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration:
-    """Calibrate from the project's board photos.
+    """Calibrate from the project's board photos or control points.
 
     Raises:
-        CalibrationError: the project has no boards, their photos can't be read, or they give no rig.
+        CalibrationError: the project has neither, they can't be read, or they give no rig.
     """
     boards = project.rig.boards
+    if project.rig.control_points is not None:
+        return rig_from_control_points(read_control_points(project.rig.control_points), project.rig.photo_size_px)
     if boards is None:
-        raise CalibrationError(f"{project.path}: rig.boards is not given, so there is nothing to calibrate from")
+        raise CalibrationError(
+            f"{project.path}: rig.boards and rig.control_points are not given, so there is nothing to calibrate from"
+        )
     board = Board(
         kind=boards.kind,
         columns=boards.columns,

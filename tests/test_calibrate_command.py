@@ -2,12 +2,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from asbuilt_bim.camera.control_file import COLUMNS
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.cli import app
+from asbuilt_bim.project import read_project
+from asbuilt_bim.rig_source import calibrate
+from asbuilt_bim.scale.cache import Cache
 from tests.camera.board_pictures import CHESS, pairs
+from tests.camera.test_control_rig import control
+from tests.camera.virtual import rig
+from tests.project_folder import plain, write_project
 
 BOARD = "chessboard,9x6,0.06"
 
@@ -85,3 +93,35 @@ def test_what_cannot_be_read_from_the_command_line_is_named(photos: Path, tmp_pa
     )
     assert nothing.exit_code == 1 and "no file fits it" in nothing.stderr.replace("\n", " ")
     assert not out.exists()
+
+
+def points_file(folder: Path) -> Path:
+    points = control(24, 0.3)
+    file = folder / "points.csv"
+    rows = [
+        ",".join([name, *(f"{value:.6f}" for value in row)])
+        for name, row in zip(points.names, np.hstack([points.points_m, points.left_px, points.right_px]), strict=True)
+    ]
+    file.write_text("\n".join([",".join(COLUMNS), *rows]), encoding="utf-8")
+    return file
+
+
+def test_control_points_give_a_rig_to_a_camera_that_sees_no_board(tmp_path: Path) -> None:
+    out, page = tmp_path / "rig.yaml", tmp_path / "page.html"
+    given = ["--control-points", points_file(tmp_path), "--photo-size", "1280x960", "--out", out, "--report", page]
+    result = CliRunner().invoke(app, ["calibrate", *map(str, given)])
+    assert result.exit_code == 0, result.output
+    assert read_rig(out).baseline_m == pytest.approx(rig().baseline_m, rel=0.02)
+    assert "control points" in page.read_text(encoding="utf-8")
+    for size in ("1280", "0x960", "wide"):
+        again = CliRunner().invoke(app, ["calibrate", *map(str, given[:3]), size, "--out", str(out)])
+        assert again.exit_code == 2 and "no size in pixels" in again.stderr
+
+
+def test_a_project_may_name_control_points_as_its_rig(tmp_path: Path) -> None:
+    named = {"control_points": {"file": "points.csv", "photo_size_px": [1280, 960]}}
+    project = write_project(tmp_path / "site", {**plain(), "rig": named})
+    points_file(project.parent)
+    made = calibrate(read_project(project), Cache(folder=None), lambda *_, **__: None)
+    assert made.rig.baseline_m == pytest.approx(rig().baseline_m, rel=0.02)
+    assert project.parent / "points.csv" in read_project(project).sources

@@ -11,6 +11,7 @@ from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.project import read_project
 from asbuilt_bim.project_file import (
     BoardsFile,
+    ControlPointsFile,
     MarkersFile,
     NetworksFile,
     ProjectFile,
@@ -93,8 +94,8 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
     [
         ({"version": 2}, "version: expected 1, got 2"),
         ({"format": "asbuilt-bim/result"}, "format: expected 'asbuilt-bim/project'"),
-        ({"rig": {"file": "rig.yaml", "boards": plain()["rig"]["boards"]}}, "rig: needs either file"),
-        ({"rig": {}}, "rig: needs either file"),
+        ({"rig": {"file": "rig.yaml", "boards": plain()["rig"]["boards"]}}, "rig: needs file"),
+        ({"rig": {}}, "rig: needs file"),
         ({"rig__boards__kind": "charucco"}, "did you mean charuco?"),
         ({"rig__boards__marker_m": 0.09}, "marker_m 0.09 m must be smaller than square_m 0.08 m"),
         ({"rig__boards__dictionary": None}, "a charuco board needs marker_m and dictionary"),
@@ -182,6 +183,7 @@ def test_names_that_no_file_can_have_are_refused(name: str) -> None:
         ([], ProjectFile),
         (["rig"], RigFile),
         (["rig", "boards"], BoardsFile),
+        (["rig", "control_points"], ControlPointsFile),
         (["target"], TargetFile),
         (["markers"], MarkersFile),
         (["networks"], NetworksFile),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt_bim.camera.parameters import BoardView, layout_of, view_residual
+from asbuilt_bim.camera.parameters import CORNER_SIGMA_PX, BoardView, layout_of, view_residual
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 
 _ROUNDS = 60
@@ -44,22 +44,29 @@ def rms_px(residual: FloatArray) -> float:
 
 
 def adjust(
-    shared: FloatArray, poses: FloatArray, views: list[BoardView], *, free: BoolArray | None = None
+    shared: FloatArray,
+    poses: FloatArray,
+    views: list[BoardView],
+    *,
+    free: BoolArray | None = None,
+    sigma_px: float = CORNER_SIGMA_PX,
 ) -> Adjustment:
     """Adjust the shared parameters (S,) and the boards' poses (V, 6) to all corners (Levenberg-Marquardt).
 
     The poses are eliminated view by view (Schur complement), so that the work grows with the number of views only.
-    Shared parameters that are not `free` (S,) stay, and have no covariance; by default all are free.
+    Shared parameters that are not `free` (S,) stay, and have no covariance; by default all are free. `sigma_px` weighs
+    what lenses are like against corners.
     """
+    prior = layout_of(shared).prior_weight(sigma_px)
     free = np.ones(len(shared), dtype=bool) if free is None else free
     damping, gained = 1e-4, 1.0
     parts = [view_residual(shared, pose, view) for pose, view in zip(poses, views, strict=True)]
-    cost = _cost(shared, parts)
+    cost = _cost(shared, parts, prior)
     for _ in range(_ROUNDS):
-        step, pose_steps = _step(shared, parts, damping, free)
+        step, pose_steps = _step(shared, parts, damping, free, prior)
         tried, tried_poses = shared + step, poses + pose_steps
         after = [view_residual(tried, pose, view) for pose, view in zip(tried_poses, views, strict=True)]
-        new_cost = _cost(tried, after)
+        new_cost = _cost(tried, after, prior)
         if np.isfinite(new_cost) and new_cost <= cost:
             gained = (cost - new_cost) / max(cost, 1e-30)
             shared, poses, parts, cost, damping = tried, tried_poses, after, new_cost, damping * 0.1
@@ -72,7 +79,7 @@ def adjust(
     return Adjustment(
         shared=frozen(shared),
         poses=frozen(poses),
-        covariance=frozen(_covariance(shared, parts, free)),
+        covariance=frozen(_covariance(parts, free, prior)),
         residuals=tuple(frozen(r) for r, _, _ in parts),
     )
 
@@ -80,14 +87,14 @@ def adjust(
 Parts = list[tuple[FloatArray, FloatArray, FloatArray]]
 
 
-def _cost(shared: FloatArray, parts: Parts) -> float:
-    prior = float(layout_of(shared).prior_weight @ shared**2)
-    return sum(float(residual @ residual) for residual, _, _ in parts) + prior
+def _cost(shared: FloatArray, parts: Parts, prior: FloatArray) -> float:
+    return sum(float(residual @ residual) for residual, _, _ in parts) + float(prior @ shared**2)
 
 
-def _step(shared: FloatArray, parts: Parts, damping: float, free: BoolArray) -> tuple[FloatArray, FloatArray]:
+def _step(
+    shared: FloatArray, parts: Parts, damping: float, free: BoolArray, prior: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return the step of the shared parameters (S,) and of the poses (V, 6)."""
-    prior = layout_of(shared).prior_weight
     reduced, right_side = np.diag(prior), prior * shared
     kept = []
     for residual, by_shared, by_pose in parts:
@@ -107,12 +114,12 @@ def _step(shared: FloatArray, parts: Parts, damping: float, free: BoolArray) -> 
     return step, poses
 
 
-def _covariance(shared: FloatArray, parts: Parts, free: BoolArray) -> FloatArray:
+def _covariance(parts: Parts, free: BoolArray, prior: FloatArray) -> FloatArray:
     """Return the shared parameters' covariance (S, S): the reduced normal equations, times the residual variance."""
-    whole = np.zeros((len(shared), len(shared)))
+    whole = np.zeros((len(prior), len(prior)))
     if not free.any():
         return whole
-    reduced = np.diag(layout_of(shared).prior_weight)
+    reduced = np.diag(prior)
     for _, by_shared, by_pose in parts:
         cross = by_shared.T @ by_pose
         reduced += by_shared.T @ by_shared - cross @ np.linalg.inv(by_pose.T @ by_pose) @ cross.T

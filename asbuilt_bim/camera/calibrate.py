@@ -74,7 +74,7 @@ def calibrate_stereo(
     require_enough(views, left_out)
     views, left, right, poses = first_estimate(views, size, lens, left_out)
     shared = pack(left, right, median_relative(poses))
-    refuse_impossible(right_from_left_of(shared), board.square_m)
+    refuse_impossible(right_from_left_of(shared), *_scale(board))
     try:
         adjusted = adjust(shared, pose_vectors(poses), views)
         views, adjusted = _without_bad(views, adjusted, left_out)
@@ -83,7 +83,7 @@ def calibrate_stereo(
             f"calibration: {len(views)} pairs of boards leave the rig undetermined ({error}); tilt the board every way"
         ) from error
     right_from_left = right_from_left_of(adjusted.shared)
-    refuse_impossible(right_from_left, board.square_m)
+    refuse_impossible(right_from_left, *_scale(board))
     used = {view.name for view in views}
     exif_left, exif_right = next((a.exif, b.exif) for a, b in pairs if f"{a.name} + {b.name}" in used)
     rig = _rig(adjusted, size, right_from_left, len(views), exif_left, exif_right)
@@ -92,12 +92,16 @@ def calibrate_stereo(
     fits = corner_fits(views, adjusted)
     return Calibration(
         rig=rig,
-        views=tuple(_fit(view, pose, residual) for view, pose, residual in _each(views, adjusted)),
+        views=tuple(view_fit(view, pose, residual) for view, pose, residual in _each(views, adjusted)),
         left_out=tuple(left_out),
         checks=check_calibration(views, adjusted, size),
         corners_left=fits[0],
         corners_right=fits[1],
     )
+
+
+def _scale(board: Board) -> tuple[str, str]:
+    return f"squares of {board.square_m:g} m", "give board.square_m in metres, as measured on the print"
 
 
 def _without_bad(
@@ -144,7 +148,8 @@ def _each(views: list[BoardView], adjusted: Adjustment) -> list[tuple[BoardView,
     return list(zip(views, adjusted.poses, adjusted.residuals, strict=True))
 
 
-def _fit(view: BoardView, pose: FloatArray, residual: FloatArray) -> ViewFit:
+def view_fit(view: BoardView, pose: FloatArray, residual: FloatArray) -> ViewFit:
+    """Say how a view fits, from its board's pose (6,) in the left frame and its residual (R,), left first."""
     split = 2 * len(view.left_px)
     board = rigid(pose[:3], pose[3:])
     middle = board[:3, :3] @ view.left_points_m.mean(axis=0) + board[:3, 3]

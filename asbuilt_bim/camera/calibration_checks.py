@@ -44,8 +44,10 @@ class Checks:
     warnings: tuple[str, ...]
 
 
-def refuse_impossible(right_from_left: FloatArray, square_m: float) -> None:
+def refuse_impossible(right_from_left: FloatArray, scale: str, remedy: str) -> None:
     """Refuse a rig whose right camera doesn't stand to the right, or whose baseline can't be.
+
+    `scale` says what the rig's scale comes from, `remedy` what to do where it is off.
 
     Raises: CalibrationError.
     """
@@ -64,8 +66,8 @@ def refuse_impossible(right_from_left: FloatArray, square_m: float) -> None:
     low, high = BASELINE_M
     if not low <= baseline <= high:
         raise CalibrationError(
-            f"calibration: the baseline comes out at {baseline:.4g} m (limit {low:g} to {high:g} m) with squares of "
-            f"{square_m:g} m; give board.square_m in metres, as measured on the print"
+            f"calibration: the baseline comes out at {baseline:.4g} m (limit {low:g} to {high:g} m) with {scale}; "
+            f"{remedy}"
         )
 
 
@@ -90,15 +92,10 @@ def corner_fits(views: list[BoardView], adjusted: Adjustment) -> tuple[CornerFit
 
 def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> Checks:
     """Measure coverage, hold-out error, a known length, sigma of focal length and baseline, what the lens left."""
-    left = _coverage(np.concatenate([view.left_px for view in views]), size)
-    right = _coverage(np.concatenate([view.right_px for view in views]), size)
+    left = share_covered(np.concatenate([view.left_px for view in views]), size)
+    right = share_covered(np.concatenate([view.right_px for view in views]), size)
     hold_out, length = _hold_out(views, adjusted, size)
-    covariance = adjusted.rig_covariance
-    shift = adjusted.shared[-3:]
-    along = shift / np.linalg.norm(shift)
-    baseline_sigma = float(np.sqrt(max(float(along @ covariance[11:, 11:] @ along), 0.0)))
-    focal_sigma = float(np.sqrt(np.max(np.diag(covariance)[[0, 4]])))
-    relative = np.hypot(focal_sigma / adjusted.shared[0], baseline_sigma / np.linalg.norm(shift))
+    focal_sigma, baseline_sigma, relative = scale_sigmas(adjusted)
     lens = better_lens(views, adjusted)
     warnings = [
         text
@@ -126,6 +123,16 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
     )
 
 
+def scale_sigmas(adjusted: Adjustment) -> tuple[float, float, float]:
+    """Return sigma of the focal length in pixels (the worse one), of the baseline in metres, and both as one share."""
+    covariance = adjusted.rig_covariance
+    shift = adjusted.shared[-3:]
+    along = shift / np.linalg.norm(shift)
+    baseline_m = float(np.sqrt(max(float(along @ covariance[11:, 11:] @ along), 0.0)))
+    focal_px = float(np.sqrt(np.max(np.diag(covariance)[[0, 4]])))
+    return focal_px, baseline_m, float(np.hypot(focal_px / adjusted.shared[0], baseline_m / np.linalg.norm(shift)))
+
+
 def _lens_warning(lens: BetterLens | None) -> str:
     if lens is None:
         return ""
@@ -135,7 +142,8 @@ def _lens_warning(lens: BetterLens | None) -> str:
     )
 
 
-def _coverage(pixels: FloatArray, size: tuple[int, int]) -> float:
+def share_covered(pixels: FloatArray, size: tuple[int, int]) -> float:
+    """Return the share of an 8 x 6 grid of the frame that pixels (N, 2) fall into."""
     cells = np.clip(np.floor((pixels + 0.5) / np.array(size) * np.array(_GRID)), 0, np.array(_GRID) - 1).astype(int)
     return float(len(np.unique(cells, axis=0)) / (_GRID[0] * _GRID[1]))
 

@@ -18,7 +18,7 @@ from asbuilt_bim.geometry.transform import rigid, vector_from_rotation
 
 _PINHOLE = 4  # fx fy cx cy
 _POSE = 6
-_CORNER_SIGMA_PX = 0.1  # what a corner is usually good for, to weigh the prior against corners
+CORNER_SIGMA_PX = 0.1  # what a corner is usually good for, to weigh the prior against corners
 _LENS_PRIOR: dict[LensModel, tuple[float, ...]] = {
     "five": (1.0, 0.5, 0.02, 0.02, 0.25),
     "rational": (1.0, 0.5, 0.02, 0.02, 0.25, 1.0, 0.5, 0.25),
@@ -62,10 +62,9 @@ class Layout:
         rows = np.concatenate([pinhole, self.camera + pinhole, 2 * self.camera + np.arange(_POSE)])
         return freeze(rows.astype(np.int32))
 
-    @property
-    def prior_weight(self) -> FloatArray:
-        """Return the weights (S,) that draw the lens's coefficients to zero; zero for all else."""
-        lens = (_CORNER_SIGMA_PX / np.array(_LENS_PRIOR[self.lens])) ** 2
+    def prior_weight(self, sigma_px: float = CORNER_SIGMA_PX) -> FloatArray:
+        """Return the weights (S,) that draw lenses to none, beside corners of this sigma; zero for all else."""
+        lens = (sigma_px / np.array(_LENS_PRIOR[self.lens])) ** 2
         return np.concatenate([*[np.r_[np.zeros(_PINHOLE), lens]] * 2, np.zeros(_POSE)])
 
     def of_side(self, side: int) -> BoolArray:

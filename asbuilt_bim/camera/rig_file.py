@@ -68,7 +68,7 @@ def rig_problems(rig: StereoRig) -> list[str]:
         elif _folded(camera):
             problems.append(
                 f"{side}.distortion: the lens folds back inside the picture, so its border has no direction; calibrate "
-                "with boards out to the corners of the frame, or another model of lens"
+                "with boards or points out to the corners of the frame, or another model of lens"
             )
     turn, last = rig.right_from_left[:3, :3], rig.right_from_left[3]
     if not np.all(np.isfinite(rig.right_from_left)):

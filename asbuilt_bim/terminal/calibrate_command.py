@@ -10,6 +10,8 @@ import numpy as np
 from asbuilt_bim.camera.board import board_of
 from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.camera.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
+from asbuilt_bim.camera.control_file import read_control_points
+from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import read_photo
 from asbuilt_bim.camera.rig_reader import RigFormat, write_rig_as
@@ -27,7 +29,7 @@ from asbuilt_bim.terminal.summary_table import calibration_lines
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrateRequest:
-    """The command line of `calibrate`, as it was given: a project, or patterns of photos with their board."""
+    """The command line of `calibrate`, as it was given: a project, photos with their board, or control points."""
 
     out: Path
     project: Path | None = None
@@ -37,6 +39,8 @@ class CalibrateRequest:
     right: str = ""
     board: str = ""
     lens: LensModel = "five"
+    control_points: Path | None = None
+    photo_size: tuple[int, int] = (0, 0)
     check_length: float | None = None
     check_points: str = ""
     check_board: str = ""
@@ -82,6 +86,9 @@ def _calibrated(request: CalibrateRequest, progress: Progress) -> tuple[Calibrat
     if request.project is not None:
         project = read_project(request.project, allow_outside=request.allow_outside)
         return calibrate(project, cache, progress), list(project.sources)
+    if request.control_points is not None:
+        made = rig_from_control_points(read_control_points(request.control_points), request.photo_size)
+        return made, [request.control_points]
     problems = Problems()
     pairs = PathChecker(folder=Path.cwd(), allow_outside=True, problems=problems).pairs(
         request.left, request.right, "board photos"
