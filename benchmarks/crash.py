@@ -150,8 +150,8 @@ def trials(reference: Reference, out: Path, count: int, old: Reference, dice: ra
         old = reference if current(out) != before else old
         if len(seen.pointing) % RECOVER_EVERY == 0 or not shares:
             recover(out, reference, seen)
+            tidy(out)  # not before: a copy may still be of a run that was current earlier
             old = reference
-        tidy(out)
 
 
 def main() -> int:
