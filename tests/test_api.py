@@ -78,9 +78,11 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
 @pytest.mark.usefixtures("example_package")
 def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_path: Path) -> None:
     contents = unphotographed(tmp_path / "site")
+    element = asbuilt_bim.read_design(tmp_path / "site" / str(contents["ifc"])).elements[0].global_id
     (tmp_path / "site/plan.csv").write_text(
-        "name,start,finish\nWalls ground floor,1.1.2026,2.1.2026\n"
-        '"Walls ground floor, west",2026-02-01,2026-02-20\nPainting,2026-05-01,2026-06-01\n'
+        "name,start,finish,globalids\nWalls ground floor,1.1.2026,2.1.2026,\n"
+        f'"Walls ground floor, west",2026-02-01,2026-02-20,\nPainting,2026-05-01,2026-06-01,\n'
+        f"Formwork of one,2026-02-01,2026-02-03,{element}\n"
     )
     contents |= {"schedule": "plan.csv", "writers": ["example-markdown", "example-failing"]}
     steps: list[str] = []
@@ -98,6 +100,8 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
     assert walls.schedule_finish is not None
     assert walls.schedule_finish.date() == date(2026, 2, 20)
     assert walls.planned == 1.0
+    formwork = next(task for task in found.result.tasks if task.progress.name == "Formwork of one")
+    assert formwork.progress.elements == (element,)  # a task that the IFC doesn't have
     assert any("Painting" in note for note in found.result.notes)
     assert {"schedule.msp.xml", "schedule.p6.xml", "tasks.csv"} <= {p.name for p in out.iterdir()}
     again = asbuilt_bim.remake(out)

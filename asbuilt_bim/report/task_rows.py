@@ -8,6 +8,7 @@ from datetime import date, datetime
 from asbuilt_bim.progress.planned import Knowledge, due_but_unknown, late_elements, verdict
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
+from asbuilt_bim.report.wording import plain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,8 +85,8 @@ def plan_words(report: ProgressReport) -> str:
     status = f"Status date: the end of {report.visit_date.isoformat()}."
     if report.schedule is None:
         return f"{status} Planned dates are the IFC file's; every day counts alike."
-    source = report.schedule
-    return f"{status} Planned dates are those of {source.name} ({source.kind}), working time '{source.calendar.name}'."
+    source, working = report.schedule, plain(report.schedule.calendar.name)
+    return f"{status} Planned dates are those of {plain(source.name)} ({source.kind}), working time '{working}'."
 
 
 def late_words(report: ProgressReport) -> str:
@@ -98,7 +99,7 @@ def late_words(report: ProgressReport) -> str:
         return f"No element was seen late{more}."
     days = f"{late[0].days_late} day{'' if late[0].days_late == 1 else 's'}"
     count = "1 element is" if len(late) == 1 else f"{len(late)} elements are"
-    return f"{count} late, '{late[0].name}' by {days}{more}."
+    return f"{count} late, '{plain(late[0].name)}' by {days}{more}."
 
 
 def _task_row(task: TaskProgress) -> TaskRow:

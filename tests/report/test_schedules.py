@@ -16,10 +16,11 @@ from asbuilt_bim.report.page import page_html
 from asbuilt_bim.report.schedule_lines import schedule_lines
 from asbuilt_bim.report.schedule_msp import write_msp
 from asbuilt_bim.report.schedule_p6 import write_p6
+from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.tasks_csv import write_tasks_csv
 from asbuilt_bim.report.workbook import write_workbook
 from asbuilt_bim.schedule.read import read_schedule
-from tests.report.sample_report import HOSTILE_FORMULA, VISIT, sample_report
+from tests.report.sample_report import HOSTILE_FORMULA, VISIT, renamed, sample_report
 
 # The order of the published schema (mspdi_pj12.xsd and the Task element of later versions), as far as it is used here.
 TASK_ORDER = [
@@ -293,3 +294,9 @@ def test_late_elements_are_named_on_the_page_and_on_a_sheet(tmp_path: Path) -> N
     rows = list(openpyxl.load_workbook(tmp_path / "q.xlsx")["Late"].iter_rows(min_row=2, values_only=True))
     assert len(rows) == 2
     assert rows[0][5:8] == ("Columns, ground floor", datetime(2026, 3, 13), 3)
+
+
+def test_the_terminals_line_on_late_elements_holds_no_escape_sequence() -> None:
+    report = renamed(sample_report(), 2, name="\x1b[31mred\x07")
+    assert late_words(report) == "2 elements are late, '[31mred' by 3 days."
+    assert late_words(replace(report, tasks=(replace(report.tasks[2]),))) == ""
