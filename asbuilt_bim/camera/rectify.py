@@ -240,5 +240,4 @@ def _within_reach(camera: RectifiedCamera, photo: Intrinsics, turn: FloatArray) 
 
 def _carry(image: ByteImage, at: Float32Array, valid: BoolArray) -> ByteImage:
     carried = cv2.remap(image, np.array(at), np.empty(0, np.float32), cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    carried[~valid] = 0
-    return np.asarray(carried, dtype=np.uint8)
+    return np.asarray(cv2.copyTo(carried, valid.astype(np.uint8)), dtype=np.uint8)

@@ -68,10 +68,10 @@ def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
     return disparity, sigma.astype(np.float32), reference.scale
 
 
-def _blocks(image: NDArray[np.floating], scale: int, fill: float) -> NDArray[np.float64]:
+def _blocks(image: NDArray[np.floating], scale: int, fill: float) -> NDArray[np.float32]:
     """Lay an image (H, W) out as blocks (h, w, scale * scale), padded with `fill`."""
     height, width = image.shape
-    padded = np.full((-(-height // scale) * scale, -(-width // scale) * scale), fill)
+    padded = np.full((-(-height // scale) * scale, -(-width // scale) * scale), fill, dtype=np.float32)
     padded[:height, :width] = image
     h, w = padded.shape[0] // scale, padded.shape[1] // scale
     return padded.reshape(h, scale, w, scale).transpose(0, 2, 1, 3).reshape(h, w, scale * scale)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.raster import nonzero
-from asbuilt_bim.vision.warp import sample_sharp
+from asbuilt_bim.vision.warp import sample_sharp, with_slope
 
 IndexArray = NDArray[np.intp]
 
@@ -34,7 +34,7 @@ class Pictures:
     which lies elsewhere in each photo. On twins a blur of 0.8 px doubled the planes' error.
     """
 
-    fine: tuple[Float32Array, Float32Array]
+    fine: tuple[Float32Array, Float32Array]  # left (H, W), right with its slope (H, W, 2)
     coarse: tuple[Float32Array, Float32Array]
     valid_right: Float32Array  # (H, W), 1 where the right photo and its neighbours are
 
@@ -57,8 +57,8 @@ def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: Boo
 
     inner = cv2.erode(valid_right.astype(np.uint8), np.ones((9, 9), np.uint8), borderValue=0).astype(np.float32)
     return Pictures(
-        fine=(left_grey, right_grey),
-        coarse=(level(left_grey, 2.0), level(right_grey, 2.0)),
+        fine=(left_grey, with_slope(right_grey)),
+        coarse=(level(left_grey, 2.0), with_slope(level(right_grey, 2.0))),
         valid_right=inner,
     )
 
@@ -85,7 +85,7 @@ def refine_plane(
         return None
     q = np.asarray(start_px, dtype=np.float64)
     fit: PlaneFit | None = None
-    for (left, right), steps in ((both.coarse, 4), (both.fine, 6)):
+    for left, right, steps in ((*both.coarse, 4), (*both.fine, 6)):
         fit = _gauss_newton(left, right, rows, columns, r, q, steps)
         if fit is None or float(np.max(np.abs(r @ (fit.q_px - start_px)))) > most_px:
             return None
@@ -115,8 +115,7 @@ def _gauss_newton(
     jacobian, residual, weight = own, seen, np.ones_like(seen)
     for _ in range(steps):
         at = x - (r @ q).astype(np.float32)
-        there, after, before = _line(right, np.stack([at, at + 1.0, at - 1.0]), y)
-        right_slope = 0.5 * (after - before)
+        there, right_slope = _line(right, at, y)
         gain, offset = _exposure(seen, there, weight)
         residual = seen - gain * there - offset
         scale = max(1.4826 * median(np.abs(residual)), 0.5)
@@ -179,16 +178,14 @@ def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> Floa
     return sloped
 
 
-def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> FloatArray:
-    """Sample a picture at the places (K, N) in x and (N,) in y; remap wants an image, so they are laid out in rows."""
-    width = 4096
-    kinds, count = x.shape
-    columns = np.zeros((kinds, -(-count // width) * width), dtype=np.float32)
+def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> tuple[FloatArray, FloatArray]:
+    """Sample a picture with its slope (H, W, 2) at (N,) places; remap wants an image, so they are laid out in rows."""
+    width, count = 4096, len(x)
+    columns = np.zeros(-(-count // width) * width, dtype=np.float32)
     rows = np.zeros_like(columns)
-    columns[:, :count], rows[:, :count] = x, y
-    laid = sample_sharp(image, columns.reshape(-1, width), rows.reshape(-1, width))
-    values: FloatArray = laid.reshape(kinds, -1)[:, :count].astype(np.float64)
-    return values
+    columns[:count], rows[:count] = x, y
+    laid = sample_sharp(image, columns.reshape(-1, width), rows.reshape(-1, width)).reshape(-1, 2)[:count]
+    return laid[:, 0].astype(np.float64), laid[:, 1].astype(np.float64)
 
 
 def _sandwich(

@@ -16,8 +16,21 @@ def warp_right(right: Float32Array, disparity_px: Float32Array) -> tuple[Float32
     return sample(right, columns, rows), 0.5 * (sample(right, columns + 1.0, rows) - sample(right, columns - 1.0, rows))
 
 
+def with_slope(image: Float32Array) -> Float32Array:
+    """Return a picture and its slope along x, (H, W, 2): half the difference of its neighbours, 0 at its ends.
+
+    Interpolation is linear in the picture, so the slope sampled is the slope of what is sampled, in one reading of
+    three.
+    """
+    both = np.zeros((*image.shape, 2), dtype=np.float32)
+    both[..., 0] = image
+    np.subtract(image[:, 2:], image[:, :-2], out=both[:, 1:-1, 1])
+    both[:, 1:-1, 1] *= 0.5
+    return both
+
+
 def sample(image: Float32Array, columns: Float32Array, rows: Float32Array) -> Float32Array:
-    """Read a picture at sub-pixel places by cubic interpolation; the border is repeated."""
+    """Read a picture (H, W) or (H, W, C) at sub-pixel places by cubic interpolation; the border is repeated."""
     return _read(image, columns, rows, cv2.INTER_CUBIC)
 
 
