@@ -74,8 +74,10 @@ def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | Non
     if started is None:
         return None
     ellipse = started[0]
+    if not _plausible(ellipse, blob):
+        return None
     patch = _patch(image, score, ellipse)
-    if patch.light.size == 0 or not _plausible(ellipse, blob):
+    if patch.light.size == 0:
         return None
     edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
     tolerance = _tolerance_px(ellipse)
@@ -223,7 +225,7 @@ def _filled(patch: Patch, ellipse: Ellipse) -> tuple[float, float]:
 
 def _conic_value(shape: tuple[int, ...], corner: FloatArray, ellipse: Ellipse) -> FloatArray:
     """Return how far out each pixel of a patch lies: the square of its distance in half axes, less 1."""
-    y, x = np.mgrid[: shape[0], : shape[1]]
-    homogeneous = np.stack([x + corner[0], y + corner[1], np.ones(shape)], axis=-1)
-    value: FloatArray = np.sum((homogeneous @ ellipse.conic) * homogeneous, axis=-1)
+    x, y = np.arange(shape[1]) + corner[0], (np.arange(shape[0]) + corner[1])[:, None]
+    (a, b, d), (_, c, e), (_, _, f) = ellipse.conic
+    value: FloatArray = x * (a * x + 2.0 * d) + (y * (c * y + 2.0 * e) + f) + (2.0 * b * y) * x
     return value
