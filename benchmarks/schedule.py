@@ -24,12 +24,21 @@ from typing import Any
 
 from table import Line, line, options, report, told
 
+from asbuilt_bim.bim.schedule import ScheduleSource, WorkCalendar, WorkDay, WorkSpan, weekday
 from asbuilt_bim.progress.planned import verdict
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.report.schedule_msp import write_msp
 from asbuilt_bim.report.schedule_p6 import write_p6
 
 VISIT = date(2026, 3, 16)
+CALENDAR = WorkCalendar(
+    name="Site",
+    week=tuple(weekday(n, (480, 720), (780, 1020)) if n < 5 else weekday(n) for n in range(7)),
+    exceptions=(
+        WorkDay(weekday=None, day=date(2026, 3, 9), spans=()),
+        WorkDay(weekday=None, day=date(2026, 3, 14), spans=(WorkSpan(from_min=480, to_min=720),)),
+    ),
+)
 SORTS = ("measured", "part measured", "measured 0", "unknown")
 MPXJ = """
 import json, sys, jpype, mpxj
@@ -204,8 +213,16 @@ def _report(made: list[TaskProgress]) -> ProgressReport:
     nothing: dict[str, Any] = dict.fromkeys(
         ("earlier_visits", "elements", "storeys", "cost_lines", "faces", "stations", "rejections", "unmatched"), ()
     )
+    source = ScheduleSource(name="plan.xml", digest="", kind="MS Project XML", calendar=CALENDAR)
     return ProgressReport(
-        project_name="Benchmark", visit_date=VISIT, whole=whole, tasks=tuple(made), unobserved=(), notes=(), **nothing
+        project_name="Benchmark",
+        visit_date=VISIT,
+        whole=whole,
+        tasks=tuple(made),
+        unobserved=(),
+        notes=(),
+        schedule=source,
+        **nothing,
     )
 
 

@@ -198,11 +198,9 @@ def _write_calendar(root: ET.Element, calendar: WorkCalendar) -> None:
 
 
 def _write_times(parent: ET.Element, day: WorkDay) -> None:
-    """Write a day's working times; P6 names the last minute worked, and a free day has one empty entry."""
+    """Write a day's working times, none on a free day; P6 names the last minute worked."""
     for span in day.spans:
         add_all(ET.SubElement(parent, "WorkTime"), Start=_clock(span.from_min), Finish=_clock(span.to_min - 1))
-    if not day.spans:
-        ET.SubElement(parent, "WorkTime")
 
 
 def _moment(moment: datetime | None) -> str | None:
