@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
 from asbuilt_bim.schedule.msp import number
@@ -22,15 +23,14 @@ MAX_OUTLINE = 50
 def p6_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
     """Return the activities of a P6 document's projects and remarks; baselines are other projects and aren't read."""
     projects = children(root, "Project")
-    rows = [row for project in projects for row in _rows(project)]
     notes = (f"it holds {len(projects)} projects, which are read as one",) if len(projects) > 1 else ()
-    return tuple(rows), notes
+    return tuple(_rows([*projects, root])), notes  # the schema allows activities beside their project too
 
 
-def _rows(project: ET.Element) -> list[ScheduleRow]:
-    wbs = {text(node, "ObjectId"): node for node in children(project, "WBS")}
+def _rows(holders: Sequence[ET.Element]) -> list[ScheduleRow]:
+    wbs = {text(node, "ObjectId"): node for node in _all(holders, "WBS")}
     links: dict[str, list[TaskLink]] = {}
-    for relation in children(project, "Relationship"):
+    for relation in _all(holders, "Relationship"):
         link = TaskLink(
             predecessor=text(relation, "PredecessorActivityObjectId"),
             kind=_LINKS.get(text(relation, "Type"), "FS"),
@@ -48,9 +48,13 @@ def _rows(project: ET.Element) -> list[ScheduleRow]:
             links=tuple(links.get(text(activity, "ObjectId"), ())),
             global_ids=global_ids(text(field, "TextValue") for field in children(activity, "UDF")),
         )
-        for activity in children(project, "Activity")
+        for activity in _all(holders, "Activity")
         if text(activity, "Type") not in _NO_WORK
     ]
+
+
+def _all(holders: Sequence[ET.Element], tag: str) -> list[ET.Element]:
+    return [one for holder in holders for one in children(holder, tag)]
 
 
 def _outline(key: str, wbs: dict[str, ET.Element]) -> tuple[str, ...]:

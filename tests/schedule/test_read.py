@@ -45,6 +45,12 @@ def test_p6_activities_come_with_their_breakdown_ids_fields_and_links(tmp_path: 
     assert [one.day for one in calendar.exceptions] == [date(2026, 4, 6)]
 
 
+def test_p6_activities_beside_their_project_are_read_too(tmp_path: Path) -> None:
+    inside, flat = P6, P6.replace("</Project>", "").replace("<WBS>", "</Project><WBS>", 1)
+    found = [read_schedule(written(tmp_path, one)).rows for one in (inside, flat)]
+    assert found[0] == found[1]
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable(tmp_path: Path, encoding: str) -> None:
     path = tmp_path / "plan.csv"
