@@ -9,10 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.cli import app
 from asbuilt_bim.terminal.screen import Screen
+from tests.ifc.models import ModelBuilder
 from tests.project_folder import plain, write_project
 from tests.site_fixture import contents, rig_file, site, small_project, write
 
@@ -93,6 +95,30 @@ def test_every_output_can_be_made_again_from_the_result_and_the_ifc(
     assert result.exit_code == 1
     assert "has changed since this result was made" in result.stderr
     assert invoke("report", moved / "out", "--ifc", out.parent / "design.ifc").exit_code == 0
+
+
+def test_a_design_of_two_files_gets_a_copy_of_each_and_can_be_made_again(
+    project: Path, first_run: tuple[Path, Result]
+) -> None:
+    tower = ModelBuilder(schema="IFC2X3", origin_m=(500.0, 500.0, 540.0))
+    tower.box("IfcWall", "tower", (0.0, 0.0, 0.0), (4.0, 0.2, 3.0))
+    tower.write(project.parent / "tower.ifc")
+    whole = yaml.safe_load(project.read_text(encoding="utf-8"))
+    two = project.with_name("two.yaml")
+    two.write_text(yaml.safe_dump({**whole, "ifc": ["design.ifc", "tower.ifc"]}), encoding="utf-8")
+    out = project.parent / "out of two"
+    result = invoke("run", two, "--out", out, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    copies = {"design.asbuilt.ifc", "tower.asbuilt.ifc"}
+    assert {path.name for path in out.glob("*.asbuilt.ifc")} == copies
+    for name in copies:
+        (out / name).unlink()
+    assert invoke("report", out).exit_code == 0
+    assert {path.name for path in out.glob("*.asbuilt.ifc")} == copies
+    (project.parent / "tower.ifc").rename(project.parent / "moved.ifc")
+    assert "tower.ifc" in invoke("report", out).stderr
+    named = ["--ifc", project.parent / "design.ifc", "--ifc", project.parent / "moved.ifc"]
+    assert invoke("report", out, *named).exit_code == 0
 
 
 def test_results_hold_no_absolute_path_and_pictures_no_exif(first_run: tuple[Path, Result]) -> None:
