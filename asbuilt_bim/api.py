@@ -14,7 +14,7 @@ from asbuilt_bim.project import Project, read_project
 from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.run_folder import open_output
-from asbuilt_bim.run_outputs import publish_again, publish_run
+from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Progress, Workplace
 
@@ -57,7 +57,8 @@ def run(
     store = Cache(folder=default_folder() if cache else None)
     place = Workplace(workers=workers, cache=store)
     with open_output(Path(out), checked.sources) as output:
-        found = run_project(checked, place, progress or _silent)
+        before = previous_result(output)
+        found = with_revision(run_project(checked, place, progress or _silent), before)
         published = publish_run(output, found, checked, datetime.now(UTC), writers)
     store.prune()
     return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)

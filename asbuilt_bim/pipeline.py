@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date
+from functools import reduce
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.calibrate import Calibration
@@ -17,12 +18,14 @@ from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.options import Options
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.revision import revision_notes
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import classify_surface
 from asbuilt_bim.project import Project, Visit
 from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
+from asbuilt_bim.report.document import read_past
 from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.schedule.tie import with_schedule
@@ -88,7 +91,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         stray = check_survey(survey, design)
     with watch.step("rig"):
         rig, calibration = rig_of(project, place.cache, progress)
-    history, known = EMPTY_HISTORY, 0
+    known, past = 0, read_past(project.history, project.visits[0].date)
+    history = reduce(remember, past, EMPTY_HISTORY)
     reports: list[ProgressReport] = []
     pictures: dict[str, bytes] = {}
     for visit in project.visits:
@@ -97,7 +101,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         with watch.step("register, match, judge"):
             rejections = (*stray, *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
-            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes))
+            revised = revision_notes(past[-1], report) if past else ()
+            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised))
             history = remember(history, report)
         progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))

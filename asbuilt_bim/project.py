@@ -68,6 +68,7 @@ class Project:
     networks: NetworkChoice
     options: Options
     schedule: Path | None = None
+    history: tuple[Path, ...] = ()  # results of earlier runs
     writers: tuple[str, ...] = ()
 
     @property
@@ -83,7 +84,7 @@ class Project:
         files = self.rig.file, self.rig.file_right, self.rig.control_points
         rig = [file for file in files if file is not None]
         schedule = [self.schedule] if self.schedule else []
-        return (self.path, *self.ifc, self.survey, *schedule, *rig, *boards, *photos)
+        return (self.path, *self.ifc, self.survey, *self.history, *schedule, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -145,6 +146,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         networks=_networks(written.networks, written.options, checker),
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
+        history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
         writers=tuple(dict.fromkeys(written.writers)),
     )

@@ -135,5 +135,6 @@ class ProjectFile:
     networks: NetworksFile = field(default_factory=NetworksFile)
     options: Options = field(default_factory=Options)
     scope: str | None = None
+    history: tuple[str, ...] = ()  # result.json of earlier runs, whose visits are no longer listed here
     schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV
     writers: tuple[str, ...] = ()  # report writers that other packages add

@@ -18,6 +18,7 @@ from asbuilt_bim.instruments import identities
 from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.plugins import Plugin
 from asbuilt_bim.progress.report import ProgressReport, Provenance
+from asbuilt_bim.progress.revision import NOTE, revision_notes
 from asbuilt_bim.project import Project
 from asbuilt_bim.report.document import read_result, write_result
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
@@ -107,6 +108,21 @@ def previous_result(out: OutputFolder) -> ProgressReport | None:
         return read_result(current.folder / "result.json") if current else None
     except AsBuiltError:  # a damaged earlier result takes nothing from the new one
         return None
+
+
+def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult:
+    """Return a run's result with notes on what its design differs in from the earlier run's in the same folder.
+
+    Where the design is the earlier run's, the notes that that one carried stay: they tell of the last revision.
+    """
+    last = result.reports[-1]
+    if before is None or before.provenance is None or any(note.startswith(NOTE) for note in last.notes):
+        return result
+    if before.provenance.ifc_digest == result.design.file_digest:
+        notes = tuple(note for note in before.notes if note.startswith(NOTE))
+    else:
+        notes = revision_notes(before, last)
+    return replace(result, reports=(*result.reports[:-1], replace(last, notes=(*last.notes, *notes))))
 
 
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:

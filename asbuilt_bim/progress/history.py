@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from datetime import date
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from asbuilt_bim.progress.surface import SurfaceState
 SAME_ANGLE_RAD = float(np.radians(5.0))
 SAME_OFFSET_M = 0.10
 """A face of a revised model that lies no further from an old one of its element takes over what was seen of it."""
+STILL_M = 0.002
+"""What a face's corner may move between two exports: rounding, no revision."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,10 +35,14 @@ class VisitHistory:
     last_seen: dict[str, date]
 
     def earlier(self, element: str, face: DesignFace) -> SurfaceState | None:
-        """Return what is known of a face, by its id, or re-projected in the world from a face of the same element."""
+        """Return what is known of a face: by its id where it stands where it stood, else re-projected in the world.
+
+        An id follows from the element's own geometry: a wall that a revision moved keeps it, and what was seen of it
+        was seen elsewhere.
+        """
         own = self.faces.get(element, ())
         for record in own:
-            if record.face_id == face.face_id:
+            if record.face_id == face.face_id and stands_still(frame_of(record), face.frame):
                 return record.surface
         for record in own:
             moved = _reprojected(record, face)
@@ -72,22 +79,64 @@ def frame_of(record: DesignFaceRecord) -> PlaneFrame | CylinderFrame:
     return CylinderFrame(origin_m=first, axis=second, zero=third, radius_m=record.radius_m)
 
 
+def stands_still(old: PlaneFrame | CylinderFrame, new: PlaneFrame | CylinderFrame) -> bool:
+    """Say whether two frames of one face lie in the same place of the world, to `STILL_M` a metre out."""
+    probes = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    return bool(np.linalg.norm(old.from_uv(probes) - new.from_uv(probes), axis=1).max() < STILL_M)
+
+
 def _reprojected(record: DesignFaceRecord, face: DesignFace) -> SurfaceState | None:
     old, new = frame_of(record), face.frame
-    if not isinstance(old, PlaneFrame) or not isinstance(new, PlaneFrame):
-        return None
-    if old.normal @ new.normal < np.cos(SAME_ANGLE_RAD) or abs(new.plane.distance_m(old.origin_m)) > SAME_OFFSET_M:
+    if isinstance(old, PlaneFrame) and isinstance(new, PlaneFrame):
+        if old.normal @ new.normal < np.cos(SAME_ANGLE_RAD) or abs(new.plane.distance_m(old.origin_m)) > SAME_OFFSET_M:
+            return None
+        carry = partial(_on_plane, old, new)
+    elif isinstance(old, CylinderFrame) and isinstance(new, CylinderFrame):
+        off = np.linalg.norm(np.cross(old.origin_m - new.origin_m, new.axis))
+        if old.axis @ new.axis < np.cos(SAME_ANGLE_RAD) or off + abs(old.radius_m - new.radius_m) > SAME_OFFSET_M:
+            return None
+        carry = partial(_on_mantle, old, new)
+    else:
         return None
 
     def carried(region: Region) -> Region:
-        moved = polygon.region_of([[new.to_uv(old.from_uv(ring)) for ring in rings] for rings in region])
-        return polygon.intersection(moved, face.exposed_uv_m)
+        return polygon.intersection(carry(region), face.exposed_uv_m) if region else ()
 
     surface = record.surface
+    built, opened = carried(surface.built_uv_m), carried(surface.open_uv_m)
+    outline = carried(surface.outline_uv_m)
+    if not built and not opened and not outline:
+        return None
+    before = polygon.area(surface.outline_uv_m)  # a smaller face keeps its share of what was measured
+    left = polygon.area(outline) / before if before > 0.0 else 0.0
+    measured = surface.as_built_area_m2
     return replace(
         surface,
         face_id=face.face_id,
-        built_uv_m=carried(surface.built_uv_m),
-        open_uv_m=carried(surface.open_uv_m),
-        outline_uv_m=carried(surface.outline_uv_m),
+        built_uv_m=built,
+        open_uv_m=opened,
+        outline_uv_m=outline,
+        built_area_m2=polygon.area(built),
+        open_area_m2=polygon.area(opened),
+        as_built_area_m2=measured * left if measured is not None and outline else None,
+        as_built_sigma_calibration_m2=surface.as_built_sigma_calibration_m2 * left,
+        as_built_sigma_image_m2=surface.as_built_sigma_image_m2 * left,
     )
+
+
+def _on_plane(old: PlaneFrame, new: PlaneFrame, region: Region) -> Region:
+    return polygon.region_of([[new.to_uv(old.from_uv(ring)) for ring in rings] for rings in region])
+
+
+def _on_mantle(old: CylinderFrame, new: CylinderFrame, region: Region) -> Region:
+    """Return a region on a mantle of another seam and radius: turned, stretched, and wrapped round the new seam."""
+    side = np.cross(new.axis, new.zero)
+    turn = float(np.arctan2(old.zero @ side, old.zero @ new.zero))
+    rise = float((old.origin_m - new.origin_m) @ new.axis)
+    girth = 2.0 * np.pi * new.radius_m
+    stretch = np.array([new.radius_m / old.radius_m, 1.0])
+    turned = [
+        polygon.region_of([[ring * stretch + [new.radius_m * turn + lap * girth, rise] for ring in r] for r in region])
+        for lap in (-1, 0, 1)
+    ]
+    return polygon.union(turned)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport
+from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording import area, percent
 
@@ -93,11 +94,14 @@ def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     """Say which elements came, went, or changed."""
     old = {element.global_id: element for element in before.elements}
     new = {element.global_id: element for element in after.elements}
+    revised = design_changes(before, after)
+    designed = {e.global_id: "other shape in the design" for e in revised.reshaped}
+    designed |= {e.global_id: "moved in the design" for e in revised.moved}
     for key, element in new.items():
         if key not in old:
             yield f"{_named(element)}: new in the design, {element.state}"
-        elif text := ", ".join(_element(old[key], element)):
-            yield f"{_named(element)}: {text}"
+        elif parts := [*filter(None, [designed.get(key)]), *_element(old[key], element)]:
+            yield f"{_named(element)}: {', '.join(parts)}"
     yield from (f"{_named(old[key])}: no longer in the design" for key in old if key not in new)
 
 

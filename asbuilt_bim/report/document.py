@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -73,6 +74,24 @@ def read_result(path: Path) -> ProgressReport:
         return report_from_plain(values)
     except ValueError as error:
         raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
+
+
+def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
+    """Read results of earlier runs in the order of their visits, all of them before the day `until`.
+
+    Raises:
+        ResultError: one can't be read, is of that day or later, or two are of one visit.
+    """
+    past = sorted(((read_result(path), path) for path in paths), key=lambda pair: pair[0].visit_date)
+    for number, (report, path) in enumerate(past):
+        day = report.visit_date.isoformat()
+        if report.visit_date >= until:
+            raise ResultError(
+                f"{path}: is of {day}, and the first visit of {until.isoformat()}; a history comes before all visits"
+            )
+        if number and past[number - 1][0].visit_date == report.visit_date:
+            raise ResultError(f"{path}: is of {day} like {past[number - 1][1]}; name one result a visit")
+    return tuple(report for report, _ in past)
 
 
 def _loaded(path: Path) -> Any:

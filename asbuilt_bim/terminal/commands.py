@@ -20,7 +20,7 @@ from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.run_folder import Published, open_output
-from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run
+from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
 from asbuilt_bim.stopwatch import Stopwatch
@@ -65,7 +65,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     with open_output(request.out, project.sources) as out:
         before = previous_result(out)
         with screen.steps() as progress:
-            result = run_project(project, place, progress)
+            result = with_revision(run_project(project, place, progress), before)
         watch = Stopwatch()
         with watch.step("write"):
             published = publish_run(out, result, project, when, writers, colour=request.colour)

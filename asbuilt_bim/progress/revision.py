@@ -1,0 +1,71 @@
+"""What a revision did to the design: walls and columns gone, new, changed in shape, moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from asbuilt_bim.progress.history import SAME_OFFSET_M, frame_of, stands_still
+from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport
+
+NOTE = "revised design"
+_NAMED = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignChanges:
+    """Elements by what a revision did to them, in the order of the result that holds them."""
+
+    gone: tuple[ElementProgress, ...]
+    new: tuple[ElementProgress, ...]
+    reshaped: tuple[ElementProgress, ...]  # other lateral geometry
+    moved: tuple[ElementProgress, ...]  # the same geometry elsewhere in the world
+
+
+def design_changes(before: ProgressReport, after: ProgressReport) -> DesignChanges:
+    """Compare the designs that two results were made from, element by element."""
+    old, new = {e.global_id: e for e in before.elements}, {e.global_id: e for e in after.elements}
+    old_faces, new_faces = _faces(before), _faces(after)
+    reshaped, moved = [], []
+    for key in new.keys() & old.keys():
+        was, now = old_faces.get(key, {}), new_faces.get(key, {})
+        if was.keys() != now.keys():
+            reshaped.append(key)
+        elif not all(stands_still(frame_of(was[face]), frame_of(now[face])) for face in was):
+            moved.append(key)
+    return DesignChanges(
+        gone=tuple(old[key] for key in old if key not in new),
+        new=tuple(new[key] for key in new if key not in old),
+        reshaped=tuple(new[key] for key in new if key in set(reshaped)),
+        moved=tuple(new[key] for key in new if key in set(moved)),
+    )
+
+
+def _faces(report: ProgressReport) -> dict[str, dict[str, DesignFaceRecord]]:
+    faces: dict[str, dict[str, DesignFaceRecord]] = {}
+    for face in report.faces:
+        faces.setdefault(face.element, {})[face.face_id] = face
+    return faces
+
+
+def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
+    """Return one note a kind of change, naming the elements; nothing where the design is as it was."""
+    changes = design_changes(before, after)
+    since = f"{NOTE} (against the result of {before.visit_date.isoformat()})"
+    kept = f"what was seen of them counts where a face lies within {SAME_OFFSET_M:g} m of where it was"
+    told = (
+        (changes.gone, "gone", "what was seen of them is left out"),
+        (changes.new, "new", ""),
+        (changes.reshaped, "changed in shape", kept),
+        (changes.moved, "moved", kept),
+    )
+    return tuple(
+        f"{since}: {len(elements)} {what}: {_names(elements)}" + (f"; {so}" if so else "")
+        for elements, what, so in told
+        if elements
+    )
+
+
+def _names(elements: Sequence[ElementProgress]) -> str:
+    named = ", ".join(f"{e.kind} {e.name or e.global_id}" for e in elements[:_NAMED])
+    return named + (f" and {len(elements) - _NAMED} more" if len(elements) > _NAMED else "")

@@ -1,0 +1,142 @@
+"""A revised design: what is gone, new, changed, moved; and what was seen goes only where it was seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.bim.model import BimModel, DesignFace
+from asbuilt_bim.errors import ResultError
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.records import design_face_record
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.revision import design_changes, revision_notes
+from asbuilt_bim.progress.surface import unseen
+from asbuilt_bim.report.changes import changes
+from asbuilt_bim.report.document import read_past, write_result
+from tests.ifc.models import ModelBuilder
+from tests.ifc.reports import report_on
+from tests.report.sample_report import sample_report
+
+IDS = {name: f"{name}{'0' * (22 - len(name))}" for name in ("wall", "kept", "gone", "new", "round")}
+
+
+def _design(folder: Path, build: Callable[[ModelBuilder], None], **options: Any) -> BimModel:
+    builder = ModelBuilder(**options)
+    build(builder)
+    for product in [*builder.file.by_type("IfcWall"), *builder.file.by_type("IfcColumn")]:
+        product.GlobalId = IDS[product.Name]
+    return read_design(builder.write(folder / "design.ifc"))
+
+
+def _report(design: BimModel) -> ProgressReport:
+    """A report in which every face was seen built over its lower metre."""
+    faces = []
+    for face in design.elements and [f for e in design.elements for f in e.faces]:
+        u0, v0, u1, _ = polygon.bounds(face.exposed_uv_m)
+        low = polygon.intersection(face.exposed_uv_m, polygon.box(u0, v0, u1, v0 + 1.0))
+        seen = replace(
+            unseen(face), built_uv_m=low, outline_uv_m=low, as_built_area_m2=polygon.area(low), stations={"A1": 1.0}
+        )
+        faces.append(design_face_record(face, seen))
+    return replace(report_on(design, {}), faces=tuple(faces))
+
+
+def _history(design: BimModel) -> VisitHistory:
+    return remember(EMPTY_HISTORY, _report(design))
+
+
+def _wall(x_m: float = 0.0, length_m: float = 4.0) -> Callable[[ModelBuilder], None]:
+    return lambda builder: (builder.box("IfcWall", "wall", (x_m, 0.0, 0.0), (length_m, 0.2, 3.0)), None)[1]
+
+
+def _side(design: BimModel) -> DesignFace:
+    return next(face for face in design.elements[0].faces if face.role == "side")
+
+
+def test_gone_new_reshaped_and_moved_elements_are_told_apart(tmp_path: Path) -> None:
+    def before(builder: ModelBuilder) -> None:
+        _wall()(builder)
+        builder.box("IfcColumn", "kept", (6.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+        builder.box("IfcColumn", "gone", (8.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+        builder.cylinder("round", (10.0, 0.0, 0.0), 0.2, 3.0)
+
+    def after(builder: ModelBuilder) -> None:
+        _wall(length_m=5.0)(builder)
+        builder.box("IfcColumn", "kept", (6.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+        builder.box("IfcColumn", "new", (12.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+        builder.cylinder("round", (10.5, 0.0, 0.0), 0.2, 3.0)
+
+    old, new = _report(_design(tmp_path, before)), _report(_design(tmp_path, after))
+    found = design_changes(old, new)
+    names = [[e.name for e in part] for part in (found.gone, found.new, found.reshaped, found.moved)]
+    assert names == [["gone"], ["new"], ["wall"], ["round"]]
+    notes = revision_notes(old, new)
+    assert len(notes) == 4 and all(note.startswith("revised design") for note in notes)
+    assert "1 changed in shape: wall wall" in notes[2] and "within 0.1 m" in notes[2]
+    said = changes(old, new)
+    assert any("wall wall: other shape in the design" in line for line in said)
+    assert any("column round: moved in the design" in line for line in said)
+    assert revision_notes(old, old) == ()
+
+
+def test_a_wall_that_a_revision_moved_does_not_take_along_what_was_seen_elsewhere(tmp_path: Path) -> None:
+    first = _design(tmp_path, _wall())
+    history = _history(first)
+    moved = _design(tmp_path, lambda b: (b.box("IfcWall", "wall", (0.0, 2.0, 0.0), (4.0, 0.2, 3.0)), None)[1])
+    assert _side(moved).face_id == _side(first).face_id
+    assert history.earlier(IDS["wall"], _side(first)) is not None
+    assert history.earlier(IDS["wall"], _side(moved)) is None
+
+
+def test_a_wall_shifted_along_itself_keeps_what_was_seen_where_it_was_seen(tmp_path: Path) -> None:
+    history = _history(_design(tmp_path, _wall()))
+    shifted = _side(_design(tmp_path, _wall(x_m=3.0)))
+    seen = history.earlier(IDS["wall"], shifted)
+    assert seen is not None
+    assert polygon.area(seen.built_uv_m) == pytest.approx(1.0, abs=1e-6)  # one of its four metres stood there before
+    assert seen.as_built_area_m2 == pytest.approx(1.0, abs=1e-6)
+    world = shifted.frame.from_uv(seen.built_uv_m[0][0])
+    np.testing.assert_allclose([world[:, 0].min(), world[:, 0].max()], [3.0, 4.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("radius_m", "turn_deg"), [(0.25, 0.0), (0.25, 100.0), (0.28, 100.0)])
+def test_a_round_column_with_another_seam_or_radius_keeps_what_was_seen(
+    radius_m: float, turn_deg: float, tmp_path: Path
+) -> None:
+    def column(radius: float) -> Callable[[ModelBuilder], None]:
+        return lambda builder: (builder.cylinder("round", (0.0, 0.0, 0.0), radius, 3.0), None)[1]
+
+    (old,) = _design(tmp_path, column(0.25)).elements[0].faces
+    strip = polygon.box(-0.2, 0.0, 0.1, 2.0)
+    seen = replace(unseen(old), built_uv_m=strip, outline_uv_m=strip, as_built_area_m2=0.6)
+    report = replace(_report(_design(tmp_path, column(0.25))), faces=(design_face_record(old, seen),))
+    (new,) = _design(tmp_path, column(radius_m), turn_deg=turn_deg).elements[0].faces
+    carried = remember(EMPTY_HISTORY, report).earlier(IDS["round"], replace(new, face_id="other"))
+    assert carried is not None
+    assert polygon.area(carried.built_uv_m) == pytest.approx(0.6 * radius_m / 0.25, rel=1e-3)
+    middle = np.mean([p for rings in carried.built_uv_m for p in new.frame.from_uv(rings[0])], axis=0)
+    expected = old.frame.from_uv(np.array([-0.05, 1.0])) - [0.0, 0.0, 1.0]
+    assert np.arctan2(*middle[1::-1]) == pytest.approx(np.arctan2(*expected[1::-1]), abs=0.15)
+
+
+def test_results_of_earlier_runs_come_in_the_order_of_their_visits_and_before_all_others(tmp_path: Path) -> None:
+    report = sample_report()
+    paths = []
+    for day in (date(2026, 2, 16), date(2026, 2, 2)):
+        paths.append(tmp_path / f"{day}.json")
+        write_result(replace(report, visit_date=day), paths[-1])
+    assert [one.visit_date.day for one in read_past(paths, date(2026, 3, 2))] == [2, 16]
+    with pytest.raises(ResultError, match="a history comes before all visits"):
+        read_past(paths, date(2026, 2, 16))
+    (tmp_path / "twin.json").write_bytes(paths[0].read_bytes())
+    with pytest.raises(ResultError, match="name one result a visit"):
+        read_past([*paths, tmp_path / "twin.json"], date(2026, 3, 2))
