@@ -34,9 +34,19 @@ def msp_calendar(root: ET.Element) -> WorkCalendar:
             else:
                 exceptions.update(dict.fromkeys(_period(day), spans))
         for other in children(child(calendar, "Exceptions"), "Exception"):
-            if text(other, "Type") in ("", "0", "1"):  # the others recur, and their period isn't all of it
+            if not _recurs(other):
                 exceptions.update(dict.fromkeys(_period(other), tuple(_msp_spans(other))))
     return _made(text(own, "Name"), week, exceptions)
+
+
+def msp_recurring(root: ET.Element) -> int:
+    """Return how many exceptions of a document's calendars recur: their period isn't all of it, so they don't count."""
+    calendars = children(child(root, "Calendars"), "Calendar")
+    return sum(_recurs(one) for calendar in calendars for one in children(child(calendar, "Exceptions"), "Exception"))
+
+
+def _recurs(exception: ET.Element) -> bool:
+    return text(exception, "Type") not in ("", "0", "1") or text(exception, "Period") not in ("", "0", "1")
 
 
 def p6_calendar(root: ET.Element) -> WorkCalendar:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.schedule.calendars import msp_calendar, p6_calendar
+from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, p6_calendar
 from asbuilt_bim.schedule.msp import msp_rows
 from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
@@ -38,6 +38,8 @@ def read_schedule(path: Path) -> ScheduleFile:
             kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root), p6_calendar(root)
         elif local(root.tag) == "Project":
             kind, (rows, notes), calendar = "MS Project XML", msp_rows(root), msp_calendar(root)
+            if recurring := msp_recurring(root):
+                notes = (*notes, f"{recurring} recurring exceptions of its calendars aren't counted as days off")
         else:
             raise ScheduleError(
                 f"{path}: XML, but neither of MS Project nor of P6 (its root is <{local(root.tag)[:40]}>)"

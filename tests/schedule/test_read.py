@@ -34,6 +34,16 @@ def test_ms_project_working_time_holds_holidays_and_falls_back_on_the_office_wee
     assert calendar.after(datetime(2026, 3, 3, 8), 9.0) == datetime(2026, 3, 6, 9)
 
 
+def test_days_off_that_recur_are_named_and_not_taken_for_one_long_holiday(tmp_path: Path) -> None:
+    weekly = (
+        "<Exceptions><Exception><TimePeriod><FromDate>2026-03-02T00:00:00</FromDate><ToDate>2026-12-31T23:59:00</ToDate>"
+        "</TimePeriod><Type>6</Type><Period>1</Period><DayWorking>0</DayWorking></Exception></Exceptions></Calendar>"
+    )
+    found = read_schedule(written(tmp_path, MSP.replace("</Calendar>", weekly)))
+    assert found.source.calendar.hours(datetime(2026, 3, 2), datetime(2026, 3, 4)) == 16.0
+    assert "1 recurring exceptions of its calendars aren't counted as days off" in found.notes
+
+
 def test_p6_activities_come_with_their_breakdown_ids_fields_and_links(tmp_path: Path) -> None:
     found = read_schedule(written(tmp_path, P6))
     columns, other = found.rows  # a level of effort is no work that could be measured
