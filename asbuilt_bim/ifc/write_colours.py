@@ -2,12 +2,13 @@
 
 An item bears one style at most. Where the design has styled it, the design's IfcStyledItem is set aside: detached,
 numbered in its name, and kept in a styled representation of a material of ours (the place that the schema has for
-styled items without an item). Taking the colours off puts it back.
+styled items without an item). Taking the colours off puts it back. A style inside a mapped source would hide that of
+the element: it is moved out to all who use the source, each in its own colour or the one it had.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from asbuilt_bim.ifc.marker import Marker
@@ -17,7 +18,6 @@ from asbuilt_bim.progress.report import ElementProgress, State
 _OURS = "AsBuilt_Colour"
 _ASIDE = "AsBuilt_Aside"
 """Name of a styled item that was set aside: this, a number, a blank, and its own name in quotes if it had one."""
-_MAX_DEPTH = 8
 
 
 class Painter:
@@ -29,6 +29,7 @@ class Painter:
         self._colours = colours
         self._styles: dict[str, Any] = {}
         self._aside: list[Any] = []
+        self._shown: dict[int, bool] = {}
         self._count = 0
 
     def paint(self, element: Any, progress: ElementProgress) -> bool:
@@ -56,16 +57,55 @@ class Painter:
         self._make("IfcMaterialDefinitionRepresentation", Representations=[kept], RepresentedMaterial=material)
 
     def _paint_item(self, item: Any, state: State) -> bool:
-        if not _own_body(item):
+        if not _alone(item) or not self._shows(item):
             return False
-        number = self._count
+        mine = [styled for styled in item.StyledByItem or () if (styled.Name or "").startswith(_OURS)]
+        if mine:  # it bears its source's style, moved out
+            mine[0].Styles = [self._style(state)]
+            return True
+        self._put_aside(item)
+        self._wear(item, [self._style(state)])
+        return True
+
+    def _shows(self, item: Any) -> bool:
+        """Say whether an item's own style would show; the styles in a mapped source are moved out where they can be."""
+        if not item.is_a("IfcMappedItem"):
+            return True
+        source = item.MappingSource
+        if source.id() not in self._shown:
+            self._shown[source.id()] = self._move_out(source)
+        return self._shown[source.id()]
+
+    def _move_out(self, source: Any) -> bool:
+        """Give a mapped source's one style to all who use it, and set it aside inside: what it hides can then show."""
+        inner, users = source.MappedRepresentation.Items, source.MapUsage
+        if any(one.is_a("IfcMappedItem") for one in inner):
+            return False
+        styles = {tuple(style.id() for style in styled.Styles) for one in inner for styled in one.StyledByItem or ()}
+        if not styles:
+            return True
+        every = all(one.StyledByItem for one in inner)
+        if not every or len(styles) > 1 or any(user.StyledByItem for user in users) or not _only_mapped(source):
+            return False
+        worn = inner[0].StyledByItem[0].Styles
+        for one in inner:
+            self._put_aside(one)
+            self._make("IfcPresentationLayerAssignment", Name=f"{_ASIDE} {self._count}", AssignedItems=[one])
+            self._count += 1
+        for user in users:
+            self._wear(user, worn)
+        return True
+
+    def _wear(self, item: Any, styles: Sequence[Any]) -> None:
+        self._make("IfcStyledItem", Item=item, Styles=styles, Name=f"{_OURS} {self._count}")
         self._count += 1
+
+    def _put_aside(self, item: Any) -> None:
+        """Detach what styles an item, under the number that the next style or layer of ours bears."""
         for styled in item.StyledByItem or ():
             own = "" if styled.Name is None else f" '{styled.Name}'"
-            styled.Item, styled.Name = None, f"{_ASIDE} {number}{own}"
+            styled.Item, styled.Name = None, f"{_ASIDE} {self._count}{own}"
             self._aside.append(styled)
-        self._make("IfcStyledItem", Item=item, Styles=[self._style(state)], Name=f"{_OURS} {number}")
-        return True
 
     def _style(self, state: State) -> Any:
         if state not in self._styles:
@@ -83,10 +123,12 @@ class Painter:
 
 def put_colours_back(file: Any) -> None:
     """Take our colours off an open file and give every item the style it had."""
-    painted = [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(_OURS)]
+    painted = [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_OURS} ")]
     if not painted:
         return
-    items = {one.Name.removeprefix(_OURS).strip(): one.Item for one in painted}
+    layers = [one for one in file.by_type("IfcPresentationLayerAssignment") if one.Name.startswith(f"{_ASIDE} ")]
+    items = {one.Name.removeprefix(f"{_ASIDE} "): one.AssignedItems[0] for one in layers}
+    items |= {one.Name.removeprefix(f"{_OURS} "): one.Item for one in painted}
     for styled in [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_ASIDE} ")]:
         number, _, own = styled.Name.removeprefix(f"{_ASIDE} ").partition(" ")
         styled.Item, styled.Name = items.get(number), own[1:-1] if own else None
@@ -94,7 +136,7 @@ def put_colours_back(file: Any) -> None:
     kept = [rep for one in materials for rep in one.HasRepresentation or ()]
     styled = [rep for one in kept for rep in one.Representations]
     styles = {style.id(): style for one in painted for style in one.Styles}
-    for thing in (*kept, *styled, *materials, *painted):
+    for thing in (*kept, *styled, *materials, *layers, *painted):
         file.remove(thing)
     for style in styles.values():
         _remove_with_parts(file, style)
@@ -118,18 +160,22 @@ def _body_items(element: Any) -> Iterator[Any]:
                 yield from representation.Items
 
 
-def _own_body(item: Any) -> bool:
-    """Say whether an item's colour shows, and shows on one element alone."""
-    users = [user for user in item.file.get_inverse(item) if user.is_a("IfcRepresentation")]
-    if len(users) != 1 or users[0].RepresentationMap:
+def _alone(item: Any) -> bool:
+    """Say whether an item is the body of one element alone."""
+    file = item.file
+    users = [user for user in file.get_inverse(item) if user.is_a("IfcRepresentation")]
+    if len(users) != 1 or any(source.MapUsage for source in users[0].RepresentationMap):
         return False
-    products = [one for shape in users[0].OfProductRepresentation for one in getattr(shape, "ShapeOfProduct", ())]
-    return len(products) == 1 and not _styled_inside(item)
+    return len(_products_of(users[0])) == 1
 
 
-def _styled_inside(item: Any, depth: int = 0) -> bool:
-    """Say whether a mapped item's source has styles of its own, which would hide that of the mapped item."""
-    if not item.is_a("IfcMappedItem") or depth > _MAX_DEPTH:
-        return False
-    inner = item.MappingSource.MappedRepresentation.Items
-    return any(one.StyledByItem or _styled_inside(one, depth + 1) for one in inner)
+def _only_mapped(source: Any) -> bool:
+    """Say whether a mapped source is nothing's body by itself."""
+    representation = source.MappedRepresentation
+    return len(representation.RepresentationMap) == 1 and not _products_of(representation)
+
+
+def _products_of(representation: Any) -> list[Any]:
+    file = representation.file
+    shapes = [one for one in file.get_inverse(representation) if one.is_a("IfcProductRepresentation")]
+    return [one for shape in shapes for one in file.get_inverse(shape) if one.is_a("IfcProduct")]

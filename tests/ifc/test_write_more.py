@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import ifcopenshell
+import ifcopenshell.geom
 import ifcopenshell.util.element
 import ifcopenshell.validate
 import pytest
@@ -183,6 +184,35 @@ def test_a_body_that_two_elements_share_is_not_painted(shared: str, tmp_path: Pa
     source = builder.write(tmp_path / "m.ifc")
     write_asbuilt(source, report_on(read_design(source), BEST), tmp_path / "w.ifc", colours=STATE_COLOURS)
     assert not ifcopenshell.open(str(tmp_path / "w.ifc")).by_type("IfcStyledItem")
+
+
+def _shown(file: Any, product: Any) -> tuple[float, ...]:
+    """The colour that the geometry kernel, which isn't ours, gives a product."""
+    (material,) = ifcopenshell.geom.create_shape(ifcopenshell.geom.settings(), product).geometry.materials
+    return tuple(round(value, 3) for value in material.diffuse.components)
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_columns_mapped_from_one_styled_source_show_each_their_own_state(schema: str, tmp_path: Path) -> None:
+    builder = ModelBuilder(schema=schema)
+    made = {name: builder.mirrored("IfcColumn", name, (0.4, 0.4, 3.0)) for name in ("full", "none", "hidden")}
+    first = made["full"].Representation.Representations[0].Items[0].MappingSource
+    for one in made.values():
+        one.Representation.Representations[0].Items[0].MappingSource = first
+    shade = builder.make("IfcSurfaceStyleShading", SurfaceColour=builder.make("IfcColourRgb", None, 0.5, 0.25, 0.125))
+    style = builder.make("IfcSurfaceStyle", Name="brown", Side="BOTH", Styles=[shade])
+    styles = [builder.make("IfcPresentationStyleAssignment", [style])] if schema == "IFC2X3" else [style]
+    builder.make("IfcStyledItem", Item=first.MappedRepresentation.Items[0], Styles=styles)
+    source, target = builder.write(tmp_path / "m.ifc"), tmp_path / "w.ifc"
+    write_asbuilt(source, report_on(read_design(source), BEST), target, colours=STATE_COLOURS)
+    file = ifcopenshell.open(str(target))
+    for name, state in (("full", "complete"), ("none", "not started")):
+        rgb = tuple(round(int(STATE_COLOURS[state][i : i + 2], 16) / 255.0, 3) for i in (1, 3, 5))
+        assert _shown(file, _one(file, "IfcColumn", name)) == rgb
+    assert _shown(file, _one(file, "IfcColumn", "hidden")) == (0.5, 0.25, 0.125)
+    assert _complaints(target) <= _complaints(source)
+    strip_asbuilt(target, tmp_path / "bare.ifc")
+    assert _lines(tmp_path / "bare.ifc") == _lines(source)
 
 
 @pytest.mark.parametrize("colour", [False, True])
