@@ -16,7 +16,7 @@ from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import Line, find_edge, pixel_plane
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
-from asbuilt_bim.measure.outline import LEAST_STRENGTH, Outline, image_direction
+from asbuilt_bim.measure.outline import ALONE_SIGMA_PX, ALONE_STRENGTH, LEAST_STRENGTH, Outline, image_direction
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, rings_area_m2
 from asbuilt_bim.vision.segment import Instance
 
@@ -160,29 +160,31 @@ def _from_silhouettes(bench: Workbench, circle: Circle, mask: BoolArray) -> tupl
 
 
 def _silhouette(bench: Workbench, circle: Circle, mask: BoolArray, side: int) -> _Tangent | None:
-    """Find one upright silhouette: start at the mask's border, put it on the photo's edge."""
+    """Find one upright silhouette: start where the stereo circle has it (a mask's border frays), end on the edge."""
     rows = np.flatnonzero(mask.any(axis=1))
-    ends = np.array([np.flatnonzero(mask[row])[0 if side < 0 else -1] for row in rows], dtype=np.float64)
-    ends += 0.5 * side
-    camera = bench.pair.camera
-    if np.mean(bench.frame[rows, np.clip(np.round(ends), 0, camera.width_px - 1).astype(np.intp)]) > 0.3:
+    camera, level = bench.pair.camera, bench.scene.level
+    ends = np.array([np.flatnonzero(mask[row])[0 if side < 0 else -1] for row in rows])
+    if np.mean(bench.frame[rows, ends]) > 0.3:
         return None
-    middle = np.array([float(np.median(ends)), float(np.median(rows))])
-    direction = image_direction(bench.scene.level.view.down, middle, camera)
-    off = ends - (middle[0] + (rows - middle[1]) * direction[0] / direction[1])
-    foot = middle + np.array([float(np.median(off)), 0.0])
+    distance = float(np.hypot(circle.x_m, circle.z_m))
+    angle = np.arctan2(circle.x_m, circle.z_m) + side * np.arcsin(min(circle.radius_m / distance, 0.9))
+    row = int(np.median(rows))
+    foot = np.array([np.interp(circle.f_px * np.tan(angle), level.x_px[row], np.arange(camera.width_px)), float(row)])
+    direction = image_direction(level.view.down, foot, camera)
     reach = 0.46 * (rows[-1] - rows[0])
     # the normal points off the column: downwards on its right, upwards on its left as the outline runs
     line = Line(start=foot - side * -reach * direction, stop=foot + side * -reach * direction)
     line = line if line.normal[0] * side > 0.0 else Line(start=line.stop, stop=line.start)
     plane = pixel_plane(_tangent_plane(bench, circle), camera)
-    found = find_edge(bench.slopes, line, plane, 2.0, 7.0, 3.0)
-    sigma_px = found.sigma_px if found is not None and found.strength >= LEAST_STRENGTH else MASK_SIGMA_PX
-    settled = found.line if found is not None and found.strength >= LEAST_STRENGTH else line
+    settled, sigma_px = line, MASK_SIGMA_PX
+    for alone, least in ((True, ALONE_STRENGTH), (False, LEAST_STRENGTH)):  # the last one that holds
+        found = find_edge(bench.slopes, line, plane, 2.0, 7.0, 3.0, alone=alone)
+        if found is not None and found.strength >= least:
+            settled, sigma_px = found.line, float(np.hypot(found.sigma_px, ALONE_SIGMA_PX * alone))
     points = np.stack([settled.start, settled.stop])
     rays = np.ones((2, 3))
     rays[:, :2] = (points - [camera.cx_px, camera.cy_px]) / camera.f_px
-    level_x, _, _ = bench.scene.level.view.coordinates(rays)
+    level_x, _, _ = level.view.coordinates(rays)
     return _Tangent(tangent=float(level_x.mean() / camera.f_px), sigma=float(sigma_px / camera.f_px))
 
 

@@ -17,8 +17,9 @@ from asbuilt_bim.vision.warp import sample
 MOST_PIXELS = 12_000
 CORE_SHARE = 0.8
 """The outer tenth on each side is where the matcher bends every surface round."""
-ROUND_GAIN = 0.97
-"""A round surface must leave at least 3 % less difference: a matcher's bend is no evidence, pictures are."""
+LEAST_SURE = 3.0
+"""A round surface must leave less difference by 3 sigma: a matcher's bend is no evidence, pictures are."""
+BAND_PX = 8
 
 
 def flat_if_flatter(piece: Piece, level: LevelledMap, pair: RectifiedPair) -> Piece:
@@ -39,24 +40,30 @@ def flat_if_flatter(piece: Piece, level: LevelledMap, pair: RectifiedPair) -> Pi
     left, right = grey(pair.left), grey(pair.right)
     seen = left[rows, columns].astype(np.float64)
     forward = level.forward[rows, columns]
-    differences = []
+    misses = []
     for surface in (piece, flat):
         # each surface may shift a little in depth: its best of a few is compared
         tries = [
-            _difference(seen, right, rows, columns, (surface.at(x) + shift) * forward)
-            for shift in (-0.2, -0.1, 0, 0.1, 0.2)
+            _miss(seen, right, rows, columns, (surface.at(x) + shift) * forward) for shift in (-0.2, -0.1, 0, 0.1, 0.2)
         ]
-        differences.append(min(tries))
-    return piece if differences[0] < ROUND_GAIN * differences[1] else flat
+        misses.append(min(tries, key=lambda miss: float(miss.sum())))
+    return piece if _sureness(misses[1] - misses[0], rows) > LEAST_SURE else flat
 
 
-def _difference(
+def _sureness(gain: FloatArray, rows: np.ndarray) -> float:
+    """Return how many of its own sigmas a gain per pixel is above zero; bands of rows are independent of each other."""
+    bands = np.bincount((rows - rows.min()) // BAND_PX, weights=gain)
+    return float(bands.sum() / max(np.sqrt(np.sum((bands - bands.mean()) ** 2)), 1e-9))
+
+
+def _miss(
     seen: FloatArray, right: np.ndarray, rows: np.ndarray, columns: np.ndarray, disparity: FloatArray
-) -> float:
-    """Return the mean absolute difference of grey levels along a disparity, the worst tenth left out."""
+) -> FloatArray:
+    """Return the squared difference of grey levels (N,) along a disparity, none above the worst tenth's limit."""
     width = 2048
     pad = (-len(seen)) % width
     at = np.pad((columns - disparity).astype(np.float32), (0, pad)).reshape(-1, width)
     there = sample(right, at, np.pad(rows.astype(np.float32), (0, pad)).reshape(-1, width)).ravel()[: len(seen)]
-    apart = np.sort(np.abs(seen - there - np.median(seen - there)))
-    return float(np.mean(apart[: max(1, int(0.9 * len(apart)))]))
+    apart = np.square(seen - there - np.median(seen - there))
+    limited: FloatArray = np.minimum(apart, np.quantile(apart, 0.9))
+    return limited
