@@ -23,6 +23,7 @@ from table import Line, line, options, report, told
 from twins import CYCLES_SEEDS, RAYCAST_SEEDS, load_twin, read_twin, true_rig, twin_folder
 
 from asbuilt_bim.camera.adjust import adjust
+from asbuilt_bim.camera.folded import folded_covariance
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.rectify import rectification
@@ -59,7 +60,7 @@ def virtual_calibration(rig: StereoRig, seed: int) -> StereoRig:
     size = (rig.left.width_px, rig.left.height_px)
     return replace(
         rig, left=camera_of(done.shared, 0, size), right=camera_of(done.shared, 1, size),
-        right_from_left=right_from_left_of(done.shared), covariance=done.rig_covariance,
+        right_from_left=right_from_left_of(done.shared), covariance=folded_covariance(done, size),
     )  # fmt: skip
 
 

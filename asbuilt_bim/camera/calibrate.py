@@ -11,6 +11,7 @@ from asbuilt_bim.camera.adjust import Adjustment, adjust, rms_px
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.board_views import Progress, read_views, require_enough
 from asbuilt_bim.camera.calibration_checks import Checks, check_calibration, corner_fits, refuse_impossible
+from asbuilt_bim.camera.folded import folded_covariance
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.lens_check import CornerFit
 from asbuilt_bim.camera.parameters import BoardView, camera_of, pack, right_from_left_of
@@ -175,7 +176,7 @@ def _rig(
         left=camera_of(adjusted.shared, 0, size),
         right=camera_of(adjusted.shared, 1, size),
         right_from_left=right_from_left,
-        covariance=adjusted.rig_covariance,
+        covariance=folded_covariance(adjusted, size),
         rms_px=adjusted.rms_px,
         views_used=count,
         camera_model=left.model,
