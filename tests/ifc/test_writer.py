@@ -205,6 +205,56 @@ def test_pieces_are_counted_whole_where_the_schema_wants_it_and_never_upwards(sc
     assert _complaints(target) <= _complaints(source)
 
 
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_areas_follow_the_files_area_unit_and_not_its_length_unit_squared(schema: str, tmp_path: Path) -> None:
+    path = _model(schema, tmp_path)
+    file = ifcopenshell.open(str(path))
+    (unit,) = [one for one in file.by_type("IfcSIUnit") if one.UnitType == "AREAUNIT"]
+    unit.Prefix = "CENTI"
+    file.write(str(path))
+    write_asbuilt(path, report_on(read_design(path), BEST), tmp_path / "w.ifc")
+    written = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    (area,) = [q for q in _quantities(written, "half") if q.Name == "AsBuiltArea"]
+    assert area.is_a("IfcQuantityArea") and area.AreaValue == pytest.approx(12500.0)  # 1.25 m2 in cm2
+
+
+def _quantities(file: Any, name: str) -> tuple[Any, ...]:
+    (column,) = [one for one in file.by_type("IfcColumn") if one.Name == name]
+    sets = [one.RelatingPropertyDefinition for one in column.IsDefinedBy]
+    (ours,) = [one for one in sets if one.Name == "AsBuilt_Quantities"]
+    return tuple(ours.Quantities)
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_the_designs_own_quantities_stay_beside_ours(schema: str, tmp_path: Path) -> None:
+    path = _model(schema, tmp_path)
+    file = ifcopenshell.open(str(path))
+    (column,) = [one for one in file.by_type("IfcColumn") if one.Name == "half"]
+    owner = file.by_type("IfcOwnerHistory")[0]
+    length = file.create_entity("IfcQuantityLength", Name="Length", LengthValue=3000.0)
+    made = file.create_entity(
+        "IfcElementQuantity", ifcopenshell.guid.new(), owner, Name="Qto_ColumnBaseQuantities", Quantities=[length]
+    )
+    rel = file.create_entity("IfcRelDefinesByProperties", ifcopenshell.guid.new(), owner)
+    rel.RelatedObjects, rel.RelatingPropertyDefinition = [column], made
+    file.write(str(path))
+    write_asbuilt(path, report_on(read_design(path), BEST), tmp_path / "w.ifc")
+    sets = _psets(ifcopenshell.open(str(tmp_path / "w.ifc")), "IfcColumn", "half")
+    assert sets["Qto_ColumnBaseQuantities"]["Length"] == 3000.0
+    assert {"AsBuiltArea", "AsBuiltAreaSigma", "DesignExposedArea"} <= sets["AsBuilt_Quantities"].keys()
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_a_completion_above_one_is_never_written(schema: str, tmp_path: Path) -> None:
+    source = _model(schema, tmp_path)
+    report = report_on(read_design(source), {"full": 1.2})  # IfcPositiveRatioMeasure would let it pass
+    write_asbuilt(source, report, tmp_path / "w.ifc")
+    file = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    times = file.by_type("IfcScheduleTimeControl" if schema == "IFC2X3" else "IfcTaskTime")
+    assert max(time.Completion or 0.0 for time in times) == 1.0
+    assert _psets(file, "IfcColumn", "full")["AsBuilt_Progress"]["CompletionBest"] == 1.0
+
+
 def test_a_result_of_another_design_is_refused(tmp_path: Path) -> None:
     source = _model("IFC4", tmp_path)
     other = ModelBuilder()
