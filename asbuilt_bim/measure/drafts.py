@@ -28,6 +28,9 @@ MATCHER_BLOCK_PX = 150.0
 """Pixels of a matcher's answer that err together: its window and its smoothness."""
 MATCHER_MISS_PX = 24.0
 """How far a border may be missed: left of it lies a strip that the right photo doesn't show."""
+EDGE_PX = 6.0
+"""A matcher's answer this near a border may be the neighbour's; further off it means what it says."""
+OFF_PLANE_PX = 1.5
 FRAME_MARGIN_PX = 4
 HIDDEN_SHARE = 0.12
 LEAK_PX = 0.5
@@ -92,7 +95,7 @@ def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
     """Return the pixels (H, W) of a piece in an instance.
 
     A mask that doesn't come from the disparity knows the border that the matcher missed: what it holds beside the
-    piece, and isn't another one's, goes to the nearest.
+    piece, and isn't another one's, goes to the nearest; not what is measured to lie off its plane: a mask may be rough.
     """
     own = scene.mask(piece) & instance.mask
     if instance.source.startswith("geometr"):
@@ -101,7 +104,11 @@ def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
     near, far = (
         cv2.distanceTransform((~area).astype(np.uint8), cv2.DIST_L2, 3) for area in (own, others & instance.mask)
     )
-    filled: BoolArray = own | (instance.mask & ~others & (near < MATCHER_MISS_PX) & (near < far))
+    level = scene.level
+    elsewhere = level.measured & (np.abs(level.d_px - scene.pieces[piece].at(level.x_px)) > OFF_PLANE_PX)
+    elsewhere |= scene.labels >= len(scene.pieces)
+    open_to_it = (near < EDGE_PX) | ((near < MATCHER_MISS_PX) & ~elsewhere)
+    filled: BoolArray = own | (instance.mask & ~others & open_to_it & (near < far))
     return filled
 
 

@@ -28,7 +28,7 @@ from asbuilt_bim.vision.markers import MarkerSighting, find_markers
 from asbuilt_bim.vision.rig_health import StationHealth
 from asbuilt_bim.vision.scene import Scene, read_scene
 from asbuilt_bim.vision.segment import Instance, Segmenter
-from asbuilt_bim.vision.sky import find_sky
+from asbuilt_bim.vision.sky import find_sky, without_sky
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, StereoMatcher, depth_map
 from asbuilt_bim.vision.target import TargetOptions, TargetSighting, find_target
 
@@ -198,7 +198,7 @@ def _measure(
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
     marks = marks_mask(pair.valid_left.shape, seen.markers, target)
     agreed = _instances(pair, scene, stereo, options, instruments)
-    instances = without_boards(agreed.instances, marks)
+    instances = without_boards([without_sky(one, sky) for one in agreed.instances], marks)
     watch.lap("instances")
     if options.method == "paper":
         found = paper_faces(pair, depth, instances, options.faces)

@@ -31,6 +31,7 @@ from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summ
 INCOMPLETE = 1
 """The exit code of --strict where a station was left out."""
 MAX_CHANGES = 15
+MAX_NOTES = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +74,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
             screen.say(line)
+    _warn_of_design(", ".join(path.name for path in project.ifc), result.design.notes, screen)
     incomplete = False
     for visit, report in zip(project.visits, result.reports, strict=True):
         incomplete |= _warn_left_out(visit, report, screen)
@@ -128,6 +130,14 @@ def strip_command(source: Path, target: Path, screen: Screen) -> int:
     else:
         screen.warn(f"{source}: carries nothing of asbuilt-bim's; {target} holds the same")
     return 0
+
+
+def _warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
+    """Say what of the design couldn't be used: it is missing from every number."""
+    for note in notes[:MAX_NOTES]:
+        screen.warn(f"{names}: {note}")
+    if len(notes) > MAX_NOTES:
+        screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
 
 
 def _warn_left_out(visit: Visit, report: ProgressReport, screen: Screen) -> bool:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.arrays import BoolArray, freeze
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import grey
 
 WINDOW_PX = 9
@@ -18,6 +21,17 @@ LEAST_LIGHT = 0.55
 FAR_DISPARITY_PX = 4.0
 """What was matched nearer than this (65 m for the usual rig) is a thing."""
 LEAST_PIXELS = 400
+
+
+def without_sky(instance: Instance, sky: BoolArray) -> Instance:
+    """Take the sky out of an instance's mask: a mask drawn by hand or by a network may run over the edge.
+
+    One that is nothing but sky stays as it is, to be named: it has no surface.
+    """
+    mask: BoolArray = instance.mask & ~sky
+    if not mask.any() or not (instance.mask & sky).any():
+        return instance
+    return replace(instance, mask=freeze(mask))
 
 
 def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:

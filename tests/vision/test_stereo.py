@@ -10,7 +10,8 @@ from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.geometric import GeometricSegmenter
 from asbuilt_bim.vision.scene import read_scene
-from asbuilt_bim.vision.sky import find_sky
+from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.sky import find_sky, without_sky
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 from asbuilt_bim.vision.vertical import find_vertical
 from tests.measure.box_world import site, true_q
@@ -99,3 +100,16 @@ def test_the_ground_is_a_floor_and_no_instance(pair: RectifiedPair, depth: Depth
     scene = read_scene(pair, depth)
     assert scene.labels[560, 400] == len(scene.pieces)
     assert not any(instance.mask[560, 400] for instance in GeometricSegmenter().segment(pair, depth))
+
+
+def test_sky_goes_from_a_rough_mask_and_a_mask_of_sky_alone_stays_to_be_named(
+    pair: RectifiedPair, depth: DepthMap
+) -> None:
+    sky = find_sky(pair, depth)
+    rough = np.zeros(sky.shape, bool)
+    rough[40:200, 500:640] = True
+    whole = Instance(label="wall", score=1.0, mask=rough, box_px=(500, 40, 640, 200), source="given")
+    assert not (without_sky(whole, sky).mask & sky).any()
+    assert np.array_equal(without_sky(whole, sky).mask, rough & ~sky)
+    alone = replace(whole, mask=sky)
+    assert without_sky(alone, sky) is alone
