@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +22,13 @@ from table import Line, line, options, report, told
 
 from asbuilt_bim.camera.board import Board
 from asbuilt_bim.camera.calibrate import calibrate_stereo
+from asbuilt_bim.camera.check_length import check_board, refuse_wrong_scale
+from asbuilt_bim.camera.formats import Foreign
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_reader import read_rig
-from asbuilt_bim.errors import CalibrationError
+from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.geometry.arrays import FloatArray
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[1] / "../shared/data"))
@@ -60,7 +63,7 @@ def halves_lines(name: str, pairs: Pairs) -> list[Line]:
         return [told(f"{name}: absent, not judged", "", 0)]
     board, medians, everything = CHESS[name], [], []
     for start in (0, 1):
-        rig = calibrate_stereo(pairs[start::2], board).rig
+        rig = rig_of(pairs[start::2], board)
         errors = errors_by(rig, pairs[1 - start :: 2], board)
         medians.append(np.nanmedian(np.abs(errors), axis=0))
         everything.append(errors)
@@ -98,18 +101,43 @@ def scale_lines() -> list[Line]:
     ]  # fmt: skip
 
 
-def refusal_lines(pairs: Pairs) -> list[Line]:
-    """Ask that a rig whose left and right photos are exchanged is refused by that name."""
-    if not pairs:
-        return [told("barry: absent, not judged", "", 0)]
+def rig_of(pairs: Pairs, board: Board) -> StereoRig:
+    """Calibrate and return the rig alone."""
+    return calibrate_stereo(pairs, board).rig
+
+
+def refusal_lines(swapped: Pairs, pairs: Pairs) -> list[Line]:
+    """Ask that what is wrong with a rig is refused by its name."""
+    if not swapped or not pairs:
+        return [told("rigs to refuse: absent, not judged", "", 0)]
+    true, barry = CHESS["sourishg"], DATA / "rigs/barry_swapped"
+    too_large = replace(true, square_m=0.030)
+    files = barry / "intrinsics.yml", barry / "extrinsics.yml"
+    size = Foreign(size_px=(640, 512))
+    cases: list[tuple[str, Callable[[], object]]] = [
+        ("left and right are swapped", lambda: calibrate_stereo(swapped, CHESS["barry"])),
+        ("left and right are swapped", lambda: read_rig(*files, replace(size, metres_per_unit=0.001))),
+        ("looks like millimetres", lambda: read_rig(*files, size)),
+        ("square_m", lambda: replace(true, square_m=24.23)),
+        (
+            "scale is off",
+            lambda: refuse_wrong_scale(check_board(calibrate_stereo(pairs, too_large).rig, pairs[3], true)),
+        ),
+    ]
+    said = [(name, _refusal(action)) for name, action in cases]
+    wrong = [f"{name}: {text[:50]}" for name, text in said if name not in text]
+    what = "rigs swapped, in the wrong unit, or of wrong squares: refused by name"
+    right = len(said) - len(wrong)
+    lines = [line(what, f"{right} of {len(said)}", "all", len(said), not wrong, least_n=len(said))]
+    return lines + [told(f"  {text}", "", 1) for text in wrong]
+
+
+def _refusal(action: Callable[[], object]) -> str:
     try:
-        calibrate_stereo(pairs, CHESS["barry"])
-        said = "calibrated"
-    except CalibrationError as error:
-        said = str(error)
-    named = "left and right are swapped" in said
-    what = "barry: left and right exchanged, refused by name"
-    return [line(what, "yes" if named else said[:60], "yes", len(pairs), named, least_n=1)]
+        action()
+    except AsBuiltError as error:
+        return str(error)
+    return "not refused"
 
 
 def main() -> int:
@@ -118,11 +146,12 @@ def main() -> int:
     if not DATA.is_dir():
         print(f"no real photographs in {DATA}: set ASBUILT_BIM_DATA; nothing was judged")
         return 0
-    lines = halves_lines("sourishg", photo_pairs("rigs/sourishg_24.23mm", "left*.jpg"))
+    ours = photo_pairs("rigs/sourishg_24.23mm", "left*.jpg")
+    lines = halves_lines("sourishg", ours)
     if not args.quick:
         lines += halves_lines("stereopi", photo_pairs("rigs/stereopi/pairs", "left*.png"))
         lines += scale_lines()
-        lines += refusal_lines(photo_pairs("rigs/barry_swapped", "left*.jpg")[::3])
+        lines += refusal_lines(photo_pairs("rigs/barry_swapped", "left*.jpg")[::3], ours[::2])
     laser = DATA / "stereo/eth3d_playground"
     lines += laser_lines(laser) if laser.is_dir() else [told("eth3d: absent, not judged", "", 0)]
     return report("Real photographs", lines, args)
