@@ -36,6 +36,7 @@ class RedBlob:
     area_px: float
     elliptic: float
     box_px: tuple[int, int, int, int]  # x, y, width, height
+    joined: bool = False  # of two pieces
 
 
 def redness(image: ByteImage) -> Float32Array:
@@ -53,8 +54,9 @@ def redness(image: ByteImage) -> Float32Array:
 def red_blobs(score: Float32Array, limit: int) -> list[RedBlob]:
     """Cut the redness (H, W) at every level and return the blobs that may hold a disc.
 
-    At most `limit` that are elliptic by themselves, the best first, then half as many large odd ones, the largest
-    first: a disc may have grown together with something red behind it.
+    At most `limit` that are elliptic by themselves, the best first, as many that are so when two pieces are joined (a
+    brick wall's many pairs must not crowd a whole disc out), then half as many large odd ones, the largest first: a
+    disc may have grown together with something red behind it.
     """
     found: list[RedBlob] = []
     step = max(1, score.shape[1] // _WORKING_WIDTH)
@@ -67,8 +69,9 @@ def red_blobs(score: Float32Array, limit: int) -> list[RedBlob]:
             elif blob.elliptic > found[twin].elliptic:
                 found[twin] = blob
     elliptic = sorted((b for b in found if b.elliptic >= _ELLIPTIC), key=lambda b: -b.elliptic * np.sqrt(b.area_px))
+    whole, joined = [b for b in elliptic if not b.joined], [b for b in elliptic if b.joined]
     odd = sorted((b for b in found if b.elliptic < _ELLIPTIC), key=lambda b: -b.area_px)
-    return elliptic[:limit] + odd[: limit // 2]
+    return whole[:limit] + joined[:limit] + odd[: limit // 2]
 
 
 def _blobs_at(score: Float32Array, level: float, step: int) -> list[RedBlob]:
@@ -122,6 +125,7 @@ def _hull_blob(hull: FloatArray, step: int) -> RedBlob | None:
         area_px=float(filled.sum()) * step**2,
         elliptic=elliptic,
         box_px=(int(x) * step, int(y) * step, width * step, height * step),
+        joined=True,
     )
 
 
