@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.camera.control_file import COLUMNS
-from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.camera.rig_reader import read_rig, write_rig_as
 from asbuilt_bim.cli import app
 from asbuilt_bim.project import read_project
-from asbuilt_bim.rig_source import calibrate
+from asbuilt_bim.rig_source import calibrate, rig_of
 from asbuilt_bim.scale.cache import Cache
 from tests.camera.board_pictures import CHESS, pairs
 from tests.camera.test_control_rig import control
@@ -86,6 +86,8 @@ def test_what_cannot_be_read_from_the_command_line_is_named(photos: Path, tmp_pa
     assert points.exit_code == 1 and 'expected "xl,yl xr,yr' in points.stderr.replace("\n", " ")
     board = invoke(photos, "--out", out, board="chessboard,9x6")
     assert board.exit_code == 1 and "expected chessboard,COLUMNSxROWS,SQUARE_M" in board.stderr.replace("\n", " ")
+    same = invoke(photos, "--out", out, "--report", out)
+    assert same.exit_code == 1 and "can't be one file" in same.stderr.replace("\n", " ")
     over = invoke(photos, "--out", photos / "left_01.jpg")
     assert over.exit_code == 1 and "is read for this calibration" in over.stderr.replace("\n", " ")
     nothing = CliRunner().invoke(
@@ -125,3 +127,12 @@ def test_a_project_may_name_control_points_as_its_rig(tmp_path: Path) -> None:
     made = calibrate(read_project(project), Cache(folder=None), lambda *_, **__: None)
     assert made.rig.baseline_m == pytest.approx(rig().baseline_m, rel=0.02)
     assert project.parent / "points.csv" in read_project(project).sources
+
+
+def test_a_project_may_name_the_two_files_of_another_program_as_its_rig(tmp_path: Path) -> None:
+    named = {"file": "rig_left.yaml", "file_right": "rig_right.yaml"}
+    project = read_project(write_project(tmp_path / "site", {**plain(), "rig": named}))
+    write_rig_as(rig(), tmp_path / "site" / "rig.yaml", "ros")
+    found, calibration = rig_of(project, Cache(folder=None), lambda *_, **__: None)
+    assert calibration is None and found.baseline_m == pytest.approx(rig().baseline_m, rel=1e-9)
+    assert tmp_path / "site" / "rig_right.yaml" in project.sources

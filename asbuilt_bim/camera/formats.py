@@ -59,7 +59,10 @@ def opencv_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> S
         raise RigError(f"{where}: OpenCV matrices are missing or hold no numbers: {'; '.join(problems)}")
     size = foreign.size_px or _size(document)
     if size is None:
-        raise RigError(f"{where}: it doesn't say how large the photos are; give rig.photo_size_px: [width, height]")
+        raise RigError(
+            f"{where}: it doesn't say how large the photos are; give rig.photo_size_px: [width, height], or "
+            "add image_width and image_height to it"
+        )
     for key, counts in {"K_left": (9,), "K_right": (9,), "R": (3, 9), "T": (3,)}.items():
         if len(found[key]) not in counts:
             raise RigError(f"{where}: {key} holds {len(found[key])} numbers, not {' or '.join(map(str, counts))}")

@@ -59,20 +59,27 @@ def _rig(documents: list[Plain], where: str, foreign: Foreign) -> StereoRig:
     return own_rig(first, where)
 
 
+def rig_files(path: Path, form: RigFormat) -> tuple[Path, ...]:
+    """Return the files that a rig in this format is written to."""
+    if form == "ros":
+        return path.with_stem(f"{path.stem}_left"), path.with_stem(f"{path.stem}_right")
+    return (path,)
+
+
 def write_rig_as(rig: StereoRig, path: Path, form: RigFormat) -> tuple[Path, ...]:
     """Write a rig in a format and return the files: two for ROS, named `_left` and `_right`.
 
     Raises: RigError where the format can't hold the rig; OutputError where a file can't be written.
     """
-    texts = {path: ""}
+    texts: tuple[str, ...]
     if form == "ros":
-        left, right = ros_texts(rig)
-        texts = {path.with_stem(f"{path.stem}_left"): left, path.with_stem(f"{path.stem}_right"): right}
+        texts = ros_texts(rig)
     else:
-        texts = {path: {"rig": rig_text, "opencv": opencv_text, "kalibr": camchain_text}[form](rig)}
-    for file, text in texts.items():
+        texts = ({"rig": rig_text, "opencv": opencv_text, "kalibr": camchain_text}[form](rig),)
+    files = rig_files(path, form)
+    for file, text in zip(files, texts, strict=True):
         try:
             file.write_text(text, encoding="utf-8", newline="\n")
         except OSError as error:
             raise OutputError(f"rig file {file}: it can't be written ({error.strerror or error})") from error
-    return tuple(texts)
+    return files

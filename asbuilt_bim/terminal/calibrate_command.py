@@ -14,7 +14,7 @@ from asbuilt_bim.camera.control_file import read_control_points
 from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import read_photo
-from asbuilt_bim.camera.rig_reader import RigFormat, write_rig_as
+from asbuilt_bim.camera.rig_reader import RigFormat, rig_files, write_rig_as
 from asbuilt_bim.errors import CalibrationError, OutputError
 from asbuilt_bim.project import read_project
 from asbuilt_bim.project_paths import PathChecker
@@ -60,7 +60,10 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     checks = _checks(request, made)
     for check in checks:
         refuse_wrong_scale(check)
-    outputs = [path for path in (request.out, request.report) if path is not None]
+    outputs = [*rig_files(request.out, request.form), *([request.report] if request.report is not None else [])]
+    if len({path.resolve() for path in outputs}) < len(outputs):
+        raise OutputError(f"{request.report}: the page and the rig can't be one file; name two")
+    sources += [path for path in (request.check_left, request.check_right) if path is not None]
     if taken := {path.resolve() for path in outputs} & {source.resolve() for source in sources}:
         raise OutputError(f"{min(taken)}: is read for this calibration; write to another place")
     written = write_rig_as(made.rig, request.out, request.form)
