@@ -97,7 +97,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     pictures: dict[str, bytes] = {}
     for visit in project.visits:
         with watch.step("measure"):
-            seen = measure_visit(visit, project, rig, place, progress)
+            seen = measure_visit(visit, project, rig, place, progress, survey)
         with watch.step("register, match, judge"):
             rejections = (*stray, *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import cv2
@@ -15,6 +15,10 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.report import RigRecord
+from asbuilt_bim.project import Project
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.scale import ScaleVerdict, judge_scale, scale_rejection
+from asbuilt_bim.register.scale import doubt_rejection as doubt_about_scale
 from asbuilt_bim.vision.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
 from asbuilt_bim.vision.rig_words import (
     doubt_rejection,
@@ -76,6 +80,33 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
     )  # fmt: skip
 
 
+def watch_scale(
+    watched: WatchedVisit, project: Project, rig: StereoRig, survey: Sequence[SurveyedMarker]
+) -> WatchedVisit:
+    """Hold a visit's known lengths against the rig: a wrong scale refuses every station, by the mistake's name."""
+    evidence = [outcome.scale for outcome in watched.outcomes if outcome.scale is not None]
+    verdict = judge_scale(evidence, project.target.diameter_m, project.markers.size_m, survey)
+    if verdict is None:
+        return watched
+    if not verdict.is_wrong:
+        doubt = doubt_about_scale("rig's scale", verdict)
+        return watched if doubt is None else replace(watched, warnings=(*watched.warnings, doubt))
+    square_m = project.rig.boards.square_m if project.rig.boards is not None else None
+    refused = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
+    return replace(watched, outcomes=tuple(refused))
+
+
+def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Outcome:
+    """Refuse a station that was read; one that couldn't be keeps its own reasons."""
+    if outcome.scale is None:
+        return outcome
+    reason = scale_rejection(f"station {outcome.station}", verdict, rig, square_m)
+    picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
+    return RejectedStation(
+        station=outcome.station, rejections=(reason,), picture=picture, health=outcome.health, scale=outcome.scale
+    )
+
+
 def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tuple[RigVerdict, list[str]]]:
     """Return each verdict with all its stations: one that says nothing of the rig goes with the one before it."""
     if not verdicts:
@@ -106,6 +137,7 @@ def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
         rejections=(knock_rejection(f"station {outcome.station}", verdict), *others),
         picture=outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg),
         health=outcome.health,
+        scale=None,  # a knock moves lengths too: its scale says nothing more
     )
 
 

@@ -22,7 +22,8 @@ from asbuilt_bim.measure.station import (
 )
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project import Project, Station, Visit
-from asbuilt_bim.rig_watch import Outcome, WatchedVisit, watch_rig
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.rig_watch import Outcome, WatchedVisit, watch_rig, watch_scale
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
@@ -95,12 +96,17 @@ def measure_job(job: StationJob) -> Outcome:
 
 
 def measure_visit(
-    visit: Visit, project: Project, rig: StereoRig, place: Workplace, progress: Progress
+    visit: Visit,
+    project: Project,
+    rig: StereoRig,
+    place: Workplace,
+    progress: Progress,
+    survey: Sequence[SurveyedMarker] = (),
 ) -> MeasuredVisit:
     """Measure every station of a visit; results come from the cache where nothing they depend on has changed.
 
     The stations' photos together judge the rig: where it was knocked, the stations are refused, or measured again with
-    a refined rig where the project asks for that.
+    a refined rig where the project asks for that. Its scale is held against the target, the prints and the survey.
     """
     outcomes, known = _measured(visit.stations, f"measure {visit.date.isoformat()}", project, rig, place, progress)
 
@@ -110,7 +116,8 @@ def measure_visit(
         return _measured(stations, step, project, refined, place, progress)[0]
 
     in_order = [outcomes[station.name] for station in visit.stations]
-    return _gathered(watch_rig(in_order, rig, again if project.rig.refine else None), known)
+    watched = watch_rig(in_order, rig, again if project.rig.refine else None)
+    return _gathered(watch_scale(watched, project, rig, survey), known)
 
 
 def _measured(

@@ -17,6 +17,7 @@ from asbuilt_bim.measure.laps import Clock, Laps
 from asbuilt_bim.measure.marks import marks_mask, without_boards
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.rig_check import check_rig
+from asbuilt_bim.measure.rig_scale import ScaleEvidence, scale_evidence
 from asbuilt_bim.measure.scale import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
@@ -105,6 +106,7 @@ class StationMeasurement:
         bytes  # the rectified left photo without EXIF, for overlays when the photos are gone; at most 1280 px wide
     )
     health: StationHealth | None = None  # of the rig; None where too few matches say anything of it
+    scale: ScaleEvidence | None = None  # what target and markers show of the rig's scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -157,14 +159,18 @@ def measure_in_detail(
     watch.lap("check")
     target, reasons = find_target(pair, options.target)
     markers = find_markers(pair, options.marker_family)
+    scale = scale_evidence(pair, target, markers, options.target)
     watch.lap("target and markers")
     least = options.least_markers_without_target
     refused = without_scale(photos.name, target, reasons, markers, required=options.target.required, least=least)
     if refused:
-        return RejectedStation(station=photos.name, rejections=refused, picture=pair.left, health=checked.health)
+        return RejectedStation(
+            station=photos.name, rejections=refused, picture=pair.left, health=checked.health, scale=scale
+        )
     seen = _Sighted(
-        photos=photos, pair=pair, rig=worked, health=checked.health, target=target, markers=markers, reasons=reasons
-    )
+        photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
+        reasons=reasons,
+    )  # fmt: skip
     return _measure(seen, options, instruments, watch)
 
 
@@ -176,6 +182,7 @@ class _Sighted:
     pair: RectifiedPair
     rig: StereoRig
     health: StationHealth | None
+    scale: ScaleEvidence
     target: TargetSighting | None
     markers: tuple[MarkerSighting, ...]
     reasons: tuple[Rejection, ...]
@@ -221,6 +228,7 @@ def _measure(
         right_digest=seen.photos.right.digest,
         thumbnail_jpeg=picture,
         health=seen.health,
+        scale=seen.scale,
     )
     return StationDetail(measurement=measurement, pair=pair, depth=depth, instances=tuple(instances))
 

@@ -14,6 +14,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.working_size import at_working_size
 from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage
+from asbuilt_bim.measure.rig_scale import ScaleEvidence
 from asbuilt_bim.vision.rig_health import StationHealth
 
 
@@ -34,6 +35,7 @@ class RejectedStation:
     rejections: tuple[Rejection, ...]
     picture: ByteImage | None = None
     health: StationHealth | None = None  # of the rig, where the photos said something of it
+    scale: ScaleEvidence | None = None  # None where the station was refused before its target and markers were read
 
 
 def read_station(

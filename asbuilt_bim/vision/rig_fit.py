@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
-from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, unit, vector_from_rotation
 
@@ -29,8 +29,8 @@ class RigFit:
 
     In the rectified frame of the rig that it corrects: a point X seen by the left camera lies at
     `R(turn) (X - b unit(1, ty, tz))` for the right one, and the calibration says `X - b (1, 0, 0)`.
-    `information` (5, 5) is the matches' own; `from_rig` (5, 14) carries the errors of the rig's 14 calibrated numbers
-    into `information @ correction`.
+    `information` (5, 5) is the matches' own; `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in
+    `relative_units`, into `information @ correction`: so it is the same for photos worked on at a smaller size.
     """
 
     correction_rad: FloatArray
@@ -72,7 +72,7 @@ def fit_rig(
     return RigFit(
         correction_rad=frozen(correction),
         information=frozen(information / pixels_per_point),
-        from_rig=frozen(influence @ _rig_jacobian(a, b, rig, camera)),
+        from_rig=frozen(influence @ _rig_jacobian(a, b, rig, camera) * relative_units(rig)),
         matches=used,
         sigma_px=sigma,
     )
@@ -85,6 +85,12 @@ def corrected_rig(rig: StereoRig, camera: RectifiedCamera, correction_rad: Float
     turn = right_turn.T @ rotation_from_vector(correction_rad[:3]) @ left_turn
     centre = rig.baseline_m * left_turn.T @ _along(correction_rad)
     return replace(rig, right_from_left=frozen(rigid(turn, -turn @ centre)))
+
+
+def relative_units(rig: StereoRig) -> FloatArray:
+    """Return the unit (14,) of each of `camera.rig.PARAMETERS` in `RigFit.from_rig`: pixels count in focal lengths."""
+    in_pixels = [name.startswith(("f", "c")) for name in PARAMETERS]
+    return np.where(in_pixels, rig.left.K[0, 0], 1.0)
 
 
 def rig_numbers(rig: StereoRig) -> FloatArray:

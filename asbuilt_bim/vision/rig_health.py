@@ -17,7 +17,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.rig_effect import row_effect_px, worst_area_effect
-from asbuilt_bim.vision.rig_fit import PRIOR_RAD, RigFit, corrected_rig, fit_rig, rig_numbers
+from asbuilt_bim.vision.rig_fit import PRIOR_RAD, RigFit, corrected_rig, fit_rig, relative_units, rig_numbers
 from asbuilt_bim.vision.rig_matches import MATCHES_PER_MEASUREMENT, levelled_matches
 
 AREA_LIMIT = 0.02
@@ -101,7 +101,8 @@ def judge(healths: Sequence[StationHealth], rig: StereoRig, significant: float =
     scatter = sum(float(a @ h.fit.information @ a) for a, h in zip(apart, healths, strict=True))
     freedom = 5 * (len(healths) - 1)
     noise = noise * max(1.0, scatter / freedom if freedom else 1.0)
-    from_rig = np.linalg.inv(total) @ sum((h.fit.from_rig for h in healths), np.zeros((5, rig.covariance.shape[0])))
+    from_stations = sum((h.fit.from_rig for h in healths), np.zeros((5, len(rig.covariance))))
+    from_rig = np.linalg.inv(total) @ from_stations / relative_units(rig)
     covariance = noise + _calibration(from_rig, rig)
     camera = healths[0].camera
     area, area_sigma = worst_area_effect(correction, covariance, camera)

@@ -8,10 +8,11 @@ import pytest
 from asbuilt_bim.camera.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedCamera, rectification
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.working_size import working_rig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, rotation_from_vector
 from asbuilt_bim.vision.rig_effect import area_effects, row_effect_px, worst_area_effect
-from asbuilt_bim.vision.rig_fit import corrected_rig, fit_rig, rig_numbers
+from asbuilt_bim.vision.rig_fit import corrected_rig, fit_rig, relative_units, rig_numbers
 from asbuilt_bim.vision.rig_health import (
     StationHealth,
     judge,
@@ -132,7 +133,7 @@ def test_an_error_of_the_calibration_is_carried_into_the_correction_as_it_arises
     true = replace(used, right=replace(used.right, K=frozen(K)))
     one = health("A", true, used, seed=3)
     error = rig_numbers(true) - rig_numbers(used)
-    foretold = np.linalg.solve(one.fit.information, one.fit.from_rig @ error)
+    foretold = np.linalg.solve(one.fit.information, one.fit.from_rig @ (error / relative_units(used)))
     assert foretold[0] == pytest.approx(one.fit.correction_rad[0], abs=np.deg2rad(0.003))
     assert abs(foretold[0]) > np.deg2rad(0.01)
 
@@ -187,6 +188,25 @@ def test_matches_on_one_far_plane_leave_the_direction_of_the_baseline_open_and_s
     near = health("A", used, used, seed=1).fit
     sigma, sigma_near = (np.sqrt(np.diag(np.linalg.inv(f.information))) for f in (fit, near))
     assert sigma[4] > 5.0 * sigma_near[4] and sigma[3] > 5.0 * sigma_near[3]
+
+
+def test_photos_worked_on_at_half_their_size_weigh_the_calibration_alike() -> None:
+    full = calibrated()
+    points = scene(2)
+    fits = []
+    for used in (full, working_rig(full, 640)):
+        camera = rectification(used).camera
+        matches = seen(points, full, full, seed=5)
+        scale, whole = camera.f_px / CAMERA.f_px, CAMERA
+        left, right = (
+            (px - [whole.cx_px, whole.cy_px]) * scale + [camera.cx_px, camera.cy_px]
+            for px in (matches.left_px, matches.right_px)
+        )
+        fit = fit_rig(left, right, camera, used)
+        assert fit is not None
+        fits.append(StationHealth(station="A", fit=fit, camera=camera))
+    one, half = (judge([health], full) for health in fits)
+    assert np.allclose(one.covariance, half.covariance, rtol=0.02)
 
 
 CAMERA: RectifiedCamera = rectification(rig()).camera

@@ -1,0 +1,159 @@
+"""Is the rig's scale right? A visit's known lengths against what the rig makes of them: disc, prints, distances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.measure.rig_scale import ScaleEvidence
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.survey import UNIT_MISTAKES
+
+SCALE_LIMIT = 0.03
+"""Of a length, 6 % of an area: more than discs and prints are ever off by, all the same way."""
+DOUBT_LIMIT = 0.015
+SIGNIFICANT = 4.0
+KNOWN_TO = {"target's diameter": 0.01, "markers' size": 0.01, "markers' distances": 0.003}
+"""What a length is made or surveyed to, relative; common to all of its kind, so that it doesn't average out."""
+_LEAST_SPACING_M = 0.5
+_UNIT_SHARE = 0.04
+_TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radius of ten
+
+Kind = Literal["target's diameter", "markers' size", "markers' distances"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaleOfKind:
+    """A visit's lengths of one kind: measured over known, its sigma, and how many."""
+
+    kind: Kind
+    ratio: float
+    sigma: float
+    count: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaleVerdict:
+    """All kinds together: `agree` where no kind contradicts the others by more than 3 sigma."""
+
+    kinds: tuple[ScaleOfKind, ...]
+    ratio: float
+    sigma: float
+    agree: bool
+
+    @property
+    def is_wrong(self) -> bool:
+        """Say whether kinds that agree with each other, two at least, all say that the rig's scale is wrong."""
+        off = abs(np.log(self.ratio))
+        return len(self.kinds) >= 2 and self.agree and off > SCALE_LIMIT and off > SIGNIFICANT * self.sigma
+
+
+def judge_scale(
+    evidence: Sequence[ScaleEvidence], diameter_m: float | None, size_m: float, survey: Sequence[SurveyedMarker]
+) -> ScaleVerdict | None:
+    """Compare a visit's lengths with the told and surveyed ones; None where there are none."""
+    kinds = [
+        kind
+        for kind in (_diameters(evidence, diameter_m), _sizes(evidence, size_m), _distances(evidence, survey))
+        if kind is not None
+    ]
+    if not kinds:
+        return None
+    logs = np.log([kind.ratio for kind in kinds])
+    weights = np.array([kind.sigma**-2 for kind in kinds])
+    middle = float(weights @ logs / weights.sum())
+    sigma = float(weights.sum() ** -0.5)
+    agree = bool(np.all(np.abs(logs - np.median(logs)) < 3.0 * np.array([kind.sigma for kind in kinds]) + 3.0 * sigma))
+    return ScaleVerdict(kinds=tuple(kinds), ratio=float(np.exp(middle)), sigma=sigma, agree=agree)
+
+
+def scale_rejection(what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection:
+    """Return why nothing can be measured with a rig of the wrong scale, and the mistake that it looks like."""
+    lengths = ", ".join(f"{kind.kind} {100 * (kind.ratio - 1):+.1f} %" for kind in verdict.kinds)
+    return Rejection(
+        what=what,
+        reason=f"the rig's scale is wrong: lengths come out {verdict.ratio:.3f} times too large ({lengths}); "
+        f"{_cause(verdict.ratio, rig.baseline_m, square_m)}",
+        value=f"{100 * (verdict.ratio - 1):+.1f} %",
+        limit=f"{100 * SCALE_LIMIT:g} %",
+        remedy="correct it and run again",
+    )
+
+
+def doubt_rejection(what: str, verdict: ScaleVerdict) -> Rejection | None:
+    """Return a warning where known lengths come out wrong by less, or contradict each other; None where all is well."""
+    off = [kind for kind in verdict.kinds if abs(np.log(kind.ratio)) > max(DOUBT_LIMIT, SIGNIFICANT * kind.sigma)]
+    if not off or verdict.is_wrong:
+        return None
+    named = ", ".join(f"{kind.kind} {100 * (kind.ratio - 1):+.1f} % (± {100 * kind.sigma:.1f} %)" for kind in off)
+    others = ", ".join(f"{k.kind} {100 * (k.ratio - 1):+.1f} %" for k in verdict.kinds if k not in off)
+    return Rejection(
+        what=what,
+        reason=f"known lengths come out wrong: {named}" + (f"; others don't: {others}" if others else ""),
+        limit=f"{100 * DOUBT_LIMIT:g} %",
+        remedy="measure the disc and the prints; if they are right, calibrate the rig again",
+    )
+
+
+def _diameters(evidence: Sequence[ScaleEvidence], diameter_m: float | None) -> ScaleOfKind | None:
+    found = [one.target_diameter_m for one in evidence if one.target_diameter_m > 0.0]
+    if diameter_m is None or not found:
+        return None
+    return _kind("target's diameter", np.array(found) / diameter_m, np.full(len(found), _TARGET_SIGMA))
+
+
+def _sizes(evidence: Sequence[ScaleEvidence], size_m: float) -> ScaleOfKind | None:
+    ratios, sigmas = [], []
+    for one in evidence:
+        for corners, sigma in zip(one.marker_corners_m, one.marker_sigma, strict=True):
+            ratios.append(float(np.mean(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1))) / size_m)
+            sigmas.append(float(sigma))
+    return _kind("markers' size", np.array(ratios), np.array(sigmas)) if ratios else None
+
+
+def _distances(evidence: Sequence[ScaleEvidence], survey: Sequence[SurveyedMarker]) -> ScaleOfKind | None:
+    known = {marker.marker_id: marker for marker in survey}
+    ratios, sigmas = [], []
+    for one in evidence:
+        seen = [i for i, marker_id in enumerate(one.marker_ids) if marker_id in known]
+        for i, j in pairwise(seen):  # each marker with the next one: all pairs would repeat errors
+            a, b = known[one.marker_ids[i]], known[one.marker_ids[j]]
+            true = float(np.linalg.norm(a.corners_m.mean(axis=0) - b.corners_m.mean(axis=0)))
+            if true < _LEAST_SPACING_M:
+                continue
+            apart = one.marker_corners_m[i].mean(axis=0) - one.marker_corners_m[j].mean(axis=0)
+            depths = np.linalg.norm(one.marker_corners_m[[i, j]].mean(axis=1), axis=-1)
+            ratios.append(float(np.linalg.norm(apart)) / true)
+            depth_sigma_m = float(np.linalg.norm(depths * one.marker_sigma[[i, j]]))
+            sigmas.append(float(np.hypot(depth_sigma_m, np.hypot(a.sigma_m, b.sigma_m)) / true))
+    return _kind("markers' distances", np.array(ratios), np.array(sigmas)) if ratios else None
+
+
+def _kind(kind: Kind, ratios: FloatArray, sigmas: FloatArray) -> ScaleOfKind:
+    """Pool one kind by the median, so that one wrong print or survey row doesn't carry it."""
+    logs = np.log(ratios)
+    middle = float(np.median(logs))
+    scatter = 1.4826 * float(np.median(np.abs(logs - middle)))
+    each = max(float(np.median(sigmas)), scatter)
+    sigma = float(np.hypot(1.2533 * each / np.sqrt(len(logs)), KNOWN_TO[kind]))  # of a median of Gaussians
+    return ScaleOfKind(kind=kind, ratio=float(np.exp(middle)), sigma=sigma, count=len(logs))
+
+
+def _cause(ratio: float, baseline_m: float, square_m: float | None) -> str:
+    """Say what mistake a ratio looks like: a unit, a board's square, or a baseline."""
+    for factor, unit in UNIT_MISTAKES.items():
+        if abs(ratio / factor - 1.0) < _UNIT_SHARE:
+            return f"its baseline of {baseline_m:.4g} m looks like {unit}: it would be {baseline_m / ratio:.4g} m"
+    if square_m is not None:
+        return (
+            f"rig.boards.square_m is {square_m:g} m, and these lengths ask for {square_m / ratio:.4g} m: measure the "
+            "board's squares"
+        )
+    return f"its baseline is {baseline_m:.4g} m, and these lengths ask for {baseline_m / ratio:.4g} m"

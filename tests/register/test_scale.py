@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.measure.rig_scale import ScaleEvidence
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.scale import doubt_rejection, judge_scale, scale_rejection
+from tests.camera.virtual import rig
+
+SIZE_M, DIAMETER_M = 0.25, 0.30
+PLACES = [(-1.0, 0.2, 5.0), (0.8, 0.1, 4.2), (2.0, -0.3, 6.5)]
+
+
+def marker(number: int) -> SurveyedMarker:
+    half = SIZE_M / 2
+    corners = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) + PLACES[number]
+    return SurveyedMarker(marker_id=number, corners_m=frozen(corners), sigma_m=0.002)
+
+
+SURVEY = [marker(number) for number in range(3)]
+
+
+def evidence(scale: float, disc: float = 1.0, seed: int = 0) -> ScaleEvidence:
+    """What a rig sees whose lengths come out `scale` times too large; the disc is `disc` times the told one."""
+    rng = np.random.default_rng(seed)
+    corners = np.array([m.corners_m for m in SURVEY]) * scale
+    return ScaleEvidence(
+        target_diameter_m=DIAMETER_M * disc * scale * float(rng.normal(1.0, 0.004)),
+        marker_ids=(0, 1, 2),
+        marker_corners_m=frozen(corners * rng.normal(1.0, 0.002, (3, 1, 1))),
+        marker_sigma=frozen(np.full(3, 0.003)),
+    )
+
+
+def test_a_right_scale_is_left_in_peace() -> None:
+    verdict = judge_scale([evidence(1.0, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
+    assert verdict is not None and not verdict.is_wrong and doubt_rejection("rig", verdict) is None
+    assert {kind.kind for kind in verdict.kinds} == {"target's diameter", "markers' size", "markers' distances"}
+
+
+def test_squares_typed_ten_per_cent_too_large_are_refused_with_the_size_that_fits() -> None:
+    verdict = judge_scale([evidence(1.1, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
+    assert verdict is not None and verdict.is_wrong
+    text = str(scale_rejection("station A", verdict, rig(), square_m=0.088))
+    assert "rig.boards.square_m is 0.088 m" in text and "ask for 0.08" in text and "limit 3 %" in text
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1 / 0.3048, "feet"), (1 / 0.0254, "inches"), (100.0, "centimetres")])
+def test_a_baseline_in_another_unit_is_refused_with_the_unit(factor: float, unit: str) -> None:
+    verdict = judge_scale([evidence(factor)], DIAMETER_M, SIZE_M, SURVEY)
+    assert verdict is not None and verdict.is_wrong
+    assert f"looks like {unit}" in str(scale_rejection("station A", verdict, rig(), square_m=None))
+
+
+def test_a_disc_of_another_size_than_told_is_named_and_doesnt_condemn_the_rig() -> None:
+    verdict = judge_scale([evidence(1.0, disc=1.1, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
+    assert verdict is not None and not verdict.is_wrong
+    doubt = doubt_rejection("rig", verdict)
+    assert doubt is not None and "target's diameter +" in doubt.reason and "others don't" in doubt.reason
+
+
+def test_one_wrong_row_of_the_survey_doesnt_condemn_the_rig() -> None:
+    wrong = SurveyedMarker(marker_id=2, corners_m=frozen(SURVEY[2].corners_m + np.array([0.0, 0.0, 1.0])), sigma_m=0.002)
+    verdict = judge_scale([evidence(1.0, seed=i) for i in range(3)], DIAMETER_M, SIZE_M, [*SURVEY[:2], wrong])
+    assert verdict is not None and not verdict.is_wrong
+
+
+def test_nothing_known_says_nothing() -> None:
+    empty = ScaleEvidence(
+        target_diameter_m=0.0, marker_ids=(), marker_corners_m=frozen(np.zeros((0, 4, 3))), marker_sigma=frozen([])
+    )
+    assert judge_scale([empty], None, SIZE_M, SURVEY) is None
