@@ -16,9 +16,12 @@ from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.vision.ellipse import Ellipse, conic_distance, ellipse_of
 
 _ROUNDS = 25
+_ROBUST_ROUNDS = 2
+_CAUCHY = 1.5  # spreads: an outline errs along whole arcs where what lies behind changes
+_LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
-_POINTS_PER_OBSERVATION = 2.0
-"""Edge points 1.2 px apart share pixels: two of them say about as much as one."""
+_POINTS_PER_OBSERVATION = 5.0
+"""Edge points 1.2 px apart share pixels, and err together where what lies behind a disc changes: five say one thing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +51,12 @@ def fit_circle(
     if not good:
         return None
     parameters, jacobian, residual = min(good, key=lambda fit: float(fit[2] @ fit[2]))
+    for _ in range(_ROBUST_ROUNDS):
+        spread = max(1.4826 * float(np.median(np.abs(residual))), _LEAST_SPREAD_PX)
+        weight = 1.0 / np.sqrt(1.0 + (residual / (_CAUCHY * spread)) ** 2)
+        parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, weight)
+    if not np.all(np.isfinite(parameters)):
+        return None
     freedom = max(len(residual) - len(parameters), 1)
     variance = float(residual @ residual) / freedom * _POINTS_PER_OBSERVATION
     # The tilt of a disc seen from the front is nearly free; a weak prior (about a radian) keeps the inverse finite.
@@ -111,24 +120,32 @@ def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray
 
 
 def _descend(
-    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera
+    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera, weight: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return parameters (6,), their Jacobian and the residual at the least squares (Levenberg-Marquardt)."""
+    """Return parameters (6,), their Jacobian and the plain residual at the least weighted squares.
+
+    Levenberg-Marquardt; `weight` (N + M,) multiplies the residuals.
+    """
     parameters, damping = start, 1e-3
-    residual = _residual(parameters, left, right, camera)
+    scale = np.ones(len(left) + len(right)) if weight is None else weight
+
+    def weighted(at: FloatArray) -> FloatArray:
+        return scale * _residual(at, left, right, camera)
+
+    residual = weighted(parameters)
     jacobian = np.zeros((len(residual), 6))
     for _ in range(_ROUNDS):
         for column, step in enumerate(_STEPS):
             moved = parameters.copy()
             moved[column] += step
-            jacobian[:, column] = (_residual(moved, left, right, camera) - residual) / step
+            jacobian[:, column] = (weighted(moved) - residual) / step
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
         tried = parameters + change
         if tried[2] <= 0.0:
             damping *= 10.0
             continue
-        after = _residual(tried, left, right, camera)
+        after = weighted(tried)
         if after @ after < residual @ residual:
             gained = 1.0 - float(after @ after) / max(float(residual @ residual), 1e-30)
             parameters, residual, damping = tried, after, damping * 0.2
@@ -138,4 +155,4 @@ def _descend(
             damping *= 10.0
             if damping > 1e8:
                 break
-    return parameters, jacobian, residual
+    return parameters, jacobian, residual / scale

@@ -17,7 +17,7 @@ MIN_SUPPORT = 0.57
 MIN_ASPECT = 0.4
 """Minor over major axis: a disc turned by more than 66 degrees is too thin to be told from a strip."""
 MIN_RADIUS_PX = 5.0
-MAX_BLOBS = 12
+MAX_BLOBS = 16
 _MAX_EDGE_POINTS = 180
 _PATCH_MARGIN = 1.6
 LEAST_FILLED = 0.6
@@ -62,9 +62,18 @@ def find_discs(image: ByteImage) -> tuple[RedDisc, ...]:
     discs = [disc for blob in red_blobs(score, MAX_BLOBS) if (disc := _disc(image, score, blob)) is not None]
     kept: list[RedDisc] = []
     for disc in sorted(discs, key=lambda d: (-d.support, d.rms_px)):
-        if all(np.hypot(*(disc.ellipse.centre - k.ellipse.centre)) > 0.5 * k.ellipse.major_px for k in kept):
+        if not any(_is_same(disc.ellipse, other.ellipse) for other in kept):
             kept.append(disc)
     return tuple(kept)
+
+
+def _is_same(one: Ellipse, other: Ellipse) -> bool:
+    """Say whether two ellipses are one: a piece of a disc that a bar cuts off is round too, and smaller."""
+    apart = float(np.hypot(*(one.centre - other.centre)))
+    return (
+        apart < 0.5 * other.major_px
+        and abs(np.log(one.major_px * one.minor_px / other.major_px / other.minor_px)) < 0.2
+    )
 
 
 def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | None:

@@ -63,7 +63,7 @@ def red_blobs(score: Float32Array, limit: int) -> list[RedBlob]:
     small = cv2.resize(score, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA) if step > 1 else score
     for level in LEVELS:
         for blob in _blobs_at(np.asarray(small, dtype=np.float32), level, step):
-            twin = next((i for i, other in enumerate(found) if _overlap(blob.box_px, other.box_px) > 0.8), None)
+            twin = next((i for i, other in enumerate(found) if _are_twins(blob, other)), None)
             if twin is None:
                 found.append(blob)
             elif blob.elliptic > found[twin].elliptic:
@@ -165,6 +165,10 @@ def _elliptic(mask: BoolArray) -> float:
     grid = np.stack(np.meshgrid(np.arange(mask.shape[1]), np.arange(mask.shape[0])), axis=-1) - middle
     inside = np.einsum("hwi,ij,hwj->hw", grid, np.linalg.inv(spread), grid) <= 4.0
     return float((inside & mask).sum() / (inside | mask).sum())
+
+
+def _are_twins(one: RedBlob, other: RedBlob) -> bool:
+    return one.joined == other.joined and _overlap(one.box_px, other.box_px) > 0.8
 
 
 def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> float:

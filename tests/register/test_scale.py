@@ -62,7 +62,8 @@ def test_a_disc_of_another_size_than_told_is_named_and_doesnt_condemn_the_rig() 
 
 
 def test_one_wrong_row_of_the_survey_doesnt_condemn_the_rig() -> None:
-    wrong = SurveyedMarker(marker_id=2, corners_m=frozen(SURVEY[2].corners_m + np.array([0.0, 0.0, 1.0])), sigma_m=0.002)
+    away = frozen(SURVEY[2].corners_m + np.array([0.0, 0.0, 1.0]))
+    wrong = SurveyedMarker(marker_id=2, corners_m=away, sigma_m=0.002)
     verdict = judge_scale([evidence(1.0, seed=i) for i in range(3)], DIAMETER_M, SIZE_M, [*SURVEY[:2], wrong])
     assert verdict is not None and not verdict.is_wrong
 
