@@ -53,6 +53,7 @@ class RedDisc:
     rms_px: float
     support: float
     filled: float
+    redness: float  # 0..1, the median of the inside: a disc in shade keeps it, its reflection doesn't
     patch: Patch
 
 
@@ -122,7 +123,11 @@ def _judged(ellipse: Ellipse, edge: FloatArray, is_on: BoolArray, patch: Patch) 
     rms = float(np.sqrt(np.mean(ellipse.distance_px(edge) ** 2)))
     if filled < LEAST_FILLED or hole > MOST_HOLE or rms > _tolerance_px(ellipse):
         return None
-    return RedDisc(ellipse=ellipse, edge=edge, rms_px=rms, support=support, filled=filled, patch=patch)
+    inside = patch.red[_conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
+    return RedDisc(
+        ellipse=ellipse, edge=edge, rms_px=rms, support=support, filled=filled, redness=float(np.median(inside)),
+        patch=patch,
+    )  # fmt: skip
 
 
 def _tolerance_px(ellipse: Ellipse) -> float:

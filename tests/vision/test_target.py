@@ -95,7 +95,14 @@ def test_a_target_in_one_photo_only_is_rejected_and_the_photo_named(side: str) -
 def test_of_two_discs_of_the_told_diameter_the_nearest_is_taken_and_the_other_named() -> None:
     sighting, (other,) = find_target(pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))]), TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.005)
-    assert "x 766, y 480 px" in other.what and "nearest" in other.reason and "x 509, y 506 px" in other.reason
+    assert "x 766, y 480 px" in other.what and "further away" in other.reason and "x 509, y 506 px" in other.reason
+
+
+def test_a_pale_disc_nearer_than_the_target_is_its_reflection() -> None:
+    pair = pair_of([disc((-0.5, 0.1, 4.0), bgr=(125, 120, 175)), disc((0.6, 0.0, 5.0))])
+    sighting, (other,) = find_target(pair, TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(5.0, rel=0.005)
+    assert "paler" in other.reason
 
 
 def test_two_discs_are_rejected_with_both_places_where_no_diameter_is_told() -> None:

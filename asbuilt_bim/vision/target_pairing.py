@@ -1,0 +1,104 @@
+"""A red disc in the left photo and one in the right that one circle in space makes: which could be the target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
+from asbuilt_bim.vision.disc import RedDisc, followed
+
+_CLEAR_SUPPORT = 0.85
+PALE = 0.66
+"""Of the reddest disc's redness: light cancels out of it; what is seen through glass or on water falls below."""
+_FOLLOWED = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetOptions:
+    """What the target looks like and how strictly it is asked for."""
+
+    required: bool = True  # the paper's method needs it at every station
+    diameter_m: float | None = None  # None: not told; then any plausible disc is taken, if it is the only one
+    diameter_tolerance: float = 0.06  # relative; discs are made to 1 % and measured to 1 %; 6 % off is 12 % of area
+    diameter_doubt: float = 0.03  # relative; taken, but said: depth is likely off by as much, area by twice as much
+    smallest_m: float = 0.05  # where the diameter isn't told: smaller is a button or a lamp
+    largest_m: float = 1.0  # and larger is a sign or a tank
+    row_limit_px: float = 1.5  # both centres lie on one row; calibrated rigs keep to a few tenths
+    bias_sigma_px: float = 0.05  # of disparity: interpolation and edges' tone curve, which no residual shows
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pairing:
+    """A disc seen in both photos, and the circle in space that makes both."""
+
+    left: RedDisc
+    right: RedDisc
+    circle: SpaceCircle
+
+
+def pairings(lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera) -> list[Pairing]:
+    """Return the discs that can be one disc seen twice: near one row, of one size, in front of the cameras."""
+    found: list[Pairing] = []
+    for left in lefts:
+        for right in rights:
+            a, b = left.ellipse, right.ellipse
+            near_row = abs(a.y_px - b.y_px) < 2.0 + 0.1 * a.major_px
+            alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
+            if near_row and alike and a.x_px - b.x_px > 1.0 and (pairing := _paired(left, right, camera)) is not None:
+                found.append(pairing)
+    return found
+
+
+def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> Pairing | None:
+    """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
+
+    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide.
+    """
+    circle = fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera)
+    best: Pairing | None = None
+    for _ in range(_FOLLOWED + 1):
+        if circle is None or circle.rms_px > 1.5 + 0.04 * left.ellipse.major_px:
+            break
+        if best is None or circle.rms_px < best.circle.rms_px:
+            best = Pairing(left=left, right=right, circle=circle)
+        guides = outlines_of(circle, camera)
+        again = [followed(disc, guide) for disc, guide in zip((left, right), guides, strict=True) if guide is not None]
+        if len(again) < 2 or again[0] is None or again[1] is None:
+            break
+        left, right = again[0], again[1]
+        circle = fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera)
+    return best if best is not None and best.circle.rms_px < 0.5 + 0.02 * best.left.ellipse.major_px else None
+
+
+def is_clear(found: Pairing) -> bool:
+    """Say whether both photos show nearly the whole outline: worth a word even where it isn't the target."""
+    return bool(clear_ones((found.left,)) and clear_ones((found.right,)))
+
+
+def clear_ones(discs: tuple[RedDisc, ...]) -> tuple[RedDisc, ...]:
+    """Return the discs whose outline is nearly whole: others may be any red thing with a round side."""
+    return tuple(disc for disc in discs if disc.support > _CLEAR_SUPPORT)
+
+
+def diameter_sigma(circle: SpaceCircle) -> float:
+    """Return the diameter's standard deviation in metres."""
+    return 2.0 * circle.radius_m * float(np.sqrt(circle.covariance[3, 3]))
+
+
+def size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
+    """Say whether a circle has the target's diameter: the told one, or any plausible one."""
+    diameter = 2.0 * circle.radius_m
+    if options.diameter_m is None:
+        return options.smallest_m <= diameter <= options.largest_m
+    sigma = diameter_sigma(circle)
+    return abs(diameter - options.diameter_m) <= options.diameter_tolerance * options.diameter_m + 2.0 * sigma
+
+
+def likeliest(found: list[Pairing]) -> list[Pairing]:
+    """Leave out what is much paler than the reddest; then what is round only in part, where one is whole."""
+    reddest = max(pairing.left.redness for pairing in found)
+    red = [pairing for pairing in found if pairing.left.redness > PALE * reddest]
+    return [pairing for pairing in red if is_clear(pairing)] or red
