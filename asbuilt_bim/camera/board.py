@@ -19,6 +19,7 @@ _CHESS_WINDOW = 0.35  # of a square's side: clear of the neighbours' edges
 _CHARUCO_WINDOW = 0.15  # clear of the markers in the white squares
 _LARGEST_WINDOW = 13
 _LIGHT = ((np.arange(256) / 255.0) ** 2.2).astype(np.float32)
+_MOST_SQUARES = 60
 _FEWEST_CORNERS = 8
 """A view with fewer tells less than the six numbers of its own pose take up, twice over."""
 
@@ -44,6 +45,10 @@ class Board:
         if self.columns < 3 or self.rows < 3:
             raise CalibrationError(
                 f"board: {self.columns} x {self.rows} is too small; at least 3 x 3 (inner corners, or ChArUco squares)"
+            )
+        if self.columns > _MOST_SQUARES or self.rows > _MOST_SQUARES:
+            raise CalibrationError(
+                f"board: {self.columns} x {self.rows} is no board that a camera can see (limit {_MOST_SQUARES} a side)"
             )
         if not 0.001 <= self.square_m <= 1.0:
             raise CalibrationError(

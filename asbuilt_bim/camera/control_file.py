@@ -15,6 +15,8 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 
 COLUMNS = ("id", "x_m", "y_m", "z_m", "left_x", "left_y", "right_x", "right_y")
 MAX_BYTES = 1_000_000
+MAX_POINTS = 500
+"""Nobody marks more by hand; the work grows with their square."""
 _MOST_PROBLEMS = 20
 
 
@@ -85,6 +87,8 @@ def _points(path: Path, rows: list[list[str]], at: list[int]) -> ControlPoints:
     if problems:
         more = [f"... and {len(problems) - _MOST_PROBLEMS} more"] if len(problems) > _MOST_PROBLEMS else []
         raise CalibrationError("\n  ".join([f"control points {path}:", *problems[:_MOST_PROBLEMS], *more]))
+    if len(names) > MAX_POINTS:
+        raise CalibrationError(f"control points {path}: {len(names)} points, limit {MAX_POINTS}; keep the best spread")
     table = np.array(numbers, dtype=np.float64).reshape(-1, 7)
     return ControlPoints(
         names=tuple(names), points_m=frozen(table[:, :3]), left_px=frozen(table[:, 3:5]), right_px=frozen(table[:, 5:])

@@ -47,7 +47,7 @@ def camera_from_points(points_m: ArrayLike, pixels: ArrayLike) -> LinearCamera:
     X, x = _homogeneous(points) @ in_space.T, _homogeneous(seen) @ in_photo.T
     zero = np.zeros_like(X)
     rows = np.concatenate([np.hstack([X, zero, -x[:, :1] * X]), np.hstack([zero, X, -x[:, 1:2] * X])])
-    P = np.linalg.inv(in_photo) @ np.linalg.svd(rows)[2][-1].reshape(3, 4) @ in_space
+    P = np.linalg.inv(in_photo) @ np.linalg.svd(rows, full_matrices=False)[2][-1].reshape(3, 4) @ in_space
     return _taken_apart(P, points, seen)
 
 

@@ -113,6 +113,13 @@ def test_bad_lines_of_control_points_are_named(tmp_path: Path, rows: str, says: 
     assert says in str(raised.value) and str(file) in str(raised.value)
 
 
+def test_more_points_than_hands_mark_are_refused(tmp_path: Path) -> None:
+    rows = [f"P{number},1,2,3,4,5,6,7" for number in range(501)]
+    (tmp_path / "many.csv").write_text("\n".join([",".join(COLUMNS), *rows]), encoding="utf-8")
+    with pytest.raises(CalibrationError, match="501 points, limit 500"):
+        read_control_points(tmp_path / "many.csv")
+
+
 def test_no_control_points_at_all_are_refused(tmp_path: Path) -> None:
     (tmp_path / "empty.csv").write_text("", encoding="utf-8")
     with pytest.raises(CalibrationError, match="columns are missing: id"):
