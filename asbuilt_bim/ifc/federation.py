@@ -13,6 +13,7 @@ from asbuilt_bim.bim.model import BimElement, Storey
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import inverse
 from asbuilt_bim.ifc.georeference import Georeference, read_georeference
+from asbuilt_bim.ifc.grids import settle_grid_placements
 from asbuilt_bim.ifc.structure import read_storeys
 from asbuilt_bim.ifc.units import Units, read_units
 
@@ -37,6 +38,7 @@ class Member:
 
 def member(path: Path, file: Any, first: Member | None) -> Member:
     """Return an open file as a member of the design whose world is that of `first`, None where it is the first."""
+    settle_grid_placements(file)
     units = read_units(file)
     georeference = read_georeference(file, units)
     place, notes = _place(path, georeference, first)

@@ -83,7 +83,8 @@ def unit_symbol(file: Any, measure: Measure, own: Any = None) -> str:
     if measure == "count":
         return _SI_SYMBOL[measure]
     kind = {"volume": "VOLUMEUNIT", "area": "AREAUNIT", "length": "LENGTHUNIT"}[measure]
-    unit = own or ifcopenshell.util.unit.get_project_unit(file, kind)
+    stated = bool(file.by_type("IfcProject"))
+    unit = own or (ifcopenshell.util.unit.get_project_unit(file, kind) if stated else None)
     if unit is None or (unit.is_a("IfcSIUnit") and not unit.Prefix):
         return _SI_SYMBOL[measure]
     symbol = str(ifcopenshell.util.unit.get_unit_symbol(unit))

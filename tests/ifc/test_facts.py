@@ -105,3 +105,12 @@ def test_a_name_cannot_steer_the_terminal(tmp_path: Path) -> None:
     builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0), material="\x1b[2J\x1b[31mConcrete [bold]")
     text = _text(builder.write(tmp_path / "esc.ifc"))
     assert "\x1b[2J" not in text and "Concrete [bold]" in text
+
+
+def test_a_file_without_a_project_still_shows_what_it_holds(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    path = builder.write(tmp_path / "bare.ifc")
+    path.write_text("\n".join(line for line in path.read_text().splitlines() if "IFCPROJECT(" not in line))
+    facts = inspect_file(path).facts
+    assert facts.units == ("m", "m2", "m3") and len(facts.kinds) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -212,3 +213,27 @@ def test_face_ids_outlive_moving_the_site_and_renumbering(tmp_path: Path) -> Non
     assert ids[0] == ids[1]
     assert len(set(ids[0])) == len(ids[0])
     assert all(name.startswith("0wall00000000000000000-") for name in ids[0])
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_a_column_at_a_grid_crossing_stands_there_turned_along_the_first_axis(schema: str, tmp_path: Path) -> None:
+    builder = ModelBuilder(schema=schema, origin_m=(100.0, 0.0, 10.0))
+
+    def axis(tag: str, *ends: tuple[float, float]) -> Any:
+        points = [builder.make("IfcCartesianPoint", tuple(1000.0 * v for v in end)) for end in ends]
+        return builder.make(
+            "IfcGridAxis", AxisTag=tag, AxisCurve=builder.make("IfcPolyline", Points=points), SameSense=True
+        )
+
+    a, one = axis("A", (3.0, -5.0), (3.0, 5.0)), axis("1", (0.0, 2.0), (9.0, 2.0))
+    builder.rooted("IfcGrid", UAxes=[a], VAxes=[one], ObjectPlacement=builder.levels[0].ObjectPlacement)
+    column = builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.6, 0.4, 2.5))
+    crossing = builder.make(
+        "IfcVirtualGridIntersection", IntersectingAxes=[a, one], OffsetDistances=(-500.0, 250.0, 100.0)
+    )
+    column.ObjectPlacement = builder.make("IfcGridPlacement", PlacementLocation=crossing)
+    (element,) = read_design(builder.write(tmp_path / "grid.ifc")).elements
+    # half a metre right of A (which runs along y), a quarter left of 1, a tenth up; its length along A
+    low, high = element.vertices_m.min(axis=0), element.vertices_m.max(axis=0)
+    np.testing.assert_allclose(low, [103.5 - 0.4, 2.25, 10.1], atol=1e-6)
+    np.testing.assert_allclose(high, [103.5, 2.25 + 0.6, 12.6], atol=1e-6)

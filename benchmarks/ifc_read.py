@@ -1,0 +1,180 @@
+"""Reading real IFC files: each is read or refused by name, in time and memory, and areas agree with other ways.
+
+ASBUILT_BIM_DATA=../shared/data python benchmarks/ifc_read.py --json figures.json
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from ifc_rounds import peak_mb
+from table import Line, line, options, report, told
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.reader import inspect_file
+
+DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[2] / "shared" / "data")) / "ifc"
+QUICK_BYTES = 300_000
+LONG_S = 900
+SIZES_M: dict[str, tuple[float, float, float]] = {  # read off the file's own profile and depth, by its own unit
+    "ifc43/models/building-elements/wall-extrusion/wall-extruded-solid.ifc": (5.0, 0.27, 2.0),
+    "ifc43/models/tessellated-shape/column-straight-rectangle-tessellation/"
+    "column-straight-rectangle-tessellation.ifc": (0.2032, 0.2032, 3.048),  # 8 x 8 inches, 10 feet
+    "geometry/building_element_configuration_wall.ifc": (3.0, 0.3, 2.0),
+    "units/Revit(2014,Wall(Base_Constraint('Level 1'),Top_Constriant('Level 2'))--IFCExporter(2_9_0,CV_2_0).ifc": (
+        3.048, 0.2032, 3.048,
+    ),
+    "units/Vectorworks(2014,Wall(Bot_Bound('Design Layer-1'),Top_Bound('Design Layer-1)))--"
+    "Vectorworks(2014,CV_2_0).ifc": (3.048, 0.1524, 2.4384),
+}  # fmt: skip
+
+
+def examine(path: Path) -> dict[str, object]:
+    """Inspect one file in this process and return what it gave."""
+    start, cpu = time.perf_counter(), time.process_time()
+    found: dict[str, object] = {}
+    try:
+        inspection = inspect_file(path)
+        found["refused"] = inspection.refusal
+        found["facts"] = {
+            "schema": inspection.facts.schema,
+            "units": list(inspection.facts.units),
+            "in_file": sum(count for _, count in inspection.facts.kinds),
+            "tasks": inspection.facts.tasks,
+            "crs": inspection.facts.georeference.crs if inspection.facts.georeference else "",
+        }
+        if inspection.design is not None:
+            found |= _design(inspection.design, path)
+    except DesignError as error:
+        found["refused"] = str(error)
+    except Exception as error:  # what this benchmark is there to find
+        found["crashed"] = f"{type(error).__name__}: {error}"[:300]
+    found |= {
+        "seconds": round(time.perf_counter() - start, 2),
+        "cpu_s": round(time.process_time() - cpu, 2),
+        "peak_mb": round(peak_mb()),
+    }
+    return found
+
+
+def _design(design: BimModel, path: Path) -> dict[str, object]:
+    lateral = [
+        (sum(face.area_m2 for face in element.faces), _lateral_m2(element.vertices_m, element.triangles))
+        for element in design.elements
+    ]
+    apart = [abs(ours - other) / other for ours, other in lateral if other > 0.01]
+    return {
+        "storeys": len(design.storeys),
+        "elements": dict(Counter(element.kind for element in design.elements)),
+        "round_faces": sum(hasattr(f.frame, "radius_m") for e in design.elements for f in e.faces),
+        "exposed_m2": round(sum(element.exposed_area_m2 for element in design.elements), 3),
+        "over": sum(f.exposed_area_m2 > f.area_m2 + 1e-6 for e in design.elements for f in e.faces),
+        "apart": [round(float(value), 6) for value in apart],
+        "sizes": [[e.length_m, e.thickness_m, e.height_m] for e in design.elements[:1]],
+        "qto": _qto(design),
+        "notes": list(design.notes),
+    }
+
+
+def _lateral_m2(vertices_m: np.ndarray, triangles: np.ndarray) -> float:
+    """Return the area of a mesh's upright triangles, added one by one: no faces, no unions, no mantles."""
+    a, b, c = (vertices_m[triangles[:, i]] for i in range(3))
+    across = np.cross(b - a, c - a)
+    length = np.linalg.norm(across, axis=1)
+    upright = np.abs(across[:, 2]) < 0.2 * length
+    return float(length[upright].sum() / 2.0)
+
+
+def _qto(design: BimModel) -> list[float]:
+    """Return our net volume over the file's own, for the elements that state one."""
+    pairs = [(e.volume_m3, e.qto["NetVolume"]) for e in design.elements if e.qto.get("NetVolume", 0.0) > 0.0]
+    return [round(ours / own, 5) for ours, own in pairs]
+
+
+def run(path: Path) -> dict[str, object]:
+    """Examine a file in a process of its own: its memory is its own, and a crash of a library is one line."""
+    try:
+        done = subprocess.run(
+            [sys.executable, __file__, "--one", str(path)], capture_output=True, text=True, timeout=LONG_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return {"crashed": f"took more than {LONG_S} s"}
+    try:
+        answer: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    except (ValueError, IndexError):
+        return {"crashed": f"exit code {done.returncode}: {done.stderr[-200:]}"}
+    return answer
+
+
+def main() -> int:
+    """Read every file and print what came of it."""
+    if sys.argv[1:2] == ["--one"]:
+        print(json.dumps(examine(Path(sys.argv[2]))))
+        return 0
+    args = options(__doc__ or "").parse_args()
+    if not DATA.is_dir():
+        print(f"{DATA} isn't there; name the data by ASBUILT_BIM_DATA")
+        return 1 if args.check else 0
+    paths = sorted(DATA.rglob("*.ifc"), key=lambda path: path.stat().st_size)
+    found: dict[str, dict[str, object]] = {}
+    for path in paths:
+        if not args.quick or path.stat().st_size < QUICK_BYTES:
+            name = path.relative_to(DATA).as_posix()
+            found[name] = run(path)
+            print(f"  {name}: {_said(found[name])}", flush=True)
+    return report("Reading real IFC files", _lines(found), args, {"files": found})
+
+
+def _said(one: dict[str, object]) -> str:
+    if one.get("crashed"):
+        return f"CRASHED {one['crashed']}"
+    what = f"refused: {str(one['refused'])[-110:]}" if one.get("refused") else f"{one['elements']}"
+    return f"{one['seconds']} s, {one['peak_mb']} MB, {what}"
+
+
+def _lines(found: dict[str, dict[str, object]]) -> list[Line]:
+    read = {name: one for name, one in found.items() if "elements" in one}
+    refused = [one for one in found.values() if one.get("refused")]
+    worded = [one for one in refused if ";" in str(one["refused"])]
+    crashed = [name for name, one in found.items() if one.get("crashed")]
+    apart = np.array([value for one in read.values() for value in one["apart"]])  # type: ignore[attr-defined]
+    over = sum(int(str(one["over"])) for one in read.values())
+    ratios = np.array([value for one in read.values() for value in one["qto"]])  # type: ignore[attr-defined]
+    sizes = [
+        float(np.abs(np.array(read[name]["sizes"][0]) - size).max())  # type: ignore[index]
+        for name, size in SIZES_M.items()
+        if name in read
+    ]
+    lines = [
+        line("files that end in a crash", f"{len(crashed)} of {len(found)}", "0", len(found), not crashed),
+        line("refusals that say what to do", f"{len(worded)} of {len(refused)}", "all", len(refused),
+             worded == refused),
+        told("files read", f"{len(read)}", len(found)),
+        line("lateral area against triangles added up, within 1 %", _share(apart < 0.01), "99 %", len(apart),
+             bool(len(apart)) and bool(np.mean(apart < 0.01) >= 0.99)),
+        line("faces that expose more than they have", f"{over}", "0", len(apart), over == 0),
+        line("sizes of elements of known size (mm, feet, inches)", f"{max(sizes, default=0.0) * 1000.0:.2f} mm",
+             "1 mm", len(sizes), max(sizes, default=1.0) < 0.001, least_n=min(len(SIZES_M), 5)),
+        told("net volume against the file's own, median", f"{np.median(ratios):.4f}" if len(ratios) else "-",
+             len(ratios)),
+        told("the same within 2 %", _share(np.abs(ratios - 1.0) < 0.02), len(ratios)),
+    ]  # fmt: skip
+    for name, one in sorted(read.items(), key=lambda item: -float(str(item[1]["cpu_s"])))[:3]:
+        lines.append(told(f"  {name[-48:]}", f"{one['cpu_s']} s CPU, {one['peak_mb']} MB", 1))
+    return lines
+
+
+def _share(good: np.ndarray) -> str:
+    return f"{np.mean(good):.1%}" if len(good) else "-"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
