@@ -62,6 +62,11 @@ class Board:
             raise CalibrationError(
                 f"board.dictionary: {self.dictionary!r} is no ArUco dictionary, such as DICT_5X5_100"
             )
+        if self.kind == "charuco" and (have := _markers_in(self.dictionary)) < self.columns * self.rows // 2:
+            raise CalibrationError(
+                f"board: {self.columns} x {self.rows} squares hold {self.columns * self.rows // 2} markers, and "
+                f"{self.dictionary} has {have} only; give columns, rows and dictionary as they were printed"
+            )
 
     @property
     def inner(self) -> tuple[int, int]:
@@ -77,6 +82,10 @@ class Board:
         grid[..., 0] = np.arange(across) * self.square_m
         grid[..., 1] = np.arange(down)[:, None] * self.square_m
         return frozen(grid.reshape(-1, 3))
+
+
+def _markers_in(dictionary: str) -> int:
+    return int(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary)).bytesList.shape[0])
 
 
 def board_of(text: str) -> Board:

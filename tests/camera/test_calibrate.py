@@ -90,6 +90,7 @@ def test_corners_are_found_to_a_tenth_of_a_pixel_and_numbered_alike_in_both_phot
         {"kind": "dots"},
         {"columns": 2},
         {"rows": 100_000},
+        {"kind": "charuco", "marker_m": 0.04, "columns": 20, "rows": 20, "dictionary": "DICT_4X4_50"},
         {"square_m": 0.0},
         {"kind": "charuco", "marker_m": 0.07},
         {"kind": "charuco", "marker_m": 0.04, "dictionary": "DICT_NONE"},
