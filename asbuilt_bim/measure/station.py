@@ -26,6 +26,7 @@ from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.depth_paper import Inversion
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.markers import MarkerSighting, find_markers
+from asbuilt_bim.vision.one_thing import one_thing
 from asbuilt_bim.vision.rig_health import StationHealth
 from asbuilt_bim.vision.scene import Scene, read_scene
 from asbuilt_bim.vision.segment import Instance, Segmenter
@@ -243,4 +244,6 @@ def _instances(
             return agree(pair, scene, stereo, instruments.opinion, options.geometric)
         chosen = instruments.opinion  # as published: the network's masks as they are
     found = segment_scene(pair, scene, options.geometric) if chosen is None else chosen.segment(pair, stereo)
+    if chosen is not None and options.method == "default":
+        found = [one_thing(instance, scene) for instance in found]
     return Agreed(instances=tuple(found), notes=())

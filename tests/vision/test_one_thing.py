@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt_bim.vision.geometric import segment_scene
+from asbuilt_bim.vision.one_thing import one_thing
+from asbuilt_bim.vision.scene import read_scene
+from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from tests.measure.box_world import site
+
+
+def test_a_mask_that_runs_over_the_wall_loses_what_lies_far_behind_and_nothing_of_the_wall() -> None:
+    pair = site()[1]
+    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
+    wall = next(one for one in segment_scene(pair, scene) if one.label == "wall" and one.mask[300, 570])
+    x0, y0, x1, y1 = wall.box_px
+    drawn = np.zeros_like(wall.mask)
+    drawn[y0 - 25 : y1, x0 - 30 : x1 + 30] = True
+    height, width = drawn.shape
+    given = Instance(label="wall", score=1.0, mask=drawn, box_px=(0, 0, width, height), source="drawn")
+    kept = one_thing(given, scene)
+    assert np.count_nonzero(kept.mask & wall.mask) == np.count_nonzero(wall.mask)
+    upright = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & drawn & ~wall.mask
+    behind = upright & (scene.level.disparity_px < 0.6 * np.nanmedian(scene.level.disparity_px[wall.mask]))
+    assert np.count_nonzero(behind) > 500
+    assert np.count_nonzero(kept.mask & behind) == 0
+
+
+def test_a_mask_on_one_surface_stays_as_it_was_given() -> None:
+    pair = site()[1]
+    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
+    mask = np.zeros(pair.valid_left.shape, dtype=bool)
+    mask[250:350, 540:600] = True
+    given = Instance(label="wall", score=1.0, mask=mask, box_px=(540, 250, 600, 350), source="drawn")
+    assert one_thing(given, scene) is given
