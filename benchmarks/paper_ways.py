@@ -66,7 +66,12 @@ def published(inversion: Inversion | None) -> Callable[[Read], dict[int, Measure
         if inversion is None:
             depth = depth_map(pair, SemiGlobalMatcher())
         elif read.target is not None:
-            depth = paper_depth(pair, truth_network(read.twin), read.target, inversion)
+            try:
+                depth = paper_depth(pair, truth_network(read.twin), read.target, inversion)
+            except (
+                ValueError
+            ):  # the target is the nearest thing: as a complement its depth is 0, and nothing has a scale
+                return {}
         if depth is None:
             return {}
         found: dict[int, MeasuredFace] = {}

@@ -21,8 +21,10 @@ LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
 ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
-MASK_SIGMA_PX = 1.5
-"""How well the matcher's own border lies on the edge."""
+MASK_SIGMA_PX = 3.0
+"""How well the matcher's own border lies on an edge that no photo shows."""
+LEVEL_SIGMA_PX = 0.25
+"""What a level edge errs beyond its fit: the shade where a foot meets the ground, a top seen with its upper side."""
 LEAST_KNOWN_SHARE = 0.3
 """Of a gap's pixels must be measured before it may be called an opening."""
 SLANT_DEG = 12.0
@@ -146,9 +148,8 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
     plane = pixel_plane(around.planes[label], around.camera)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px)
     if fit is not None and fit.strength >= LEAST_STRENGTH:
-        return FaceEdge(
-            line=fit.line, sigma_px=fit.sigma_px, source="photo", course=side.course, neighbour=neighbour, fit=fit
-        )
+        sigma = float(np.hypot(fit.sigma_px, LEVEL_SIGMA_PX if side.course == "level" else 0.0))
+        return FaceEdge(line=fit.line, sigma_px=sigma, source="photo", course=side.course, neighbour=neighbour, fit=fit)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, alone=True)
     if crossing is None and fit is not None and fit.strength >= ALONE_STRENGTH:
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
