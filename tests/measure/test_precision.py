@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
 
+from asbuilt_bim.geometry.grow import Piece
 from asbuilt_bim.measure.drafts import piece_mask
 from asbuilt_bim.measure.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.refine import pictures, refine_plane
@@ -91,7 +94,13 @@ def two_pieces(source: str) -> tuple[Scene, Instance]:
     mask[:, 5:34] = True
     scene = object.__new__(Scene)
     object.__setattr__(scene, "labels", labels)
-    object.__setattr__(scene, "pieces", (None, None))
+    wall = Piece(x0_px=0.0, x1_px=60.0, slope=0.0, offset_px=20.0, circle=None, rms_px=0.1, chain=0)
+    object.__setattr__(scene, "pieces", (wall, wall))
+    object.__setattr__(
+        scene,
+        "level",
+        SimpleNamespace(measured=labels >= 0, d_px=np.full(labels.shape, 20.0), x_px=np.zeros(labels.shape)),
+    )
     return scene, Instance(label="wall", score=1.0, mask=mask, box_px=(5, 0, 34, 20), source=source)
 
 
