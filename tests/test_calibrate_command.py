@@ -114,7 +114,7 @@ def test_control_points_give_a_rig_to_a_camera_that_sees_no_board(tmp_path: Path
     result = CliRunner().invoke(app, ["calibrate", *map(str, given)])
     assert result.exit_code == 0, result.output
     assert read_rig(out).baseline_m == pytest.approx(rig().baseline_m, rel=0.02)
-    assert "control points" in page.read_text(encoding="utf-8")
+    assert "of 24 and 24 points" in page.read_text(encoding="utf-8") and "24 and 24 control points" in result.output
     for size in ("1280", "0x960", "wide"):
         again = CliRunner().invoke(app, ["calibrate", *map(str, given[:3]), size, "--out", str(out)])
         assert again.exit_code == 2 and "no size in pixels" in again.stderr

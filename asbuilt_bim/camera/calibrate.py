@@ -55,6 +55,7 @@ class Calibration:
     checks: Checks
     corners_left: CornerFit
     corners_right: CornerFit
+    from_control_points: bool = False  # in the place of boards: one view, whose corners are the points
 
 
 def calibrate_stereo(

@@ -64,6 +64,7 @@ def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Ca
         checks=_checks(view, adjusted, size),
         corners_left=fits[0],
         corners_right=fits[1],
+        from_control_points=True,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,8 +61,14 @@ class ViewBar:
     right_share: float
 
 
-def frame_drawing(side: str, camera: Intrinsics, fit: CornerFit) -> FrameDrawing:
-    """Draw one camera's corners over its frame."""
+def arrow_scale_px(fits: Sequence[CornerFit]) -> float:
+    """Return the residual that both frames' scale stands for: a round number that one in ten is longer than."""
+    lengths = np.concatenate([np.linalg.norm(fit.residual_px, axis=1) for fit in fits])
+    return _nice(float(np.quantile(lengths, 0.9)) if len(lengths) else 0.1)
+
+
+def frame_drawing(side: str, camera: Intrinsics, fit: CornerFit, scale_px: float) -> FrameDrawing:
+    """Draw one camera's corners over its frame, an arrow of `scale_px` as long as the scale."""
     size = np.array([camera.width_px, camera.height_px], dtype=np.float64)
     at = np.clip(np.floor((fit.pixels + 0.5) / size * CELLS), 0, np.array(CELLS) - 1).astype(int)
     counts = np.zeros((CELLS[1], CELLS[0]), dtype=int)
@@ -73,8 +80,6 @@ def frame_drawing(side: str, camera: Intrinsics, fit: CornerFit) -> FrameDrawing
         for y in range(CELLS[1])
         for x in range(CELLS[0])
     )
-    lengths = np.linalg.norm(fit.residual_px, axis=1)
-    scale_px = _nice(float(np.quantile(lengths, 0.9)) if len(lengths) else 0.1)
     factor = _ARROW_SHARE * size[0] / scale_px
     every = max(1, int(np.ceil(len(fit.pixels) / MOST_ARROWS)))
     arrows = tuple(

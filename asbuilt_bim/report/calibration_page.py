@@ -13,7 +13,7 @@ from asbuilt_bim.camera.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.camera.check_length import LengthCheck
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.report.calibration_drawings import frame_drawing, view_bars
+from asbuilt_bim.report.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
 
 TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
@@ -35,9 +35,9 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
     """Judge a calibration by what it does to an area, and by every check that gave a warning."""
     reasons = list(calibration.checks.warnings)
     if not checks:
+        wrong = "points measured in another unit" if calibration.from_control_points else "a board of another size"
         reasons.append(
-            "no known length was checked: a board printed in another size would show in nothing here; pass "
-            "--check-length, or a second board"
+            f"no known length was checked: {wrong} would show in nothing here; pass --check-length, or a second board"
         )
     sigma = effect.sigma if effect is not None else 1.0
     if sigma > USABLE_AREA:
@@ -53,9 +53,11 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
 def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> str:
     """Return the page of a calibration; `checks` are the known lengths that it was held against."""
     rig, effect = calibration.rig, area_effect(calibration.rig)
+    fits = calibration.corners_left, calibration.corners_right
+    scale_px = arrow_scale_px(fits)
     frames = [
-        frame_drawing("left", rig.left, calibration.corners_left),
-        frame_drawing("right", rig.right, calibration.corners_right),
+        frame_drawing("left", rig.left, fits[0], scale_px),
+        frame_drawing("right", rig.right, fits[1], scale_px),
     ]
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES),

@@ -76,9 +76,13 @@ def time_line(seconds: Mapping[str, float]) -> str:
 def calibration_lines(calibration: Calibration) -> list[str]:
     """Return what a calibration says of itself, and the boards that it left out."""
     rig = calibration.rig
+    points = len(calibration.corners_left.view), len(calibration.corners_right.view)
+    seen = f"{rig.views_used} board pairs"
+    if calibration.from_control_points:
+        seen = f"{points[0]} and {points[1]} control points"
     lines = [
         f"Rig: baseline {rig.baseline_m * 1000:.2f} mm, focal length {rig.left.K[0, 0]:.1f} px (left) and "
-        f"{rig.right.K[0, 0]:.1f} px (right), {rig.views_used} board pairs, {rig.rms_px:.2f} px rms"
+        f"{rig.right.K[0, 0]:.1f} px (right), {seen}, {rig.rms_px:.2f} px rms"
     ]
     checks, effect = calibration.checks, area_effect(rig)
     if effect is not None:

@@ -10,9 +10,12 @@ import pytest
 from asbuilt_bim.camera.area_effect import AreaEffect
 from asbuilt_bim.camera.calibrate import Calibration, calibrate_stereo
 from asbuilt_bim.camera.check_length import LengthCheck
+from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.calibration_page import calibration_html, verdict, write_calibration_page
 from tests.camera.board_pictures import CHESS, pairs
+from tests.camera.test_control_rig import control
+from tests.camera.virtual import SIZE
 
 CHECK = LengthCheck(what="the <tape>", known_m=1.2, measured_m=1.2024, sigma_m=0.0012)
 
@@ -74,6 +77,12 @@ def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Ca
     assert verdict(clean, None, (CHECK,)).grade == "doubtful"
     unchecked = verdict(clean, effect(0.002), ())
     assert "known length" in unchecked.reasons[0] and "length came out right" not in unchecked.sentence
+
+
+def test_a_page_of_control_points_speaks_of_points_not_of_boards() -> None:
+    html = calibration_html(rig_from_control_points(control(24, 0.3), SIZE))
+    assert "of 24 and 24 points" in html and "in points kept back" in html and "points measured in another unit" in html
+    assert "board of another size" not in html and "diagonals" not in html and "model of lens explains" not in html
 
 
 def test_a_page_that_cannot_be_written_is_named(made: Calibration, tmp_path: Path) -> None:
