@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.area_effect import area_effect
 from asbuilt_bim.camera.board import Board, board_of
 from asbuilt_bim.camera.check_length import check_board, check_points, refuse_wrong_scale
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
@@ -87,17 +86,6 @@ def test_a_second_board_measures_the_scale_to_a_thousandth() -> None:
         refuse_wrong_scale(check_board(true, pair, replace(CHESS, square_m=0.058)))
     with pytest.raises(CalibrationError, match=r"left_01\.jpg \+ right_01\.jpg: the board was not found"):
         check_board(true, pair, CHARUCO)
-
-
-def test_what_a_calibration_does_to_an_area_is_what_the_formulas_say() -> None:
-    """2 db / b for the baseline, and 2 Z dyaw / b for yaw (MEASUREMENT: area goes with Z squared)."""
-    one = replace(rig(), right_from_left=frozen(np.block([[np.eye(3), np.array([[-0.25], [0], [0]])], [0, 0, 0, 1.0]])))
-    assert area_effect(one) is None
-    for row, sigma, expected in ((11, 0.001, 2 * 0.001 / 0.25), (9, 1e-4, 2 * 5.0 * 1e-4 / 0.25)):
-        covariance = np.zeros((14, 14))
-        covariance[row, row] = sigma**2
-        found = area_effect(replace(one, covariance=frozen(covariance)))
-        assert found is not None and found.sigma == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize(
