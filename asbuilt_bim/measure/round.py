@@ -22,6 +22,8 @@ from asbuilt_bim.vision.segment import Instance
 
 ARC_POINTS = 24
 MASK_SIGMA_PX = 1.0
+MOST_GAP = 0.08
+"""The stereo circle is good to this share of its radius: the matcher bends it a little flatter or rounder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,7 +158,10 @@ def _from_silhouettes(bench: Workbench, circle: Circle, mask: BoolArray) -> tupl
         circle, x_m=float(distance * np.sin(middle)), z_m=float(distance * np.cos(middle)), radius_m=float(radius)
     )
     by_edges = 0.5 * np.hypot(left.sigma, right.sigma) * distance
-    return better, float(np.hypot(by_edges, sigma * sine)), sigma
+    # silhouettes that the stereo circle contradicts are likely somebody else's edges: half of the gap is doubt
+    gap = abs(float(radius) - circle.radius_m)
+    doubt = 0.5 * gap if gap > MOST_GAP * circle.radius_m else 0.0
+    return better, float(np.linalg.norm([by_edges, sigma * sine, doubt])), sigma
 
 
 def _silhouette(bench: Workbench, circle: Circle, mask: BoolArray, side: int) -> _Tangent | None:
