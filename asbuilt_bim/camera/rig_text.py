@@ -10,8 +10,8 @@ import yaml
 
 from asbuilt_bim.errors import RigError
 
-MAX_BYTES = 1_000_000
-"""A rig is a page of numbers."""
+MAX_BYTES = 200_000
+"""A rig is a page of numbers, 10 kB; a megabyte of YAML takes half a minute to read."""
 MAX_NUMBERS = 10_000
 _DEEPEST = 12
 _MATRIX_TAG = "tag:yaml.org,2002:opencv-matrix"
