@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,15 +50,17 @@ class _Window:
 class _Solids:
     """The connected solids of the model, found by their boxes."""
 
-    def __init__(self, bodies: list[BimElement | Obstacle]) -> None:
+    def __init__(self, bodies: Sequence[BimElement | Obstacle]) -> None:
         whole = [Mesh(vertices_m=body.vertices_m, triangles=body.triangles) for body in bodies]
-        self.meshes = [piece for mesh in whole for piece in pieces(mesh) if len(piece.triangles) > 3]
+        of_body = [(n, p) for n, mesh in enumerate(whole) for p in pieces(mesh) if len(p.triangles) > 3]
+        self.owners = [number for number, _ in of_body]
+        self.meshes = [piece for _, piece in of_body]
         self._boxes_m = np.array([mesh.bounds_m for mesh in self.meshes]).reshape(-1, 2, 3)
         self._tree = shapely.STRtree(_plan_boxes(self._boxes_m))
 
-    def near(self, windows: list[_Window]) -> list[list[Mesh]]:
-        """Return for each window the solids whose boxes come within `NEAR_M` of it and meet its plane."""
-        found: list[list[Mesh]] = [[] for _ in windows]
+    def near(self, windows: list[_Window]) -> list[list[int]]:
+        """Return for each window the solids (numbers) whose boxes come within `NEAR_M` of it and meet its plane."""
+        found: list[list[int]] = [[] for _ in windows]
         for first in range(0, len(windows), _AT_ONCE):
             part = windows[first : first + _AT_ONCE]
             corners = np.array([window.corners_m() for window in part])
@@ -70,7 +72,7 @@ class _Solids:
             height = (((low + high) / 2.0 - corners[which, 0]) * normals[which]).sum(axis=1)
             meets = (low[:, 2] <= box[which, 1, 2]) & (high[:, 2] >= box[which, 0, 2]) & (np.abs(height) <= reach)
             for window, number in zip(which[meets].tolist(), solid[meets].tolist(), strict=True):
-                found[first + window].append(self.meshes[number])
+                found[first + window].append(number)
         return found
 
 
@@ -92,7 +94,7 @@ def expose(
     for element, of_element in zip(elements, windows, strict=True):
         faces = []
         for face, of_face in zip(element.faces, of_element, strict=True):
-            around = [next(near) for _ in of_face]
+            around = [[solids.meshes[number] for number in next(near)] for _ in of_face]
             try:
                 faces.append(_exposed(face, of_face, around))
             except _BROKEN as error:  # a neighbour's broken mesh must not cost the model: the face stays whole
@@ -104,6 +106,18 @@ def expose(
         if done[-1].exposed_area_m2 <= 0.0:
             notes.append(f"{element.ifc_class} {element.name} ({element.global_id}) touches others all over: unseen")
     return tuple(done), tuple(notes)
+
+
+def touching(elements: Sequence[BimElement], obstacles: Sequence[Obstacle]) -> frozenset[int]:
+    """Return the places in `obstacles` of those that meet a face of an element: all that `expose` would take off."""
+    solids = _Solids(obstacles)
+    windows = [window for element in elements for face in element.faces for window in _windows(face)]
+    found: set[int] = set()
+    for window, near in zip(windows, solids.near(windows), strict=True):
+        for number in near:
+            if solids.owners[number] not in found and _section(solids.meshes[number], window) is not None:
+                found.add(solids.owners[number])
+    return frozenset(found)
 
 
 def _windows(face: DesignFace) -> Iterator[_Window]:
@@ -136,14 +150,18 @@ def _exposed(face: DesignFace, windows: list[_Window], near: list[list[Mesh]]) -
 
 def _cut(mesh: Mesh, window: _Window) -> BaseGeometry | None:
     """Return where a solid meets a window's plane moved out by `LIFT_M`, None where that misses the window."""
+    segments = _section(mesh, window)
+    return None if segments is None else enclosed(segments)
+
+
+def _section(mesh: Mesh, window: _Window) -> FloatArray | None:
     segments = section(mesh, window.frame, LIFT_M)
     if len(segments) == 0:
         return None
     low, high = segments.min(axis=(0, 1)), segments.max(axis=(0, 1))
     u0, v0, u1, v1 = window.box_uv_m
-    if low[0] >= u1 or high[0] <= u0 or low[1] >= v1 or high[1] <= v0:
-        return None
-    return enclosed(segments)
+    misses = low[0] >= u1 or high[0] <= u0 or low[1] >= v1 or high[1] <= v0
+    return None if misses else segments
 
 
 def _tangent(frame: CylinderFrame, u_m: float) -> PlaneFrame:
