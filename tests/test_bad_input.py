@@ -102,7 +102,8 @@ def test_of_two_discs_of_the_targets_size_the_one_taken_and_the_other_are_named(
         path = folder / station[side]
         image = cv2.imread(str(path))
         x, y, r = round(disc[f"{side}_px"][0]), round(disc[f"{side}_px"][1]), round(1.3 * radius)
-        image[y - r : y + r, x + 2 * r : x + 4 * r] = image[y - r : y + r, x - r : x + r]
+        top = y - r - (side == "right")  # this far aside the lens puts it a row lower than in the left photo
+        image[top : top + 2 * r, x + 2 * r : x + 4 * r] = image[y - r : y + r, x - r : x + r]
         cv2.imwrite(str(path), image, [cv2.IMWRITE_JPEG_QUALITY, 95])
     result = run(write(folder, project), tmp_path / "out")
     assert result.exit_code == 0, result.output
