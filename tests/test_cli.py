@@ -90,6 +90,15 @@ def test_every_output_can_be_made_again_from_the_result_and_the_ifc(
     result = invoke("report", moved / "out")
     assert result.exit_code == 0, result.output
     assert {name: (moved / "out" / name).read_bytes() for name in before} == before
+    copy = moved / "out" / "design.asbuilt.ifc"
+    plain = copy.read_bytes()
+    assert b"AsBuilt_Colour" not in plain
+    photos = re.findall(rb"IFCDOCUMENTREFERENCE\('(overlays[^']+)'", plain)
+    assert photos and all(
+        (copy.parent / photo.decode()).is_file() for photo in photos
+    )  # links that a viewer can follow
+    assert invoke("report", moved / "out", "--colour").exit_code == 0
+    assert b"AsBuilt_Colour complete" in copy.read_bytes()
     (moved / "design.ifc").write_bytes((moved / "design.ifc").read_bytes() + b"\n")
     result = invoke("report", moved / "out")
     assert result.exit_code == 1
