@@ -82,6 +82,19 @@ def beside(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
     return found
 
 
+def wide(samples: CellSamples, flags: BoolArray, least: int) -> BoolArray:
+    """Keep the flagged samples (N,) that stand in a row of `least` at their height, or of their whole narrower face."""
+    kept = np.zeros(len(flags), dtype=bool)
+    for index in np.unique(samples.face[flags]):
+        own = np.flatnonzero(samples.face == index)
+        column, row = _places(samples, own).T
+        grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.uint8)
+        grid[row, column] = flags[own]
+        kernel = np.ones((1, min(least, grid.shape[1])), np.uint8)
+        kept[own] = cv2.morphologyEx(grid, cv2.MORPH_OPEN, kernel)[row, column] > 0
+    return kept
+
+
 def _places(samples: CellSamples, own: Indices) -> IntArray:
     """Return each sample's place (n, 2) in its face's grid: along u, up v."""
     uv = samples.uv_m[own]

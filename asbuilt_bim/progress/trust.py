@@ -13,13 +13,19 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.sample_grid import Indices, above, beside, patches, share_around
+from asbuilt_bim.progress.sample_grid import Indices, above, beside, patches, share_around, wide
 
 EDGE_REACH = 2
 """Samples that the ring of one reaches over at most: 6 px of the photo are 12 cm of a wall 20 m off."""
 
 SPECKLE = 0.04
 """One of the 25 samples round one may be a mismatch."""
+
+WIDER_THAN_A_BAR = 3
+"""Samples: depth smears a bar over two of them."""
+
+SEEN_THROUGH = 0.1
+"""Of what depth finds round a sample behind the surface: two mismatches of 25; a pour line and bars show more."""
 
 FEWEST_FOR_SLOPE = 12
 """Samples from which a patch's slope is worth a test."""
@@ -43,6 +49,7 @@ def trusted(
     them, patches count from a size on, and together from a larger one.
     """
     near = _to_its_edges(samples, evidence, options) & (height_m > evidence.drop_m)
+    near = wide(samples, near & ~_with_gaps(samples, evidence, options), WIDER_THAN_A_BAR)
     label = patches(samples, near)
     count = int(label.max(initial=0)) + 1
     hits = near & (evidence.own == Verdict.NEAR)
@@ -51,11 +58,24 @@ def trusted(
     common = np.bincount(label[hits], weights=evidence.common_m[hits], minlength=count) / number
     stands_off = (offset > options.building_tolerance_m + 2.0 * common)[label]
     kept = near & ~stands_off & ~_leaning(samples, evidence, hits, label, options)[label]
+    sizes = np.bincount(label, weights=samples.area_m2, minlength=count)
+    kept &= (sizes >= options.min_face_m2)[label]
     if not backed:
-        sizes = np.bincount(label, weights=samples.area_m2, minlength=count)
-        kept &= (sizes >= options.min_face_m2)[label]
         kept &= float(samples.area_m2[kept].sum()) >= options.min_patch_m2
     return kept, near & stands_off
+
+
+def _with_gaps(samples: CellSamples, evidence: Evidence, options: ProgressOptions) -> BoolArray:
+    """Say round which samples depth sees through the surface, and finds too little of it for solid concrete.
+
+    Starter bars are like that: their depth lies on the design, with gaps between.
+    """
+    everywhere = np.ones(len(evidence.own), dtype=bool)
+    known = np.isin(evidence.own, (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE))
+    through = share_around(samples, evidence.own == Verdict.BEHIND, known) > SEEN_THROUGH
+    solid = share_around(samples, evidence.own == Verdict.NEAR, everywhere) >= options.solid_share
+    gaps: BoolArray = through & ~solid
+    return gaps
 
 
 def _to_its_edges(samples: CellSamples, evidence: Evidence, options: ProgressOptions) -> BoolArray:

@@ -70,7 +70,20 @@ def test_a_surface_does_not_reach_sideways_by_a_pour_line_where_starter_bars_sta
     barred = replace(seen, verdict=verdict.astype(np.uint8), own=own.astype(np.uint8))
     kept, _ = trusted(SAMPLES, barred, HIGH, True, OPTIONS)
     assert not np.any(kept & (V > 1.0) & (U > 0.3))
-    assert np.all(kept[wall])
+    assert np.all(kept[wall & (V < 0.95)])  # its last row is the pour line's
+
+
+def test_a_bar_that_stands_on_concrete_is_not_concrete_though_its_depth_lies_on_the_design() -> None:
+    wall, bar = FRONT & (V < 1.0), FRONT & (V > 1.0) & (U > 1.0) & (U < 1.1)
+    kept, _ = trusted(SAMPLES, near(wall | bar, 0.0), HIGH, True, OPTIONS)
+    np.testing.assert_array_equal(kept, wall)
+
+
+def test_where_depth_sees_through_between_what_lies_on_the_design_nothing_is_concrete() -> None:
+    cage = FRONT & (U < 2.0)
+    seen = near(cage & (np.floor(V / 0.05) % 2 == 0), 0.0)
+    own = np.where(cage & (np.floor(V / 0.05) % 2 == 1), Verdict.BEHIND, seen.own).astype(np.uint8)
+    assert not trusted(SAMPLES, replace(seen, own=own), HIGH, True, OPTIONS)[0].any()
 
 
 def test_low_over_the_foot_depth_can_not_tell_the_element_from_the_ground() -> None:
