@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
@@ -14,27 +15,36 @@ from asbuilt_bim.vision.segment import Instance
 MOST_GAP_M = 0.6
 """Between two surfaces of one wall or column in depth: walls are to 0.4 m thick, and ends err by some centimetres."""
 LEAST_PIXELS = 30
+HAND_SHARE = 0.015
+"""Of the photo's width: how far a hand on a mouse strays from an edge."""
+MOST_BEYOND = 0.02
 
 
 def one_thing(instance: Instance, scene: Scene) -> Instance:
-    """Take out of a mask the upright surfaces that don't stand with most of it in depth; the rest stays as given.
+    """Take out of a mask the upright surfaces that don't stand with most of it in depth, and round off what is left.
 
-    Masks drawn by hand or by a network run over onto what is behind; one mask is one wall or column.
+    Masks drawn by hand or by a network run over onto what is behind, or stop short of an edge; one mask is one wall or
+    column. A surface that goes no further than `HAND_SHARE` beyond the mask belongs to it whole; what goes on was cut
+    on purpose.
     """
     x0, y0, x1, y1 = instance.box_px
     labels, mask = scene.labels[y0:y1, x0:x1], instance.mask[y0:y1, x0:x1]
     upright = mask & (labels >= 0) & (labels < len(scene.pieces))
     pieces, counts = np.unique(labels[upright], return_counts=True)
     pieces, counts = pieces[counts >= LEAST_PIXELS], counts[counts >= LEAST_PIXELS]
-    if len(pieces) < 2:
+    if len(pieces) == 0:
         return instance
     spans = np.array([_span_m(scene, upright & (labels == piece), (y0, x0)) for piece in pieces])
     kept = _together(spans, int(np.argmax(counts)))
-    if kept.all():
+    rest = instance.mask & ~np.isin(scene.labels, pieces[~kept])
+    side = 2 * round(HAND_SHARE * rest.shape[1]) + 1
+    grown = cv2.dilate(instance.mask.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    for piece in pieces[kept]:
+        own = scene.mask(int(piece))
+        if np.count_nonzero(own & ~grown) <= MOST_BEYOND * np.count_nonzero(own):
+            rest |= own
+    if np.array_equal(rest, instance.mask):
         return instance
-    rest = instance.mask.copy()
-    part = rest[y0:y1, x0:x1]
-    part &= ~np.isin(labels, pieces[~kept])
     freeze(rest)
     return replace(instance, mask=rest, box_px=box_of(rest))
 

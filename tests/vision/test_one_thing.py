@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.vision.geometric import segment_scene
@@ -27,7 +28,16 @@ def test_a_mask_that_runs_over_the_wall_loses_what_lies_far_behind_and_nothing_o
     assert np.count_nonzero(kept.mask & behind) == 0
 
 
-def test_a_mask_on_one_surface_stays_as_it_was_given() -> None:
+def test_a_mask_that_stops_short_of_the_walls_edge_gets_the_whole_wall() -> None:
+    pair = site()[1]
+    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
+    wall = next(one for one in segment_scene(pair, scene) if one.label == "wall" and one.mask[300, 570])
+    short = cv2.erode(wall.mask.astype(np.uint8), np.ones((13, 13), np.uint8)) > 0
+    kept = one_thing(Instance(label="wall", score=1.0, mask=short, box_px=wall.box_px, source="drawn"), scene)
+    assert np.array_equal(kept.mask, wall.mask)
+
+
+def test_a_mask_on_a_part_of_a_surface_was_cut_on_purpose_and_stays() -> None:
     pair = site()[1]
     scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
     mask = np.zeros(pair.valid_left.shape, dtype=bool)
