@@ -245,5 +245,5 @@ def _instances(
         chosen = instruments.opinion  # as published: the network's masks as they are
     found = segment_scene(pair, scene, options.geometric) if chosen is None else chosen.segment(pair, stereo)
     if chosen is not None and options.method == "default":
-        found = [one_thing(instance, scene) for instance in found]
+        found = [one_thing(instance, pair, scene, options.geometric) for instance in found]
     return Agreed(instances=tuple(found), notes=())

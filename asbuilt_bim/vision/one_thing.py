@@ -7,7 +7,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
+from asbuilt_bim.vision.geometric import GeometricOptions, IndexArray, Opinion, instance_of_pieces
 from asbuilt_bim.vision.given_masks import box_of
 from asbuilt_bim.vision.scene import Scene
 from asbuilt_bim.vision.segment import Instance
@@ -18,10 +20,14 @@ LEAST_PIXELS = 30
 HAND_SHARE = 0.015
 """Of the photo's width: how far a hand on a mouse strays from an edge."""
 MOST_BEYOND = 0.02
+BORDER_PX = 8.0
+"""How far the matcher may miss a border to the ground: its window."""
 
 
-def one_thing(instance: Instance, scene: Scene) -> Instance:
+def one_thing(instance: Instance, pair: RectifiedPair, scene: Scene, options: GeometricOptions) -> Instance:
     """Take out of a mask the upright surfaces that don't stand with most of it in depth, and round off what is left.
+
+    So goes what is too low for a wall or a column: the edge of the slab that it stands on.
 
     Masks drawn by hand or by a network run over onto what is behind, or stop short of an edge; one mask is one wall or
     column. A surface that goes no further than `HAND_SHARE` beyond the mask belongs to it whole; what goes on was cut
@@ -30,13 +36,16 @@ def one_thing(instance: Instance, scene: Scene) -> Instance:
     x0, y0, x1, y1 = instance.box_px
     labels, mask = scene.labels[y0:y1, x0:x1], instance.mask[y0:y1, x0:x1]
     upright = mask & (labels >= 0) & (labels < len(scene.pieces))
-    pieces, counts = np.unique(labels[upright], return_counts=True)
-    pieces, counts = pieces[counts >= LEAST_PIXELS], counts[counts >= LEAST_PIXELS]
+    numbers, counts = np.unique(labels[upright], return_counts=True)
+    enough = counts >= LEAST_PIXELS
+    pieces, counts = numbers[enough].astype(np.intp), counts[enough]
     if len(pieces) == 0:
         return instance
     spans = np.array([_span_m(scene, upright & (labels == piece), (y0, x0)) for piece in pieces])
     kept = _together(spans, int(np.argmax(counts)))
+    kept &= _tall(pieces, kept, instance, pair, scene, options)
     rest = instance.mask & ~np.isin(scene.labels, pieces[~kept])
+    rest &= ~_overrun(rest, pieces[kept], scene)
     side = 2 * round(HAND_SHARE * rest.shape[1]) + 1
     grown = cv2.dilate(instance.mask.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
     for piece in pieces[kept]:
@@ -47,6 +56,36 @@ def one_thing(instance: Instance, scene: Scene) -> Instance:
         return instance
     freeze(rest)
     return replace(instance, mask=rest, box_px=box_of(rest))
+
+
+def _overrun(mask: BoolArray, pieces: IndexArray, scene: Scene) -> BoolArray:
+    """Return where a mask goes on over the ground: what hangs together there, and reaches further than a border errs.
+
+    Nearer than that the mask may know the foot better than the matcher does.
+    """
+    own = np.isin(scene.labels, pieces)
+    beside = mask & ~own
+    away = cv2.distanceTransform((~own).astype(np.uint8), cv2.DIST_L2, 3)
+    far_floor = beside & (scene.labels >= len(scene.pieces)) & (away > BORDER_PX)
+    _, parts = cv2.connectedComponents(beside.astype(np.uint8), connectivity=4)
+    return beside & np.isin(parts, np.unique(np.asarray(parts)[far_floor]))
+
+
+def _tall(
+    pieces: IndexArray,
+    kept: BoolArray,
+    instance: Instance,
+    pair: RectifiedPair,
+    scene: Scene,
+    options: GeometricOptions,
+) -> BoolArray:
+    """Say which pieces have a wall's or a column's height; all of them where none has."""
+    group = [int(piece) for piece in pieces[kept]]
+    opinion = Opinion(label=instance.label, score=instance.score)
+    accepted = instance_of_pieces(pair, scene, group, options, None, opinion)
+    if accepted is None:
+        return np.ones_like(kept)
+    return np.isin(pieces, np.unique(scene.labels[accepted.mask]))
 
 
 def _together(spans: FloatArray, first: int) -> BoolArray:
