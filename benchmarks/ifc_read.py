@@ -24,6 +24,9 @@ from asbuilt_bim.ifc.reader import inspect_file
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[2] / "shared" / "data")) / "ifc"
 QUICK_BYTES = 300_000
 LONG_S = 900
+TOGETHER_BYTES = 1_000_000
+"""Smaller files share a process, which starts longer than they take; their memory is then that of the largest yet."""
+_MARK = "found: "
 SIZES_M: dict[str, tuple[float, float, float]] = {  # read off the file's own profile and depth, by its own unit
     "ifc43/models/building-elements/wall-extrusion/wall-extruded-solid.ifc": (5.0, 0.27, 2.0),
     "ifc43/models/tessellated-shape/column-straight-rectangle-tessellation/"
@@ -99,37 +102,46 @@ def _qto(design: BimModel) -> list[float]:
     return [round(ours / own, 5) for ours, own in pairs]
 
 
-def run(path: Path) -> dict[str, object]:
-    """Examine a file in a process of its own: its memory is its own, and a crash of a library is one line."""
-    try:
-        done = subprocess.run(
-            [sys.executable, __file__, "--one", str(path)], capture_output=True, text=True, timeout=LONG_S, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return {"crashed": f"took more than {LONG_S} s"}
-    try:
-        answer: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
-    except (ValueError, IndexError):
-        return {"crashed": f"exit code {done.returncode}: {done.stderr[-200:]}"}
-    return answer
+def run(paths: list[Path]) -> list[dict[str, object]]:
+    """Examine files in a process of their own; a crash of a library costs only the file that it happens in."""
+    found: list[dict[str, object]] = []
+    while len(found) < len(paths):
+        rest = [str(path) for path in paths[len(found) :]]
+        try:
+            done = subprocess.run(
+                [sys.executable, __file__, "--these", *rest],
+                capture_output=True, text=True, timeout=LONG_S, check=False,
+            )  # fmt: skip
+            output, why = done.stdout, f"exit code {done.returncode}: {done.stderr[-200:]}"
+        except subprocess.TimeoutExpired as stopped:
+            output, why = (stopped.stdout or b"").decode(), f"took more than {LONG_S} s"
+        answers = [json.loads(text[len(_MARK) :]) for text in output.splitlines() if text.startswith(_MARK)]
+        found += answers if len(answers) == len(rest) else [*answers, {"crashed": why}]
+    return found
 
 
 def main() -> int:
     """Read every file and print what came of it."""
-    if sys.argv[1:2] == ["--one"]:
-        print(json.dumps(examine(Path(sys.argv[2]))))
+    if sys.argv[1:2] == ["--these"]:
+        for name in sys.argv[2:]:
+            print(_MARK + json.dumps(examine(Path(name))), flush=True)
         return 0
-    args = options(__doc__ or "").parse_args()
+    parser = options(__doc__ or "")
+    parser.add_argument("--below-mb", type=float, default=1e6, help="leave larger files out")
+    args = parser.parse_args()
     if not DATA.is_dir():
         print(f"{DATA} isn't there; name the data by ASBUILT_BIM_DATA")
         return 1 if args.check else 0
     paths = sorted(DATA.rglob("*.ifc"), key=lambda path: path.stat().st_size)
+    most = min(QUICK_BYTES if args.quick else 1e12, args.below_mb * 1e6)
+    paths = [path for path in paths if path.stat().st_size < most]
+    small = [path for path in paths if path.stat().st_size < TOGETHER_BYTES]
     found: dict[str, dict[str, object]] = {}
-    for path in paths:
-        if not args.quick or path.stat().st_size < QUICK_BYTES:
+    for batch in [small, *([path] for path in paths[len(small) :])]:
+        for path, one in zip(batch, run(batch), strict=True):
             name = path.relative_to(DATA).as_posix()
-            found[name] = run(path)
-            print(f"  {name}: {_said(found[name])}", flush=True)
+            found[name] = one
+            print(f"  {name}: {_said(one)}", flush=True)
     return report("Reading real IFC files", _lines(found), args, {"files": found})
 
 
