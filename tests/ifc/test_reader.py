@@ -116,6 +116,28 @@ def test_a_wall_assigned_to_a_space_still_finds_its_storey(tmp_path: Path) -> No
     assert design.elements[0].storey == builder.levels[1].GlobalId
 
 
+def test_a_column_in_an_assembly_and_a_wall_in_a_wall_find_the_storey_of_what_holds_them(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    assembly = builder.bare("IfcElementAssembly", "frame", level=1)
+    builder.parts(assembly, [builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0), level=None)])
+    builder.box("IfcWall", "W", (5.0, 0.0, 0.0), (2.0, 0.2, 3.0), level=0)
+    design = read_design(builder.write(tmp_path / "nested.ifc"))
+    assert _named(design, "C").storey == builder.levels[1].GlobalId
+    assert _named(design, "W").storey == builder.levels[0].GlobalId
+    assert design.notes == ()
+
+
+def test_two_storeys_of_one_name_in_one_file_stay_two(tmp_path: Path) -> None:
+    builder = ModelBuilder(storeys=2)
+    for number, level in enumerate(builder.levels):
+        level.Name = "Level"
+        level.ObjectPlacement.RelativePlacement.Location.Coordinates = (0.0, 0.0, 0.0)
+        builder.box("IfcColumn", f"C{number}", (5.0 * number, 0.0, 0.0), (0.4, 0.4, 3.0), level=number)
+    design = read_design(builder.write(tmp_path / "twins.ifc"))
+    assert [storey.name for storey in design.storeys] == ["Level", "Level"]
+    assert len({element.storey for element in design.elements}) == 2
+
+
 def test_a_file_without_a_storey_is_read_and_says_that_its_elements_count_in_the_whole_only(tmp_path: Path) -> None:
     builder = ModelBuilder(storeys=0)
     builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))

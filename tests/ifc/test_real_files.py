@@ -32,6 +32,8 @@ READ = {  # file: elements
     "bimwhale/ManySimpleWalls.ifc": 3,
     "geometry/building_element_configuration_wall.ifc": 1,
     "geometry/construction_scheduling_task.ifc": 4,
+    "ifc43/models/building-elements/wall-extrusion/wall-extruded-solid.ifc": 1,
+    "ifc43/models/placements-and-gis-referencing/grid-placement/grid-placement.ifc": 25,
     "misc/Ifc4_SampleHouse.ifc": 5,
     "schependomlaan/YTONG-Kavel 01.ifc": 31,
     "units/Revit(2014,Wall(Edit_Profile('Top Arc')))--IFCExporter(2_9_0,CV_2_0).ifc": 1,
@@ -69,6 +71,12 @@ def test_a_real_file_that_cannot_be_used_is_refused_by_name(name: str) -> None:
 def test_the_kernel_overlooks_a_unit_and_the_wall_is_still_three_metres_long() -> None:
     (wall,) = read_design(DATA / "geometry/building_element_configuration_wall.ifc").elements
     assert (wall.length_m, wall.thickness_m, wall.height_m) == pytest.approx((3.0, 0.3, 2.0))
+
+
+def test_a_tessellated_column_in_inches_has_its_area_in_square_metres() -> None:
+    folder = DATA / "ifc43/models/tessellated-shape/column-straight-rectangle-tessellation"
+    (column,) = read_design(folder / "column-straight-rectangle-tessellation.ifc").elements
+    assert column.exposed_area_m2 == pytest.approx(4 * 8 * 0.0254 * 120 * 0.0254, rel=1e-6)
 
 
 def test_the_institutes_two_round_columns_are_cylinders_of_their_known_size() -> None:
