@@ -59,7 +59,8 @@ def outcomes(jobs: list[Job], workers: int) -> Iterator[Outcome]:
     _SOURCE.extend(background for background, _ in zip(backgrounds(), range(_MOST_BACKGROUNDS), strict=False))
     with multiprocessing.get_context("fork").Pool(workers) if workers > 1 else nullcontext() as pool:
         for done in map(_work, jobs) if pool is None else pool.imap(_work, jobs):
-            if done.error is None or abs(done.error) > WRONG:
+            has_disc = "range_m" in done.traits
+            if has_disc != (done.error is not None) or (has_disc and abs(done.error or 0.0) > WRONG):
                 print(f"  {done.name}: {done.error}", file=sys.stderr, flush=True)
             yield done
 
