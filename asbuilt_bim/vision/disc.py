@@ -24,6 +24,8 @@ LEAST_FILLED = 0.6
 """Of the inside: 30 % may be covered, and blur at the cover's edges looks like cover."""
 MOST_HOLE = 0.06
 """Of the inside: what is covered reaches the outline; a hole that doesn't is a print on a sign."""
+MOST_INSIDE = 4.0
+"""A cover hides outline where it hides inside: a bar twice as much of the inside, so more is a print near the rim."""
 _BLURRED_ENDS = 3
 """Edge points next to a covered stretch of the outline that are left out: the cover's own edge bends them."""
 _TONE = 1.8
@@ -121,7 +123,8 @@ def _judged(ellipse: Ellipse, edge: FloatArray, is_on: BoolArray, patch: Patch) 
     edge = edge[_without_ends(is_on)]
     filled, hole = _filled(patch, ellipse)
     rms = float(np.sqrt(np.mean(ellipse.distance_px(edge) ** 2)))
-    if filled < LEAST_FILLED or hole > MOST_HOLE or rms > _tolerance_px(ellipse):
+    is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * (1.0 - support)
+    if filled < LEAST_FILLED or is_printed or rms > _tolerance_px(ellipse):
         return None
     inside = patch.red[_conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
     return RedDisc(
