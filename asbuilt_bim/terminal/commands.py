@@ -78,8 +78,9 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     incomplete = False
     for visit, report in zip(project.visits, result.reports, strict=True):
         incomplete |= _warn_left_out(visit, report, screen)
-        for note in report.notes:  # a rig that was refined, or knocked on the way
-            screen.warn(f"visit {visit.date.isoformat()}: {note}")
+        for note in report.notes:
+            if note not in result.design.notes:  # a rig that was refined, or knocked on the way
+                screen.warn(f"visit {visit.date.isoformat()}: {note}")
     _show(result.reports[-1], before, screen)
     if result.from_cache:
         count = sum(len(visit.stations) for visit in project.visits)
