@@ -20,6 +20,7 @@ MIN_RADIUS_PX = 5.0
 MAX_BLOBS = 16
 _MAX_EDGE_POINTS = 180
 _PATCH_MARGIN = 1.6
+_THINGS_IN_A_BLOB = 3
 LEAST_FILLED = 0.6
 """Of the inside: 30 % may be covered, and blur at the cover's edges looks like cover."""
 MOST_HOLE = 0.06
@@ -80,12 +81,26 @@ def _is_same(one: Ellipse, other: Ellipse) -> bool:
 
 
 def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | None:
-    """Follow a blob's outline with sub-pixel edges and judge the shape; None where it is no disc."""
+    """Follow a blob's outline with sub-pixel edges and judge the shape; None where it is no disc.
+
+    A disc before something as red has grown together with it: what most of the outline fits may be the other thing, so
+    its points are taken off and the rest is asked again.
+    """
     size = float(np.sqrt(blob.area_px / np.pi))
-    started = robust_ellipse(_thinned(blob.outline), max(1.5, 0.04 * size))
-    if started is None:
-        return None
-    ellipse = started[0]
+    outline = _thinned(blob.outline)
+    for _ in range(_THINGS_IN_A_BLOB):
+        started = robust_ellipse(outline, max(1.5, 0.04 * size))
+        if started is None:
+            return None
+        disc = _disc_at(image, score, blob, started[0])
+        if disc is not None:
+            return disc
+        outline = outline[~started[1]]
+    return None
+
+
+def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Ellipse) -> RedDisc | None:
+    """Follow the edge of a blob from a first ellipse on."""
     if not _plausible(ellipse, blob):
         return None
     patch = _patch(image, score, ellipse)

@@ -196,3 +196,9 @@ def test_a_circle_in_space_is_recovered_from_exact_outlines() -> None:
     assert circle.disparity_px == pytest.approx(CAMERA.f_px * CAMERA.baseline_m / 4.0, abs=1e-4)
     assert circle.radius_m == pytest.approx(radius, rel=1e-5)
     assert abs(circle.normal @ normal) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_disc_that_has_grown_together_with_something_as_red_behind_it_is_found() -> None:
+    drum = rectangle((0.55, 0.45, 4.6), 0.3, 0.6)
+    sighting, _ = find_target(pair_of([drum, disc((0.3, 0.2, 4.0))]), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.01)
