@@ -12,6 +12,7 @@ import ifcopenshell
 from ifc_compare import changes, new_errors, same
 from ifc_invented import invented_reports
 from ifc_plan import add_plan
+from ifctester import ids
 
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.ifc.reader import read_design
@@ -19,9 +20,11 @@ from asbuilt_bim.ifc.source import open_ifc
 from asbuilt_bim.ifc.writer import strip_asbuilt, write_asbuilt
 from asbuilt_bim.report.states import STATE_COLOURS
 
+IDS = Path(__file__).parents[1] / "schemas" / "asbuilt-bim.ids"
 COMPLAINTS = {
     "changed": "originals unchanged but for the short list",
     "errors": "no new validation error, express rules too",
+    "rules_broken": "the IDS passes",
     "not_idempotent": "written twice is the same, line by line",
     "not_stripped": "stripped is the source again, line by line",
 }
@@ -35,6 +38,7 @@ class Round:
     write_s: float = 0.0
     changed: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
+    rules_broken: list[str] = field(default_factory=list)
     not_idempotent: list[str] = field(default_factory=list)
     not_stripped: list[str] = field(default_factory=list)
 
@@ -104,11 +108,21 @@ def _round(path: Path, place: Path, colour: bool) -> Round:
     result.changed, added = changes(source, written, colour)
     result.added = len(added)
     result.errors = new_errors(source, written, added)
+    result.rules_broken = rules_broken(written)
     write_asbuilt(first, last, second, earlier=earlier, colours=colours)
     result.not_idempotent = same(written, ifcopenshell.open(str(second)))
     strip_asbuilt(second, bare)
     result.not_stripped = same(source, ifcopenshell.open(str(bare)))
     return result
+
+
+def rules_broken(file: ifcopenshell.file) -> list[str]:
+    """Return the rules of our IDS that ifctester finds broken."""
+    rules = ids.open(str(IDS))
+    rules.validate(file, should_filter_version=True)
+    return [
+        f"{rule.name}: {len(rule.failed_entities)} entities" for rule in rules.specifications if rule.status is False
+    ]
 
 
 def peak_mb() -> float:
