@@ -13,6 +13,7 @@ from asbuilt_bim.ifc.cost import read_cost_lines
 from asbuilt_bim.ifc.schedule import read_tasks
 from asbuilt_bim.ifc.structure import storey_of
 from asbuilt_bim.ifc.units import read_units
+from asbuilt_bim.progress.earned_value import earned
 from asbuilt_bim.progress.report import (
     Completion,
     CostProgress,
@@ -147,25 +148,7 @@ def _task(task: Task, elements: dict[str, ElementProgress], day: date) -> TaskPr
 
 
 def _cost(line: CostLine, elements: dict[str, ElementProgress]) -> CostProgress:
-    completion = _group("", "", [elements[key] for key in line.elements]).completion
-    best = None if completion.best is None else completion.best * line.planned_quantity
-    lower = completion.lower * line.planned_quantity
-    return CostProgress(
-        global_id=line.global_id,
-        name=line.name,
-        identification=line.identification,
-        elements=line.elements,
-        unit=line.unit,
-        measure=line.measure,
-        planned_quantity=line.planned_quantity,
-        rate=line.rate,
-        currency=line.currency,
-        completion=completion,
-        as_built_best=best,
-        as_built_lower=lower,
-        earned_best=None if best is None else best * line.rate,
-        earned_lower=lower * line.rate,
-    )
+    return earned(line, _group("", "", [elements[key] for key in line.elements]).completion)
 
 
 def _station(name: str, day: date) -> StationRecord:

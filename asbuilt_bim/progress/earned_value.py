@@ -23,6 +23,11 @@ def cost_progress(
     """
     known = [key for key in line.elements if key in elements]
     completion = line_completion(line, [design[key] for key in known], [elements[key] for key in known], options)
+    return earned(line, completion)
+
+
+def earned(line: CostLine, completion: Completion) -> CostProgress:
+    """Return what a completion earns of a cost line."""
     best = completion.best
     as_built = None if best is None else best * line.planned_quantity
     lower = completion.lower * line.planned_quantity

@@ -75,11 +75,17 @@ def beside(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
     found = np.zeros(len(flags), dtype=bool)
     for index in np.unique(samples.face[flags]):
         own = np.flatnonzero(samples.face == index)
-        column, row = _places(samples, own).T
-        grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.uint8)
-        grid[row, column] = flags[own]
+        grid, row, column = _grid(samples, own, flags)
         found[own] = cv2.dilate(grid, np.ones((1, 2 * reach + 1), np.uint8))[row, column] > 0
     return found
+
+
+def _grid(samples: CellSamples, own: Indices, flags: BoolArray) -> tuple[NDArray[np.uint8], IntArray, IntArray]:
+    """Return one face's flags as a picture, a sample a pixel, and the row and column of each of its samples."""
+    column, row = _places(samples, own).T
+    grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.uint8)
+    grid[row, column] = flags[own]
+    return grid, row, column
 
 
 def wide(samples: CellSamples, flags: BoolArray, least: int) -> BoolArray:
@@ -87,9 +93,7 @@ def wide(samples: CellSamples, flags: BoolArray, least: int) -> BoolArray:
     kept = np.zeros(len(flags), dtype=bool)
     for index in np.unique(samples.face[flags]):
         own = np.flatnonzero(samples.face == index)
-        column, row = _places(samples, own).T
-        grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.uint8)
-        grid[row, column] = flags[own]
+        grid, row, column = _grid(samples, own, flags)
         kernel = np.ones((1, min(least, grid.shape[1])), np.uint8)
         kept[own] = cv2.morphologyEx(grid, cv2.MORPH_OPEN, kernel)[row, column] > 0
     return kept
