@@ -1,0 +1,1 @@
+"""Draws training pictures, and trains and exports the networks that asbuilt_bim ships."""

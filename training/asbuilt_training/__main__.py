@@ -1,0 +1,28 @@
+"""Command line: `python -m asbuilt_training images --out FOLDER --seeds 1000:1500`."""
+
+from __future__ import annotations
+
+import argparse
+from importlib import import_module
+
+# Each command is a module with `arguments(parser)` and `run(given) -> int`; only the one asked for is imported.
+COMMANDS = {
+    "images": ("asbuilt_training.images.command", "draw training pictures with masks, instances and depth"),
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; its module is imported only now, so that drawing pictures needs no torch."""
+    parser = argparse.ArgumentParser(prog="asbuilt_training", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name, (_, what) in COMMANDS.items():
+        commands.add_parser(name, help=what, add_help=False)
+    asked, rest = parser.parse_known_args(arguments)
+    module = import_module(COMMANDS[asked.command][0])
+    own = argparse.ArgumentParser(prog=f"asbuilt_training {asked.command}", description=module.__doc__)
+    module.arguments(own)
+    return int(module.run(own.parse_args(rest)))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

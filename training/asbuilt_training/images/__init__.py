@@ -1,0 +1,1 @@
+"""Draws pictures of building sites with exact masks, instances and depth, to train on."""
