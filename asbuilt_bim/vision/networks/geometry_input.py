@@ -102,11 +102,11 @@ def _planes(
     return chosen[0], chosen[1], chosen[2]
 
 
-def _fits(inverse: Float32Array, known: BoolArray) -> tuple[Float32Array, Float32Array, Float32Array, Float32Array]:
+def _fits(inverse: Float32Array, known: BoolArray) -> Float32Array:
     """Fit a plane to the measured pixels of the window around each pixel, by least squares.
 
-    Return slope across, slope down, value in the middle, and the residuals' variance; 0, 0, 0 and infinity where the
-    window holds too little.
+    Return (4, h, w): slope across, slope down, value in the middle, and the residuals' variance; 0, 0, 0 and infinity
+    where the window holds too little.
     """
     steps = np.arange(-REACH_PX, REACH_PX + 1, dtype=np.float32)
     ones = np.ones_like(steps)
@@ -132,4 +132,4 @@ def _fits(inverse: Float32Array, known: BoolArray) -> tuple[Float32Array, Float3
     slope_x, slope_y = (xq * yy - yq * xy) * inside, (yq * xx - xq * xy) * inside
     value = (mean - slope_x * mean_x - slope_y * mean_y) * sure
     variance = np.where(enough, np.maximum(qq - slope_x * xq - slope_y * yq, 0.0), np.float32(np.inf))
-    return slope_x, slope_y, value, variance
+    return np.stack([slope_x, slope_y, value, variance], dtype=np.float32)
