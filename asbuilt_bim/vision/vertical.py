@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -31,6 +32,7 @@ class Vertical:
     edges: int
 
 
+@lru_cache(maxsize=1)  # surfaces and a network's geometry ask of the same pair
 def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -> Vertical | None:
     """Return the direction that most upright edge length of the left photo agrees on; None where edges don't say."""
     chosen = options or VerticalOptions()

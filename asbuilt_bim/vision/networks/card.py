@@ -11,7 +11,7 @@ from asbuilt_bim.errors import NetworkError, ProjectError
 from asbuilt_bim.strict_yaml import read_yaml
 from asbuilt_bim.structure import Problems, Within, structure
 
-Layout = Literal["mask-rcnn", "yolo-seg", "query", "semantic", "inverse-depth", "metric-depth", "disparity"]
+Layout = Literal["mask-rcnn", "yolo-seg", "query", "semantic", "centres", "inverse-depth", "metric-depth", "disparity"]
 Meaning = Literal["wall", "column", "other"]
 Task = Literal["segment", "depth", "stereo"]
 
@@ -20,6 +20,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "yolo-seg": ("predictions", "prototypes"),
     "query": ("logits", "masks"),
     "semantic": ("logits",),
+    "centres": ("logits", "offsets"),
     "inverse-depth": ("depth",),
     "metric-depth": ("depth",),
     "disparity": ("disparity",),
@@ -66,6 +67,13 @@ class ClassCard:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class GeometryCard:
+    """A second input: what stereo knows of the photo (geometry_input.py), all 0 where there is no stereo."""
+
+    input: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class NetworkCard:
     """What the YAML file says, key by key."""
 
@@ -77,6 +85,9 @@ class NetworkCard:
     input: InputCard
     outputs: dict[str, str] = field(default_factory=dict)  # role -> the output's name; else by the layout's order
     classes: tuple[ClassCard, ...] = ()
+    geometry: GeometryCard | None = None
+    offset_px: Annotated[float, Within(low=0.01, high=10_000.0, unit="px")] = 1.0  # an offset of 1, in input pixels
+    class_by: Literal["instance", "pixel"] = "instance"  # of the layout centres: who decides on wall or column
     activation: Literal["sigmoid", "softmax"] = "sigmoid"  # of a query's or a pixel's logits
     least_score: Annotated[float, Within(low=0.0, high=1.0)] = 0.5
     most_overlap: Annotated[float, Within(low=0.0, high=1.0)] = (
@@ -97,6 +108,8 @@ class NetworkCard:
             raise ValueError(f"outputs.{unknown[0]}: the layout {self.layout} has {', '.join(roles)}")
         if self.outputs and (missing := sorted(set(roles) - set(self.outputs))):
             raise ValueError(f"outputs: {', '.join(missing)} not named; name all of {', '.join(roles)}, or none")
+        if self.geometry is not None and (self.task != "segment" or self.input.order != "nchw"):
+            raise ValueError("geometry: only a segmenter of order nchw takes it")
         if self.task == "segment" and not any(c.label != "other" for c in self.classes):
             raise ValueError("classes: not one is a wall or a column; say which of the network's classes are")
         doubled = [number for number, count in Counter(c.id for c in self.classes).items() if count > 1]

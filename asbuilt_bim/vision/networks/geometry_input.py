@@ -9,7 +9,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.networks.picture import Fit
+from asbuilt_bim.vision.vertical import find_vertical
 
 CHANNELS = 5
 """Nearness, |normal . up|, |normal . level viewing direction|, height over the camera, measured or not."""
@@ -22,7 +26,7 @@ REACH_PX = 3
 STRIP_ROWS = 48
 """The picture is worked through in strips: their arrays stay in the processor's cache."""
 LEAST_SHARE = 0.3
-"""A window with fewer measured pixels than this share gives no normal."""
+"""A window with fewer measured pixels than this share gives no normal, and a pixel no depth."""
 CLEARLY = 0.5
 """A window beside the pixel takes the place of the one around it if its plane fits with this share of the variance."""
 EVEN = 2e-3
@@ -52,6 +56,37 @@ def geometry_channels(
         strip = _channels(inverse[rows], x, y[rows], (np.float32(fx_px), np.float32(fy_px)), up)
         channels[:, top:end] = strip[:, top - low : end - low]
     return channels
+
+
+def geometry_of_pair(pair: RectifiedPair, depth: DepthMap, fit: Fit) -> Float32Array:
+    """Return the channels (5, h, w) at a network's input size, of a pair's measured depth and upright edges.
+
+    Where no upright edges are seen the camera is taken to be held level. Each pixel gets the mean of the measured ones
+    that it covers.
+    """
+    width, height = fit.input_size
+    inside = (round(fit.photo_size[0] * fit.scale_x), round(fit.photo_size[1] * fit.scale_y))
+    x, y = round(fit.offset_x_px), round(fit.offset_y_px)
+    per_disparity = np.float32(1.0 / (depth.f_px * depth.baseline_m))
+    total, share = (
+        np.asarray(cv2.resize(one, inside, interpolation=cv2.INTER_AREA), dtype=np.float32)
+        for one in (np.where(depth.valid, depth.disparity_px, np.float32(0.0)), depth.valid.astype(np.float32))
+    )
+    inverse = np.zeros((height, width), dtype=np.float32)
+    known = share > LEAST_SHARE
+    inverse[y : y + inside[1], x : x + inside[0]][known] = total[known] / share[known] * per_disparity
+    camera, vertical = pair.camera, find_vertical(pair)
+    return geometry_channels(
+        inverse, fx_px=camera.f_px * fit.scale_x, fy_px=camera.f_px * fit.scale_y,
+        cx_px=(camera.cx_px + 0.5) * fit.scale_x - 0.5 + fit.offset_x_px,
+        cy_px=(camera.cy_px + 0.5) * fit.scale_y - 0.5 + fit.offset_y_px,
+        up=vertical.up if vertical is not None else np.array([0.0, -1.0, 0.0]),
+    )  # fmt: skip
+
+
+def no_geometry(fit: Fit) -> Float32Array:
+    """Return the channels of a photo without stereo: all 0."""
+    return np.zeros((CHANNELS, fit.input_size[1], fit.input_size[0]), dtype=np.float32)
 
 
 def _channels(

@@ -15,9 +15,11 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
-from asbuilt_bim.vision.networks.layouts import Sighting, read_sightings
+from asbuilt_bim.vision.networks.geometry_input import geometry_of_pair, no_geometry
+from asbuilt_bim.vision.networks.layouts import read_sightings
 from asbuilt_bim.vision.networks.picture import input_of
 from asbuilt_bim.vision.networks.session import Network, open_network
+from asbuilt_bim.vision.networks.sighting import Sighting
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import SIXTEENTHS, disparity_sigma
 
@@ -78,13 +80,23 @@ class NetworkSegmenter:
         """Return the network's name."""
         return self.loaded.card.name
 
-    def sightings(self, image: ByteImage) -> list[tuple[Meaning, Sighting]]:
-        """Return all that the network sees in a BGR photo, also what is no concrete, the surest first; disjoint."""
+    def sightings(
+        self, image: ByteImage, measured: tuple[RectifiedPair, DepthMap] | None = None
+    ) -> list[tuple[Meaning, Sighting]]:
+        """Return all that the network sees in a BGR photo, also what is no concrete, the surest first; disjoint.
+
+        `measured` is the pair whose left photo this is, with its depth, for a network that takes geometry.
+        """
         card = self.loaded.card
         picture, fit = input_of(image, card.input)
+        pictures: tuple[Float32Array, ...] = (picture,)
+        geometry: Float32Array | None = None
+        if card.geometry is not None:
+            geometry = geometry_of_pair(*measured, fit) if measured is not None else no_geometry(fit)
+            pictures = (picture, geometry[None])
         found: list[tuple[Meaning, Sighting]] = []
         taken = np.zeros(image.shape[:2], dtype=bool)
-        for one in read_sightings(self.loaded.network.run((picture,)), card, fit):
+        for one in read_sightings(self.loaded.network.run(pictures), card, fit, geometry):
             mask = one.mask & ~taken
             meaning = card.meaning(one.number)
             if meaning is None or np.count_nonzero(mask) < LEAST_PIXELS:
@@ -96,6 +108,7 @@ class NetworkSegmenter:
 
     def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
         """Return the walls and columns, masks in pixels of the rectified left photo, integers being pixel centres."""
+        self._last[:] = [pair, self.sightings(pair.left, (pair, depth) if depth is not None else None)]
         found = self._seen(pair)
         return [instance_of(one, meaning, self.name) for meaning, one in found if meaning != "other"]
 
@@ -104,7 +117,7 @@ class NetworkSegmenter:
         return tuple(one.mask for meaning, one in self._seen(pair) if meaning == "other")
 
     def _seen(self, pair: RectifiedPair) -> list[tuple[Meaning, Sighting]]:
-        """Look at a pair's left photo once, whatever is asked of it."""
+        """Return what was seen in a pair's left photo; one that wasn't looked at yet is, without its depth."""
         if not self._last or self._last[0] is not pair:
             self._last[:] = [pair, self.sightings(pair.left)]
         found: list[tuple[Meaning, Sighting]] = self._last[1]

@@ -5,37 +5,33 @@ Each reader takes a network's outputs by role and gives its `Sighting`s; a wrong
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import NetworkCard
 from asbuilt_bim.vision.networks.picture import Fit
-
-Outputs = Mapping[str, NDArray[np.float64]]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sighting:
-    """One thing that a network saw: its class number, its score 0..1, its mask bool (H, W) over the photo."""
-
-    number: int
-    score: float
-    mask: BoolArray
+from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
+from asbuilt_bim.vision.networks.things import read_things
 
 
-def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
+def read_sightings(
+    outputs: Outputs, card: NetworkCard, fit: Fit, geometry: Float32Array | None = None
+) -> list[Sighting]:
     """Read a segmenter's outputs by its card's layout; only classes that the card names, the surest first.
+
+    `geometry` (5, h, w) of the input, where it was given, helps to tell things apart that stand behind each other.
 
     Raises:
         NetworkError: the outputs haven't the shapes of the layout.
     """
-    found = _READERS[card.layout](outputs, card, fit)
+    if card.layout == "centres":
+        found = read_things(outputs, card, fit, geometry)
+    else:
+        found = _READERS[card.layout](outputs, card, fit)
     return sorted((s for s in found if s.mask.any()), key=lambda s: -s.score)[: card.most_instances]
 
 
@@ -49,7 +45,7 @@ def _mask_rcnn(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     masks = masks[:, 0] if masks.ndim == 4 and masks.shape[1] == 1 else masks
     n = len(scores)
     if boxes.shape != (n, 4) or labels.shape != (n,) or masks.ndim != 3 or len(masks) != n:
-        raise _shapes(card, outputs, "boxes (N, 4), labels (N,), scores (N,), masks (N, 1, h, w)")
+        raise wrong_shapes(card, outputs, "boxes (N, 4), labels (N,), scores (N,), masks (N, 1, h, w)")
     pasted = masks.shape[1:] == (fit.input_size[1], fit.input_size[0])
     found: list[Sighting] = []
     for k in _chosen(scores, labels, card):
@@ -68,11 +64,11 @@ def _yolo(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     """
     predictions, prototypes = outputs["predictions"], outputs["prototypes"]
     if predictions.ndim != 3 or prototypes.ndim != 4 or len(predictions) != 1 or len(prototypes) != 1:
-        raise _shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
+        raise wrong_shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
     table, planes = predictions[0].T, prototypes[0]
     classes = table.shape[1] - 4 - len(planes)
     if classes < 1:
-        raise _shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
+        raise wrong_shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
     scores, numbers = table[:, 4 : 4 + classes].max(axis=1), table[:, 4 : 4 + classes].argmax(axis=1)
     half = 0.5 * table[:, 2:4]
     boxes = np.concatenate([table[:, :2] - half, table[:, :2] + half], axis=1)
@@ -94,7 +90,7 @@ def _query(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     """
     logits, masks = outputs["logits"], outputs["masks"]
     if logits.ndim != 3 or masks.ndim != 4 or len(logits) != 1 or masks.shape[:2] != logits.shape[:2]:
-        raise _shapes(card, outputs, "logits (1, Q, C), masks (1, Q, h, w)")
+        raise wrong_shapes(card, outputs, "logits (1, Q, C), masks (1, Q, h, w)")
     likely = _likely(logits[0], card.activation)
     likely = likely[:, :-1] if card.activation == "softmax" else likely
     scores, numbers = likely.max(axis=1), likely.argmax(axis=1)
@@ -115,7 +111,7 @@ def _semantic(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     """
     logits = outputs["logits"]
     if logits.ndim != 4 or len(logits) != 1 or logits.shape[1] < 2:
-        raise _shapes(card, outputs, "logits (1, C, h, w) with two classes or more")
+        raise wrong_shapes(card, outputs, "logits (1, C, h, w) with two classes or more")
     step = (fit.input_size[0] / logits.shape[3], fit.input_size[1] / logits.shape[2])
     full = np.stack([fit.to_photo(plane.astype(np.float32), *step) for plane in logits[0]], axis=-1)
     best = full.argmax(axis=-1)
@@ -183,8 +179,3 @@ def _pasted(small: Float32Array, box: NDArray[np.float64], size: tuple[int, int]
     full = cv2.remap(small, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     mask: BoolArray = (np.asarray(full) > 0.5) & _inside(box, size)
     return mask
-
-
-def _shapes(card: NetworkCard, outputs: Outputs, wanted: str) -> NetworkError:
-    there = ", ".join(f"{role} {array.shape}" for role, array in outputs.items())
-    return NetworkError(f"network {card.name}: the layout {card.layout} wants {wanted}; the file gives {there}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -36,6 +37,28 @@ class Fit:
         return np.asarray(
             cv2.remap(small, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=np.float32
         )
+
+    def part_to_photo(
+        self, small: Float32Array, box: Sequence[int], step: tuple[float, float]
+    ) -> tuple[slice, slice, Float32Array]:
+        """Carry a map's part within a box (x, y, width, height), and a pixel around it, to the photo: as `to_photo`.
+
+        Return the photo's rows and columns, and their values.
+        """
+        x, y, width, height = box
+        factor = np.array([self.scale_x / step[0], self.scale_y / step[1]])  # of the map's pixels to the photo's
+        offset = np.array([self.offset_x_px / step[0], self.offset_y_px / step[1]])
+        low = np.floor((np.array([x - 1, y - 1]) - offset) / factor).astype(int).clip(0)
+        high = np.ceil((np.array([x + width + 1, y + height + 1]) - offset) / factor).astype(int)
+        high = np.clip(high, low + 1, self.photo_size)
+        turn = np.zeros((2, 3))
+        turn[:, :2] = np.diag(factor)
+        turn[:, 2] = (low + 0.5) * factor + offset - 0.5
+        raised = cv2.warpAffine(
+            small, turn, (high - low).tolist(), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
+        return slice(low[1], high[1]), slice(low[0], high[0]), np.asarray(raised, dtype=np.float32)
 
     def boxes_to_photo(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
         """Carry boxes (N, 4) as x0, y0, x1, y1, in input pixels counted from the picture's corner, to the photo."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.vision.networks.card import ROLES, NetworkCard
+from asbuilt_bim.vision.networks.geometry_input import CHANNELS
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
 
 MAX_MEMORY_BYTES = 2_000_000_000
@@ -83,23 +84,38 @@ def open_network(card: NetworkCard, path: Path) -> Network:
         session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     except Exception as problem:  # see above
         raise NetworkError(f"network {path}: {_reason(problem)}") from problem
-    wanted = 2 if card.task == "stereo" else 1
+    wanted = 2 if card.task == "stereo" or card.geometry is not None else 1
     given = session.get_inputs()
     if len(given) != wanted:
-        raise NetworkError(f"network {path}: has {len(given)} inputs, a network for {card.task} has {wanted}")
+        raise NetworkError(f"network {path}: has {len(given)} inputs, its card wants {wanted}")
+    if card.geometry is not None:
+        given = _geometry_last(path, given, card.geometry.input)
     for one in given:
-        _check_input(path, one.name, one.type, list(one.shape), card)
+        channels = CHANNELS if card.geometry is not None and one is given[-1] else 3
+        _check_input(path, one.name, one.type, list(one.shape), card, channels)
     return Network(
         path=path, name=card.name, session=session, inputs=tuple(one.name for one in given),
         kinds=tuple(_KINDS[one.type] for one in given), outputs=_outputs(path, session, card),
     )  # fmt: skip
 
 
-def _check_input(path: Path, name: str, kind: str, shape: list[int | str | None], card: NetworkCard) -> None:
+def _geometry_last(path: Path, given: list[onnxruntime.NodeArg], name: str) -> list[onnxruntime.NodeArg]:
+    """Return a network's inputs, the one of this name the last."""
+    names = [one.name for one in given]
+    if name not in names:
+        raise NetworkError(
+            f"network {path}: has no input {name} for geometry, it has {', '.join(names)}; mend the card"
+        )
+    return sorted(given, key=lambda one: one.name == name)
+
+
+def _check_input(
+    path: Path, name: str, kind: str, shape: list[int | str | None], card: NetworkCard, channels: int
+) -> None:
     if kind not in _KINDS:
         raise NetworkError(f"network {path}: input {name} takes {kind}, not one of {', '.join(_KINDS)}")
     w, h = card.input.width_px, card.input.height_px
-    asked = {"nchw": (1, 3, h, w), "nhwc": (1, h, w, 3), "chw": (3, h, w)}[card.input.order]
+    asked = {"nchw": (1, channels, h, w), "nhwc": (1, h, w, 3), "chw": (3, h, w)}[card.input.order]
     fits = len(shape) == len(asked) and all(not isinstance(s, int) or s == a for s, a in zip(shape, asked, strict=True))
     if not fits:
         raise NetworkError(

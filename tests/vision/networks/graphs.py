@@ -62,7 +62,7 @@ def card(folder: Path, graph: ModelProto | bytes, layout: str, **keys: Any) -> P
         "format": "asbuilt-bim/network", "version": 1, "name": "tiny", "file": "tiny.onnx", "layout": layout,
         "input": dict(INPUT),
     }  # fmt: skip
-    if layout in ("mask-rcnn", "yolo-seg", "query", "semantic"):
+    if layout in ("mask-rcnn", "yolo-seg", "query", "semantic", "centres"):
         plain["classes"] = [
             {"id": 1, "name": "cast wall", "label": "wall"},
             {"id": 2, "name": "pillar", "label": "column"},

@@ -13,7 +13,7 @@ from onnx import TensorProto, helper
 
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.schemas_dir import schema
-from asbuilt_bim.vision.networks.card import ROLES, ClassCard, InputCard, NetworkCard
+from asbuilt_bim.vision.networks.card import ROLES, ClassCard, GeometryCard, InputCard, NetworkCard
 from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
 from tests.vision.networks import graphs
@@ -47,6 +47,9 @@ def refused(path: Path, task: Any = "segment") -> str:
         ({"file": "/etc/passwd"}, "leaves the card's folder"),
         ({"file": "gone.onnx"}, "is not there"),
         ({"least_score": 2.0}, "expected 0 to 1"),
+        ({"offset_px": 0.0}, "expected 0.01 to 10000 px"),
+        ({"class_by": "vote"}, "expected 'instance' or 'pixel'"),
+        ({"geometry": {"input": "g"}, "input": graphs.INPUT | {"order": "chw"}}, "only a segmenter of order nchw"),
     ],
 )
 def test_a_wrong_card_is_refused_by_its_key(tmp_path: Path, keys: dict[str, Any], says: str) -> None:
@@ -62,6 +65,7 @@ def test_the_schema_knows_the_cards_keys() -> None:
         (whole, NetworkCard),
         (whole["properties"]["input"], InputCard),
         (whole["properties"]["classes"]["items"], ClassCard),
+        (whole["properties"]["geometry"], GeometryCard),
     ):
         assert set(part["properties"]) == {f.name for f in fields(kind)}
         assert part["additionalProperties"] is False
@@ -159,6 +163,8 @@ def test_an_input_of_another_size_than_the_cards_is_refused(tmp_path: Path) -> N
     ("layout", "answer"),
     [
         ("semantic", {"logits": np.zeros((3, 48, 64), np.float32)}),
+        ("centres", {"logits": np.zeros((1, 3, 24, 32), np.float32), "offsets": np.zeros((1, 2, 12, 16), np.float32)}),
+        ("centres", {"logits": np.zeros((1, 3, 24, 32), np.float32), "offsets": np.zeros((1, 3, 24, 32), np.float32)}),
         ("query", {"logits": np.zeros((1, 5, 4), np.float32), "masks": np.zeros((1, 4, 12, 16), np.float32)}),
         ("yolo-seg", {"p": np.zeros((1, 34, 9), np.float32), "q": np.zeros((1, 32, 12, 16), np.float32)}),
         (
@@ -175,6 +181,11 @@ def test_answers_of_another_shape_than_the_layouts_are_refused(
 ) -> None:
     message = refused(graphs.card(tmp_path, graphs.constant(answer), layout))
     assert f"the layout {layout} wants" in message
+
+
+def test_a_card_with_geometry_wants_a_second_input(tmp_path: Path) -> None:
+    path = graphs.card(tmp_path, graphs.constant({"logits": LOGITS}), "semantic", geometry={"input": "g"})
+    assert "has 1 inputs, its card wants 2" in refused(path)
 
 
 def test_too_few_outputs_are_refused_with_those_that_there_are(tmp_path: Path) -> None:

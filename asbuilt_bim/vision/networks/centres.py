@@ -1,0 +1,137 @@
+"""Things told apart by their centres: each pixel of a wall or column says where the middle of its thing lies.
+
+The votes are piled up, the piles are the things, and each pixel goes with the pile that it votes for; so pieces of one
+wall to the left and right of a column stay one thing, and two walls that touch are two.
+
+Reference: Cheng et al. 2020, Panoptic-DeepLab (offsets to centres); here the piles are found in the votes themselves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
+
+SPREAD = 1.0 / 80.0
+"""Standard deviation, as a share of the map's width, of the smoothing that makes piles of votes, and the least width of
+a pile."""
+LEAST_SHARE = 1.0 / 2500.0
+"""A thing of fewer pixels, as a share of the map's, is a crumb."""
+ONE_THING = 1.7
+"""Two piles nearer to each other than this many standard deviations of either one's own pixels are one thing's: of two
+things side by side they are 3.5 apart (a bar's standard deviation is its length / 3.5), of pieces of one thing 0."""
+ROUNDS = 2
+"""Times that pixels choose among the piles; from the second on by the piles' widths too: large things scatter more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Things:
+    """Pixels of a small map by thing: `number` int32 (h, w), -1 nothing.
+
+    `lead` float32 (N, h, w) says how much better a pixel fits this thing than any other: it crosses 0 where one ends
+    and another begins. `width_px` (N,) is how far the votes of each scatter.
+    """
+
+    number: NDArray[np.int32]
+    lead: Float32Array
+    width_px: Float32Array
+
+
+def grouped(concrete: BoolArray, offsets: Float32Array) -> Things:
+    """Group the pixels `concrete` (h, w) of a small map by where they vote; `offsets` (2, h, w) in its pixels."""
+    height, width = concrete.shape
+    votes = offsets.copy()
+    votes[0] += np.arange(width, dtype=np.float32)
+    votes[1] += np.arange(height, dtype=np.float32)[:, None]
+    least, spread = max(4, round(LEAST_SHARE * concrete.size)), SPREAD * width
+    spots = np.argwhere(concrete)[:, ::-1].astype(np.float32)
+    own = votes[:, concrete].T
+    centres = _piles(own, concrete.shape, spread, least)
+    widths = np.full(len(centres), spread, dtype=np.float32)
+    while len(centres):
+        for _ in range(ROUNDS):
+            chosen = _misfit(own.T, centres, widths).argmin(axis=0)
+            counts = np.bincount(chosen, minlength=len(centres))
+            centres, widths = _settled(own, chosen, centres, spread)
+        into = _joined(spots, chosen, centres, counts >= least)
+        if into is None:
+            break
+        chosen = into[chosen]
+        kept = np.unique(into[into >= 0])
+        centres = np.stack([np.median(own[chosen == k], axis=0) for k in kept]) if len(kept) else centres[:0]
+        widths = np.full(len(centres), spread, dtype=np.float32)
+    number = np.full(concrete.shape, -1, dtype=np.int32)
+    misfit = _misfit(votes, centres, widths)
+    if len(centres):
+        number[concrete] = misfit[:, concrete].argmin(axis=0)
+    return Things(number=number, lead=_lead(misfit), width_px=widths)
+
+
+def _lead(misfit: Float32Array) -> Float32Array:
+    """Return (N, ...) the least misfit of all other things less the own one."""
+    if len(misfit) < 2:
+        return np.full_like(misfit, np.inf)
+    first, second = np.partition(misfit, 1, axis=0)[:2]
+    return np.asarray(np.where(misfit > first, first, second) - misfit)
+
+
+def _misfit(votes: Float32Array, centres: Float32Array, widths: Float32Array) -> Float32Array:
+    """Return (N, ...) how badly votes (2, ...) fit each pile, as its squared standard deviations, widths weighed in."""
+    found = np.empty((len(centres), *votes.shape[1:]), dtype=np.float32)
+    for row, (x, y), width in zip(found, centres, widths, strict=True):
+        away = np.square(votes[0] - x) + np.square(votes[1] - y)
+        np.multiply(away, np.float32(1.0 / width**2), out=row)
+        row += np.float32(4.0 * np.log(width))  # a normal distribution's height in two dimensions
+    return found
+
+
+def _piles(votes: Float32Array, shape: tuple[int, ...], spread: float, least: int) -> Float32Array:
+    """Return the places (N, 2) where votes (M, 2) pile up."""
+    height, width = shape
+    cells = np.clip(np.rint(votes), 0, [width - 1, height - 1]).astype(np.intp)
+    heap = np.bincount(cells[:, 1] * width + cells[:, 0], minlength=height * width).astype(np.float32)
+    heap = np.asarray(cv2.GaussianBlur(heap.reshape(height, width), (0, 0), spread), dtype=np.float32)
+    reach = 2 * round(2.0 * spread) + 1
+    crest = cv2.dilate(heap, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach)))
+    low = 0.25 * least / (2.0 * np.pi * spread**2)  # a quarter of the smallest thing's votes at one place
+    return np.argwhere((heap >= crest) & (heap > low))[:, ::-1].astype(np.float32)
+
+
+def _settled(
+    votes: Float32Array, chosen: NDArray[np.intp], centres: Float32Array, spread: float
+) -> tuple[Float32Array, Float32Array]:
+    """Return each pile's middle and width, by medians of its votes."""
+    middles, widths = centres.copy(), np.full(len(centres), spread, dtype=np.float32)
+    for k in range(len(centres)):
+        own = votes[chosen == k]
+        if len(own):
+            middles[k] = np.median(own, axis=0)
+            away = np.hypot(*(own - middles[k]).T)
+            widths[k] = max(spread, float(np.median(away)) / 1.18)  # of a normal distribution in two dimensions
+    return middles, widths
+
+
+def _joined(
+    spots: Float32Array, chosen: NDArray[np.intp], centres: Float32Array, large: BoolArray
+) -> NDArray[np.intp] | None:
+    """Return which pile each pile becomes, -1 none; None where all stay.
+
+    `spots` (M, 2) are the voting pixels themselves, whose scatter is the size of their thing.
+    """
+    count = len(centres)
+    into = np.where(large, np.arange(count), -1)
+    inverse = np.zeros((count, 2, 2))
+    for k in np.flatnonzero(large):
+        own = (spots[chosen == k] - centres[k]).astype(np.float64)
+        inverse[k] = np.linalg.inv(own.T @ own / len(own) + np.eye(2) / 12.0)  # a pixel's own size
+    for one in np.flatnonzero(large):
+        for other in np.flatnonzero(large[:one]):
+            apart = (centres[one] - centres[other]).astype(np.float64)
+            far = max(float(apart @ inverse[k] @ apart) for k in (one, other))
+            if far < ONE_THING**2:
+                into[into == into[one]] = into[other]
+    return None if np.array_equal(into, np.arange(count)) else into

@@ -1,0 +1,116 @@
+"""Reads the layout `centres`: a class for each pixel and an arrow to its thing's middle become things with masks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import Float32Array
+from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
+from asbuilt_bim.vision.networks.centres import Things, grouped
+from asbuilt_bim.vision.networks.layers import layers
+from asbuilt_bim.vision.networks.picture import Fit
+from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
+
+LEAST_LIKELY = 1e-3
+"""A likelihood counts as no less: a few sure pixels mustn't decide for a whole thing."""
+
+
+def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, geometry: Float32Array | None) -> list[Sighting]:
+    """Read logits (1, C, h, w) and offsets (1, 2, h, w): to the middle of the thing, in units of the card's pixels.
+
+    The class of a wall or column is decided for the whole thing; with `class_by: pixel` each pixel has its own, and the
+    thing is divided. Classes that are something else give one sighting each, over all their pixels. `geometry`
+    (5, H, W) of the network's input, if there is one, tells apart what stands one behind the other.
+
+    Raises:
+        NetworkError: the outputs haven't these shapes.
+    """
+    logits, offsets = outputs["logits"], outputs["offsets"]
+    fits = logits.ndim == offsets.ndim == 4 and len(logits) == len(offsets) == 1 and offsets.shape[1] == 2
+    if not fits or logits.shape[2:] != offsets.shape[2:] or logits.shape[1] < 2 or min(logits.shape[2:]) < 8:
+        raise wrong_shapes(card, outputs, "logits (1, C, h, w) with two classes or more, offsets (1, 2, h, w)")
+    likely = _likelihoods(logits[0].astype(np.float32))
+    step = (fit.input_size[0] / likely.shape[2], fit.input_size[1] / likely.shape[1])
+    wall, column = (likely[_numbers(card, meaning, len(likely))].sum(axis=0) for meaning in ("wall", "column"))
+    inside = wall + column - np.float32(0.5)
+    arrows = offsets[0] * (card.offset_px / np.array(step)[:, None, None])
+    things = grouped(inside > 0.0, arrows.astype(np.float32))
+    if geometry is not None and geometry[4].any():
+        things = _divided(things, layers(things.number, _shrunk(geometry[0], inside.shape)))
+    if card.class_by == "pixel":
+        things = _divided(things, np.where(things.number >= 0, 2 * things.number + (column > wall), -1))
+    found = _others(likely, card, fit, step)
+    for thing in range(len(things.lead)):
+        number, score = _verdict(likely[:, things.number == thing], card)
+        if score >= card.least_score:
+            found.append(Sighting(number=number, score=score, mask=_mask(things, thing, inside, fit, step)))
+    return found
+
+
+def _numbers(card: NetworkCard, meaning: Meaning, count: int) -> list[int]:
+    return [one.id for one in card.classes if one.label == meaning and one.id < count]
+
+
+def _likelihoods(logits: Float32Array) -> Float32Array:
+    raised = np.exp(logits - logits.max(axis=0))
+    return np.asarray(raised / raised.sum(axis=0), dtype=np.float32)
+
+
+def _shrunk(large: Float32Array, shape: tuple[int, ...]) -> Float32Array:
+    """Return a map at a coarser grid, by its nearest values: means would lie between two surfaces."""
+    rows, columns = ((np.arange(n) * whole) // n for n, whole in zip(shape, large.shape, strict=True))
+    return np.ascontiguousarray(large[np.ix_(rows, columns)])
+
+
+def _divided(things: Things, number: np.ndarray) -> Things:
+    """Divide things by a finer numbering (h, w) of their pixels."""
+    finer, numbers = np.unique(number[number >= 0], return_inverse=True)
+    if len(finer) == len(things.lead):
+        return things
+    parts = np.full(number.shape, -1, dtype=np.int32)
+    parts[number >= 0] = numbers
+    lead = np.empty((len(finer), *number.shape), dtype=np.float32)
+    for k, own in enumerate(lead):
+        whole = int(things.number[parts == k][0])
+        own[:] = things.lead[whole]
+        own[(things.number == whole) & (parts != k)] = -1.0
+    return replace(things, number=parts, lead=lead)
+
+
+def _verdict(likely: Float32Array, card: NetworkCard) -> tuple[int, float]:
+    """Return the class number of a thing with these likelihoods (C, M) at its pixels, and a score 0..1.
+
+    Wall or column is decided by the mean of the likelihoods' logarithms. The score is how sure the network is that the
+    pixels are one or the other, times how sure of which.
+    """
+    walls, columns = _numbers(card, "wall", len(likely)), _numbers(card, "column", len(likely))
+    as_wall, as_column = likely[walls].sum(axis=0), likely[columns].sum(axis=0)
+    against = float(np.mean(np.log(np.maximum(as_wall, LEAST_LIKELY)) - np.log(np.maximum(as_column, LEAST_LIKELY))))
+    number = max(walls if against >= 0.0 and walls else columns or walls, key=lambda k: float(likely[k].mean()))
+    return number, float((as_wall + as_column).mean()) / (1.0 + float(np.exp(-abs(against))))
+
+
+def _mask(things: Things, thing: int, inside: Float32Array, fit: Fit, step: tuple[float, float]) -> np.ndarray:
+    """Return a thing's mask over the photo; its border runs where likelihoods or votes, raised to the photo, cross."""
+    own = (things.number == thing).view(np.uint8)
+    border = np.where(inside > 0.0, np.minimum(inside, np.clip(things.lead[thing], -0.5, 0.5)), inside)
+    mask = np.zeros(fit.photo_size[::-1], dtype=bool)
+    rows, columns, raised = fit.part_to_photo(border, cv2.boundingRect(own), step)
+    mask[rows, columns] = raised > 0.0
+    return mask
+
+
+def _others(likely: Float32Array, card: NetworkCard, fit: Fit, step: tuple[float, float]) -> list[Sighting]:
+    """Return a sighting of each class that is something else, over all the pixels where it is the likeliest."""
+    best = likely.argmax(axis=0)
+    found: list[Sighting] = []
+    for number in _numbers(card, "other", len(likely)):
+        own = best == number
+        if own.any():
+            lead = likely[number] - np.delete(likely, number, axis=0).max(axis=0)
+            mask = fit.to_photo(lead, *step) > 0.0
+            found.append(Sighting(number=number, score=float(likely[number][own].mean()), mask=mask))
+    return found
