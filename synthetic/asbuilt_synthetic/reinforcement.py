@@ -31,9 +31,9 @@ def reinforcement(building: Building, progress: Progress, rng: np.random.Generat
         if form:
             out += formwork(e, form, rng)
         elif e.global_id in progress.cages:
-            out.append(_bars(e, 0.0, e.height_m + 0.6, stirrups=True))
+            out.append(bars(e, 0.0, e.height_m + 0.6, stirrups=True))
         elif f < 1.0 or not above:
-            out.append(_bars(e, top, top + rng.uniform(0.5, 0.9), stirrups=0 < f < 1))
+            out.append(bars(e, top, top + rng.uniform(0.5, 0.9), stirrups=0 < f < 1))
     return out
 
 
@@ -70,7 +70,8 @@ def formwork(e: Element, material: str, rng: np.random.Generator) -> list[Part]:
     ]
 
 
-def _bars(e: Element, low_m: float, high_m: float, *, stirrups: bool) -> Part:
+def bars(e: Element, low_m: float, high_m: float, *, stirrups: bool) -> Part:
+    """Stand the bars of an element between two heights over its base, with stirrups where its cage shows."""
     parts = [tube("bar", (x, y, low_m), (x, y, high_m), 0.008, "rebar", 6) for x, y in _bar_places(e, low_m)]
     if stirrups:
         ring = _ring(e)

@@ -47,7 +47,11 @@ def tile(material: str) -> Tile:
     size = n * texel
     if m.formwork:  # a whole number of panels to the tile
         size = round(size / m.formwork.panel_m[0]) * m.formwork.panel_m[0]
-    rng = np.random.default_rng(zlib.crc32(material.encode()))
+    return bake(m, np.random.default_rng(zlib.crc32(material.encode())), n, size)
+
+
+def bake(m: Material, rng: np.random.Generator, n: int, size: float) -> Tile:
+    """Bake a tile of (n, n) texels that repeats every `size` metres; for panels a whole number of them."""
     base, second = linear(np.array(m.base_srgb)), linear(np.array(m.second_srgb))
     image: np.ndarray = base * (1 + m.grain_contrast * _grain(rng, n, m.grain_m, size))[..., None]
     mottle = _fractal(rng, n, m.mottle_m, size)[..., None]
