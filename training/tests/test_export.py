@@ -63,11 +63,7 @@ def test_the_model_card_says_what_the_record_says() -> None:
     iou = {name: 0.5 for name in ("wall", "column", "slab or beam", "formwork", "other")}
     learned = {"pictures": 12, "sources": {"yards": 12}}
     one = {"pictures": 30, "iou": iou, "concrete_iou": 0.81, "abs_rel": 0.07, "delta": 0.96}
-    figures = {
-        "with geometry": one,
-        "without geometry": one,
-        "learned_from": {"pictures": 12, "sources": {"yards": 12}},
-    }
+    figures = {"with geometry": one, "without geometry": one, "learned_from": learned}
     plan = {"rate": 0.002, "decay": 0.02, "seed": 5}
     text = model_card(plan=plan, figures=figures, curves=[{"minutes": "75.1", "step": "6000"}], parameters=2_800_000)
     assert "12 (12 by yards)" in text and "0.810" in text and "96.0 %" in text and "$" not in text
