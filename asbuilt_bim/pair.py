@@ -15,6 +15,8 @@ from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
 from asbuilt_bim.plugins import PREFIX
 from asbuilt_bim.vision.given_masks import GivenMasks
 from asbuilt_bim.vision.mask_file import read_masks
+from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
+from asbuilt_bim.vision.networks.card import Task
 from asbuilt_bim.vision.segment import InstanceClass
 
 
@@ -36,7 +38,7 @@ def measure_pair(
     `target` False measures without the red disc: the scale is the rig's baseline, and nothing checks it.
     `masks` (PNG of labels, COCO JSON, clicked polygons; pixels of the ORIGINAL left photo) say what is measured;
     geometry finds it where there are none, together with `segment_network`. `mask_classes` says what a PNG's labels
-    are. A network is named by the path of its card, or as `plugin:NAME`.
+    are. A network is named by the path of its card, as `bundled` (the one that is shipped), or as `plugin:NAME`.
 
     Raises:
         PhotoError: a photo can't be read.
@@ -45,7 +47,9 @@ def measure_pair(
         MeasureError: the pair can't be measured; the message holds every reason.
     """
     photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
-    instruments = instruments_of(NetworkChoice(segment=_network(segment_network), depth=_network(depth_network)))
+    instruments = instruments_of(
+        NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
+    )
     left_out: tuple[str, ...] = ()
     if masks is not None:
         size = (rig.left.width_px, rig.left.height_px)
@@ -64,7 +68,9 @@ def _photo(path: Path) -> Photo:
     return replace(read_photo(path), name=path.name)
 
 
-def _network(named: Path | str) -> str:
-    """Return a card's absolute path, or `plugin:NAME` as it is."""
+def _network(named: Path | str, task: Task) -> str:
+    """Return a card's absolute path, also of a shipped network, or `plugin:NAME` as it is."""
     text = str(named)
+    if text == BUNDLED:
+        return str(bundled_card(task))
     return text if not text or text.startswith(PREFIX) else str(Path(text).absolute())

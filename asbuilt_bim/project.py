@@ -8,7 +8,7 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.camera.formats import Foreign
-from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.errors import NetworkError, ProjectError
 from asbuilt_bim.instruments import NetworkChoice
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
 from asbuilt_bim.options import Options
@@ -17,6 +17,8 @@ from asbuilt_bim.project_file import BoardsFile, MarkersFile, NetworksFile, Proj
 from asbuilt_bim.project_paths import PathChecker, safe_name
 from asbuilt_bim.strict_yaml import read_yaml
 from asbuilt_bim.structure import Problem, Problems, structure
+from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
+from asbuilt_bim.vision.networks.card import Task
 
 _OWN = Foreign()
 
@@ -187,9 +189,15 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
 
 
 def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> NetworkChoice:
-    def chosen(text: str | None, key: str) -> str:
+    def chosen(text: str | None, key: Task) -> str:
         if not text or text.startswith(PREFIX):
             return text or ""
+        if text == BUNDLED:
+            try:
+                return str(bundled_card(key))
+            except NetworkError as problem:
+                checker.problems.add(f"networks.{key}", str(problem))
+                return ""
         return str(checker.file(text, f"networks.{key}"))
 
     named = "named" if written.depth else None

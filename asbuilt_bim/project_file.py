@@ -113,7 +113,7 @@ class VisitFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetworksFile:
-    """`networks`: cards of networks (YAML beside their ONNX files), or `plugin:NAME`; none is needed."""
+    """`networks`: cards of networks (YAML beside their ONNX files), `bundled`, or `plugin:NAME`; none is needed."""
 
     segment: str | None = None
     depth: str | None = None

@@ -14,6 +14,7 @@ from asbuilt_bim.instruments import NetworkChoice, identities, instruments_of
 from asbuilt_bim.measure.station import StationMeasurement, measure_station
 from asbuilt_bim.project import read_project
 from asbuilt_bim.stations import StationJob, measure_job
+from asbuilt_bim.vision.networks import bundled
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of
 from tests.measure.test_station import FREE, photos
@@ -48,6 +49,23 @@ def test_what_a_project_asks_of_networks_must_fit_together(tmp_path: Path, keys:
     with pytest.raises(ProjectError, match="one mistake") as caught:
         read_project(write_project(tmp_path, plain() | keys))
     assert says in str(caught.value)
+
+
+def test_bundled_names_the_networks_that_are_shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shipped = tmp_path / "models"
+    shipped.mkdir()
+    monkeypatch.setattr(bundled, "models_folder", lambda: shipped)
+    contents = plain() | {"networks": {"segment": "bundled", "depth": "bundled"}}
+    contents |= {"options": {"measure": {"depth": "fused"}}}
+    written = write_project(tmp_path, contents)
+    with pytest.raises(ProjectError, match="the shipped network for depth isn't installed"):
+        read_project(written)
+    for name in ("concrete", "depth"):
+        (shipped / f"{name}.yaml").touch()
+    chosen = read_project(written).networks
+    assert chosen == NetworkChoice(segment=str(shipped / "concrete.yaml"), depth=str(shipped / "depth.yaml"))
+    with pytest.raises(ProjectError, match="no network for stereo is shipped"):
+        read_project(write_project(tmp_path, plain() | {"networks": {"stereo": "bundled"}}))
 
 
 def test_a_bad_card_stops_the_run_before_a_station_is_measured(tmp_path: Path) -> None:
