@@ -32,13 +32,13 @@ def concrete_lines(figures: Figures) -> list[Line]:
         line("concrete in far views, mean IoU", f"{mean:.3f}", f">= {FAR_LIMIT}", n, mean >= FAR_LIMIT, FAR_VIEWS),
         *(_view_line(view, far[view]) for view in far),
     ]
-    for name, scored in figures.plain.items():
-        lines.append(told(f"  {name} called concrete instead", f"{mean_iou(by_view(scored, 'far'))[0]:.3f}", n))
+    for name, scored in figures.beside.items():
+        lines.append(told(f"  {name}", f"{mean_iou(by_view(scored, 'far'))[0]:.3f}", n))
     mean, n = mean_iou(ground)
     lines.append(told("concrete at ground level, mean IoU (too few to judge)", f"{mean:.3f}", n))
     lines += [_view_line(view, ground[view]) for view in ground]
-    for name, scored in figures.plain.items():
-        lines.append(told(f"  {name} called concrete instead", f"{mean_iou(by_view(scored, 'ground'))[0]:.3f}", n))
+    for name, scored in figures.beside.items():
+        lines.append(told(f"  {name}", f"{mean_iou(by_view(scored, 'ground'))[0]:.3f}", n))
     return lines
 
 

@@ -7,11 +7,11 @@ from importlib import import_module
 
 # Each command is a module with `arguments(parser)` and `run(given) -> int`; only the one asked for is imported.
 COMMANDS = {
-    "real": ("asbuilt_training.real.command", "hold the networks against labelled real photographs"),
     "images": ("asbuilt_training.images.command", "draw training pictures with masks, instances and depth"),
     "fit": ("asbuilt_training.fit", "learn from the pictures for a given time"),
     "evaluate": ("asbuilt_training.evaluate", "judge a run on pictures that it never learned from"),
     "export": ("asbuilt_training.export", "write the two ONNX files with their cards"),
+    "real": ("asbuilt_training.real.command", "hold the networks against labelled real photographs"),
 }
 
 

@@ -13,7 +13,7 @@ from asbuilt_training.real.depth import depth_errors, flat, ramp
 from asbuilt_training.real.figures import Figures
 from asbuilt_training.real.labels import KINDS, LABELS, LabelledPhoto, Shape, read_labels
 from asbuilt_training.real.page import write_page
-from asbuilt_training.real.score import Counts, Scored, by_view, counts_of, everything, mean_iou
+from asbuilt_training.real.score import Counts, Scored, by_view, counts_of, everything, in_quarters, mean_iou
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[2] / "../shared/data"))
 
@@ -118,6 +118,18 @@ def test_frames_of_one_view_count_once_and_views_without_concrete_not_at_all() -
     assert by_view([scored("a", 1, 0)], "ground") == {}
 
 
+def test_quarters_are_put_back_where_they_were_cut() -> None:
+    image = np.arange(5 * 7, dtype=np.uint8).reshape(5, 7, 1).repeat(3, axis=2)
+    sizes: list[tuple[int, ...]] = []
+
+    def even(part: np.ndarray) -> np.ndarray:
+        sizes.append(part.shape[:2])
+        return np.asarray(part[..., 0] % 2 == 0)
+
+    assert (in_quarters(even)(image) == (image[..., 0] % 2 == 0)).all()
+    assert sizes == [(2, 3), (2, 4), (3, 3), (3, 4)]
+
+
 def test_depth_that_is_right_up_to_scale_and_shift_has_no_error() -> None:
     truth = np.linspace(2.0, 20.0, 200).reshape(10, 20)
     truth[0, 0] = np.nan
@@ -144,7 +156,7 @@ def test_the_page_escapes_names_and_shows_each_photo(tmp_path: Path) -> None:
         photo=photo(view="<b>yard</b>"), image=np.zeros((20, 40, 3), dtype=np.uint8), kinds=kinds, answer=kinds == 1,
         counts=counts_of(kinds == 1, kinds),
     )  # fmt: skip
-    figures = Figures(network="<net>", scored=(one,), plain={}, stereo=(), depth=(), absent=())
+    figures = Figures(network="<net>", scored=(one,), beside={}, stereo=(), depth=(), absent=())
     text = write_page(figures, tmp_path).read_text(encoding="utf-8")
     assert "<b>" not in text and "&lt;b&gt;yard" in text and "&lt;net&gt;" in text
     assert {path.name for path in tmp_path.iterdir()} == {"real.html", "00_labels.jpg", "00_answer.jpg"}

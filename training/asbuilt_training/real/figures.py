@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from asbuilt_training.real.depth import DepthErrors, depth_errors, flat, ramp
 from asbuilt_training.real.labels import LabelledPhoto, read_labels
 from asbuilt_training.real.pairs import RealPair, real_pairs
-from asbuilt_training.real.score import Counts, Finder, Mask, Scored, counts_of, everything, greyish, score
+from asbuilt_training.real.score import Counts, Finder, Mask, Scored, counts_of, everything, greyish, in_quarters, score
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[3] / "../shared/data"))
 MODELS = Path(__file__).resolve().parents[3] / "asbuilt_bim" / "models"
 BUNDLED = {"segment": MODELS / "concrete.yaml", "depth": MODELS / "depth.yaml"}
-PLAIN: dict[str, Finder] = {"every pixel": everything, "grey pixels": greyish}
+PLAIN: dict[str, Finder] = {"every pixel called concrete": everything, "grey pixels called concrete": greyish}
 """What needs no network: a figure means something only above these."""
 
 
@@ -51,7 +51,7 @@ class Figures:
 
     network: str
     scored: tuple[Scored, ...]
-    plain: dict[str, tuple[Scored, ...]]
+    beside: dict[str, tuple[Scored, ...]]  # the same photos by what is no network, and by quarters
     stereo: tuple[WithStereo, ...]
     depth: tuple[DepthFigure, ...]
     absent: tuple[str, ...]
@@ -64,6 +64,8 @@ def measure(segment_card: Path, depth_card: Path | None, data: Path = DATA, quic
         NetworkError: a card or its network can't be used.
     """
     segmenter = NetworkSegmenter(loaded=load(segment_card, "segment"))
+    finder = finder_of(segmenter)
+    others = PLAIN if quick else {"the same network on quarters of the photo": in_quarters(finder), **PLAIN}
     labels = read_labels()
     there = [photo for photo in labels if photo.is_there(data)]
     asked = _one_a_view(there) if quick else there
@@ -72,8 +74,8 @@ def measure(segment_card: Path, depth_card: Path | None, data: Path = DATA, quic
     by_file = {photo.file: photo for photo in there}
     return Figures(
         network=segmenter.name,
-        scored=tuple(score(photo, data, finder_of(segmenter)) for photo in asked),
-        plain={name: tuple(score(photo, data, finder) for photo in asked) for name, finder in PLAIN.items()},
+        scored=tuple(score(photo, data, finder) for photo in asked),
+        beside={name: tuple(score(photo, data, other) for photo in asked) for name, other in others.items()},
         stereo=tuple(_with_stereo(one, segmenter, by_file[one.file]) for one in pairs if one.file in by_file),
         depth=() if depth is None else tuple(_depth(one, depth) for one in pairs),
         absent=tuple(photo.file for photo in labels if photo not in there),

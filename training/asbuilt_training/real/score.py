@@ -116,3 +116,17 @@ def greyish(image: ByteImage) -> Mask:
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     saturation, value = hsv[..., 1], hsv[..., 2]
     return np.asarray((saturation < 40) & (value > 70) & (value < 225))
+
+
+def in_quarters(finder: Finder) -> Finder:
+    """Return a finder that looks at a photo's four quarters one by one, at twice the sharpness and without context."""
+
+    def found(image: ByteImage) -> Mask:
+        height, width = image.shape[:2]
+        mask = np.zeros((height, width), dtype=bool)
+        for rows in (slice(0, height // 2), slice(height // 2, height)):
+            for columns in (slice(0, width // 2), slice(width // 2, width)):
+                mask[rows, columns] = finder(np.ascontiguousarray(image[rows, columns]))
+        return mask
+
+    return found
