@@ -12,6 +12,7 @@ COMMANDS = {
     "evaluate": ("asbuilt_training.evaluate", "judge a run on pictures that it never learned from"),
     "export": ("asbuilt_training.export", "write the two ONNX files with their cards"),
     "real": ("asbuilt_training.real.command", "hold the networks against labelled real photographs"),
+    "finetune": ("asbuilt_training.finetune", "let the shipped segmenter learn from your own photos and labels"),
 }
 
 

@@ -16,7 +16,7 @@ def disturbed(rng: np.random.Generator, rgb: ByteImage, inverse_depth_per_m: Flo
     picture = rgb.astype(np.float32) * np.float32(1 / 255)
     if rng.random() < 0.5:
         picture *= _uneven_light(rng, *rgb.shape[:2])[..., None]
-    if rng.random() < 0.25:
+    if rng.random() < 0.25 and inverse_depth_per_m.any():
         picture = _hazy(rng, picture, inverse_depth_per_m)
     picture = _tones(rng, picture)
     if rng.random() < 0.5:
