@@ -22,8 +22,10 @@ from asbuilt_synthetic.raycast import render
 from asbuilt_synthetic.rig import rig_truth
 from asbuilt_synthetic.scene import scene as true_scene
 from asbuilt_synthetic.truth import pixel_truth
+from asbuilt_synthetic.twins_scene import twin_scene
 from numpy.typing import NDArray
-from sites import benchmark_folder
+from sites import SAMPLE, benchmark_folder
+from twins import CYCLES_SEEDS, twin_folder
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
@@ -32,6 +34,7 @@ from asbuilt_bim.camera.rig import StereoRig
 REPORTING_SEEDS = tuple(range(118, 138))
 DEVELOPMENT_SEEDS = (20, 24)
 VISITS = (0, 1)
+SAMPLE_SEED, SAMPLE_VISITS = 7, ("2026-03-02", "2026-03-16")
 STATIONS = 5
 WIDTH_PX = 640
 TRIES = 300
@@ -140,6 +143,30 @@ def drawn_shots(seeds: tuple[int, ...]) -> Iterator[Shot]:
                 photos = (np.ascontiguousarray(rows["left"][k]), np.ascontiguousarray(rows["right"][k]))
                 name = f"{seed}-{visit}-{k}"
                 yield shot_of(prepared, photos, rows["owner"][k].astype(np.int32), rows["depth_m"][k], kinds, name)
+
+
+def sample_shots(stations: tuple[int, ...] = tuple(range(STATIONS))) -> Iterator[Shot]:
+    """Give the shipped sample's path-traced pairs."""
+    for visit in VISITS:
+        scene = true_scene(SAMPLE_SEED, visit)
+        prepared = rectification(rig_of(scene.rig))
+        for station in (scene.stations[k] for k in stations):
+            folder = SAMPLE / "visits" / SAMPLE_VISITS[visit]
+            yield _photographed(scene, station, prepared, folder, f"{station.name}_")
+
+
+def twin_shots(seeds: tuple[int, ...] = CYCLES_SEEDS) -> Iterator[Shot]:
+    """Give path-traced pairs of specimens on open ground."""
+    for seed in seeds:
+        scene = twin_scene(seed)
+        folder = twin_folder(seed, "cycles")
+        yield _photographed(scene, scene.stations[0], rectification(rig_of(scene.rig)), folder, "")
+
+
+def _photographed(scene: TrueScene, station: Station, prepared: Rectification, folder: Path, prefix: str) -> Shot:
+    left, right = (cv2.imread(str(folder / f"{prefix}{side}.jpg")) for side in ("left", "right"))
+    truth = pixel_truth(scene, station)
+    return shot_of(prepared, (left, right), truth.element, truth.depth_m, kinds_of(scene), f"{folder.name} {prefix}")
 
 
 if __name__ == "__main__":
