@@ -12,7 +12,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +29,7 @@ from asbuilt_synthetic.cycles_lens import Canvas, canvas_for, through_lens
 from asbuilt_synthetic.cycles_materials import build_decal_material, build_disc_material, build_material
 from asbuilt_synthetic.cycles_mesh import body_object, decal_object, disc_object
 from asbuilt_synthetic.cycles_world import light_world, render_settings
-from asbuilt_synthetic.materials import MATERIALS
+from asbuilt_synthetic.materials import MATERIALS, Material
 from asbuilt_synthetic.model import Body, CameraTruth, FloatArray, Scene, Station
 
 SAMPLES = 10
@@ -44,9 +44,10 @@ class Studio:
 
     current: Studio | None = None
 
-    def __init__(self, scene: Scene, threads: int = 2) -> None:
-        """Build every mesh, material and light of the scene."""
+    def __init__(self, scene: Scene, threads: int = 2, materials: Mapping[str, Material] = MATERIALS) -> None:
+        """Build every mesh, material and light of the scene; `materials` say what its bodies' names mean."""
         self.scene = scene
+        self._known = materials
         self.stage = render_settings(threads)
         self._materials: dict[str, Any] = {}
         for body in scene.bodies:
@@ -74,6 +75,10 @@ class Studio:
             Studio.current = Studio(scene)
         return Studio.current
 
+    def radiance(self, canvas: Canvas, world_from_cv: FloatArray, samples: int) -> NDArray[np.float32]:
+        """Render linear radiance (h, w, 3) of a pinhole camera at a pose, denoised."""
+        return self._trace(canvas, world_from_cv, samples, denoise=True)
+
     def photo(self, station: Station, side: str, samples: int, supersample: float) -> NDArray[np.uint8]:
         """Take one photo (H, W, 3) RGB as the camera stores it."""
         self._show_only(station)
@@ -99,10 +104,11 @@ class Studio:
         return self._exposures[station.name]
 
     def _add_body(self, body: Body) -> Any:
-        if body.material not in MATERIALS:
-            raise KeyError(f"body {body.name}: no material {body.material!r}; known are {', '.join(sorted(MATERIALS))}")
+        if body.material not in self._known:
+            known = ", ".join(sorted(self._known))
+            raise KeyError(f"body {body.name}: no material {body.material!r}; known are {known}")
         if body.material not in self._materials:
-            self._materials[body.material] = build_material(body.material, MATERIALS[body.material])
+            self._materials[body.material] = build_material(body.material, self._known[body.material])
         return self._link(body_object(body, self.scene.origin_m, self._materials[body.material]))
 
     def _add_station(self, station: Station) -> None:

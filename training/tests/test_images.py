@@ -86,7 +86,7 @@ def test_a_bar_of_a_pixels_width_and_a_speck_of_concrete_are_ignored() -> None:
 
 def test_the_same_seed_draws_the_same_bytes_and_another_seed_others(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shards, "places", lambda seed, _: [yard_place(np.random.default_rng(seed))])
-    first, again, other = (next(iter(shards.pictures(seed, None, 1))) for seed in (11, 11, 12))
+    first, again, other = (next(iter(shards.pictures(seed, shards.Job(pictures_a_place=1)))) for seed in (11, 11, 12))
     for name in ("rgb", "kind", "instance", "inverse_depth", "up"):
         assert np.array_equal(getattr(first, name), getattr(again, name)), name
     assert not np.array_equal(first.rgb, other.rgb)

@@ -49,7 +49,6 @@ def draw(stage: Stage, view: View, rng: np.random.Generator) -> Layers:
     eye, ray = view.world_from_camera[:3, 3], rays(view, w, h)
     triangle, t = stage.tracer.first_hit(eye, ray)
     hit = triangle >= 0
-    body = np.where(hit, stage.tracer.body[triangle], -1)
     surface = np.where(hit, stage.surface[triangle], -1).reshape(h, w)
     inverse = np.where(hit, 1 / np.maximum(t, 1e-3), 0).astype(np.float32).reshape(h, w)
     open_ = np.ones(h * w, np.float32)
@@ -65,11 +64,18 @@ def draw(stage: Stage, view: View, rng: np.random.Generator) -> Layers:
             tri, far = stage.tracer.first_hit(eye, more)
             total += _radiance(stage, view, more, tri, far, open_[edge])
         image[edge] = total / (1 + len(_EDGE_SAMPLES))
+    return layers(stage, triangle, t, image.reshape(h, w, 3))
+
+
+def layers(stage: Stage, triangle: IntArray, t: FloatArray, radiance: np.ndarray) -> Layers:
+    """Put beside a picture (h, w, 3) what its pixels' rays have hit: triangles (h*w,), -1 none, at depths t."""
+    shape, hit = radiance.shape[:2], triangle >= 0
+    body = stage.tracer.body[triangle]
     return Layers(
-        radiance=image.reshape(h, w, 3),
-        kind=np.where(hit, stage.kind[body], 0).astype(np.uint8).reshape(h, w),
-        instance=np.where(hit, stage.instance[body], 0).astype(np.uint16).reshape(h, w),
-        inverse_depth_per_m=inverse,
+        radiance=radiance,
+        kind=np.where(hit, stage.kind[body], 0).astype(np.uint8).reshape(shape),
+        instance=np.where(hit, stage.instance[body], 0).astype(np.uint16).reshape(shape),
+        inverse_depth_per_m=np.where(hit, 1 / np.maximum(t, 1e-3), 0).astype(np.float32).reshape(shape),
     )
 
 

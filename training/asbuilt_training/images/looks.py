@@ -188,6 +188,19 @@ _DRESS: dict[str, tuple[tuple[str, ...], Callable[[Rng], np.ndarray]]] = {
 }
 
 
+def name_of(part: Part) -> str:
+    """Say by which name a part is dressed."""
+    return "concrete" if part.material in ("concrete_fair", "concrete_dark") else part.material
+
+
+def draw_material(name: str, rng: Rng) -> Material:
+    """Draw a whole material for a name, for a renderer that makes its patterns itself."""
+    families, colour = _DRESS[name]
+    m = _pattern(families[int(rng.integers(len(families)))], rng)
+    r, g, b = (int(c) for c in np.clip(colour(rng), 6, 250))
+    return replace(m, base_srgb=(r, g, b), second_srgb=_shade((r, g, b), float(rng.uniform(0.55, 0.95)), rng))
+
+
 class Wardrobe:
     """One scene's looks: a few variants a material name, drawn when first asked for."""
 
@@ -198,7 +211,7 @@ class Wardrobe:
 
     def look_of(self, part: Part) -> int:
         """Choose the look (index into `looks`) of a part."""
-        name = "concrete" if part.material in ("concrete_fair", "concrete_dark") else part.material
+        name = name_of(part)
         if name not in self._variants:
             few = int(self._rng.integers(1, 4)) if name not in ("ground", "asphalt", "grass") else 1
             self._variants[name] = [self._draw(name) for _ in range(few)]

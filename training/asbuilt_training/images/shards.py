@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,11 +19,11 @@ from asbuilt_training.images.places import places
 from asbuilt_training.images.stage import Stage
 from asbuilt_training.images.things import CONCRETE_ELEMENTS, OTHER
 
-PICTURES_A_PLACE = 10
 SEEDS_A_POOL = 8  # patterns are baked anew after so many seeds
 IGNORED = 255
 _LEAST_PX = 24  # smaller instances can't be learned from
 _BASELINES_M = (0.08, 0.5)
+Renderer = Callable[[Stage, View, np.random.Generator], Layers]
 _log = logging.getLogger(__name__)
 
 
@@ -46,15 +46,24 @@ def shard_path(folder: Path, seed: int) -> Path:
     return folder / f"{seed:06d}.npz"
 
 
-def pictures(seed: int, ifc_folder: Path | None, pictures_a_place: int = PICTURES_A_PLACE) -> Iterator[Picture]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What is drawn of every seed; without a folder of real IFC files yards stand in."""
+
+    ifc_folder: Path | None = None
+    pictures_a_place: int = 10
+    renderer: Renderer = draw
+
+
+def pictures(seed: int, job: Job) -> Iterator[Picture]:
     """Draw the pictures of a seed: some of each of its places."""
     tiles = pool(seed // SEEDS_A_POOL)
-    for number, place in enumerate(places(seed, ifc_folder)):
+    for number, place in enumerate(places(seed, job.ifc_folder)):
         rng = np.random.default_rng([seed, 47, number])
         stage = Stage(place, tiles, rng)
-        for view in views(stage, pictures_a_place, rng):
-            layers = draw(stage, view, rng)
-            yield _picture(layers, view, place.source, rng)
+        source = place.source if job.renderer is draw else f"{place.source} traced"
+        for view in views(stage, job.pictures_a_place, rng):
+            yield _picture(job.renderer(stage, view, rng), view, source, rng)
 
 
 def write_shard(path: Path, made: list[Picture]) -> None:
@@ -75,14 +84,14 @@ def write_shard(path: Path, made: list[Picture]) -> None:
     part.replace(path)
 
 
-def draw_shards(folder: Path, seeds: range, ifc_folder: Path | None, resume: bool) -> int:
+def draw_shards(folder: Path, seeds: range, job: Job, resume: bool) -> int:
     """Draw the shards of seeds in a folder, and return how many were drawn; `resume` leaves those that are there."""
     drawn = 0
     for seed in seeds:
         path = shard_path(folder, seed)
         if resume and path.exists():
             continue
-        made = list(pictures(seed, ifc_folder))
+        made = list(pictures(seed, job))
         write_shard(path, made)
         drawn += 1
         _log.info("%s: %d pictures", path, len(made))
