@@ -142,3 +142,20 @@ def test_steel_sections_and_thin_skins_of_real_files_are_no_concrete() -> None:
     kinds = [s.kind for s in shapes(files[0])]
     assert kinds.count(WALL) == 17
     assert 0 < kinds.count(COLUMN) <= 12, "42 columns, 12 of them of concrete"
+
+
+def test_a_path_traced_picture_lies_on_the_same_masks_as_the_ray_cast_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("bpy", reason="the path tracer needs Blender's Python wheel")
+    from asbuilt_training.images import traced
+
+    monkeypatch.setattr(traced, "SAMPLES", 8)
+    stage = Stage(place(), looks.pool(0), np.random.default_rng(1))
+    cast = draw(stage, ahead(), np.random.default_rng(2))
+    made = traced.trace(stage, ahead(), np.random.default_rng(2))
+    assert np.array_equal(made.kind, cast.kind)
+    assert np.array_equal(made.instance, cast.instance)
+    sky = made.inverse_depth_per_m == 0
+    top = np.log(made.radiance.mean(2) + 1e-3)
+    step = np.abs(np.diff(top[:, WIDTH_PX // 2 + 80]))
+    edge = int(np.flatnonzero(np.diff(sky[:, WIDTH_PX // 2 + 80].astype(int)))[0])
+    assert abs(int(step[: edge + 20].argmax()) - edge) <= 1, "the column's top is where its mask ends"
