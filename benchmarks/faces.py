@@ -1,16 +1,17 @@
 """Areas of faces against the truth: twins of the paper's two experiments, by the width of the narrow side.
 
 python benchmarks/faces.py --check --json figures.json     54 pairs, 8 of them path-traced
+python benchmarks/faces.py --networks --json figures.json  the same pairs with the shipped networks' masks and depth
 python benchmarks/faces.py --quick                         three pairs; lines with a small n are not judged
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from network_ways import NETWORK_WAYS, Way
 from paper_ways import PAPER_WAYS
 from table import Line, line, options, report, told
 from twins import CYCLES_SEEDS, RAYCAST_SEEDS, Read, by_truth, load_twin, measured, read_twin, twin_folder
@@ -28,7 +29,7 @@ def class_of(narrow_px: float) -> str:
     return CLASSES[0] if narrow_px >= 60.0 else CLASSES[1] if narrow_px >= 30.0 else CLASSES[2]
 
 
-def face_rows(read: Read, way: str, measure: Callable[[Read], dict[int, MeasuredFace]]) -> list[Row]:
+def face_rows(read: Read, way: str, measure: Way) -> list[Row]:
     """Compare every face in view of both cameras with what one way of measuring says of it."""
     found = measure(read)
     rows: list[Row] = []
@@ -67,19 +68,19 @@ def _compared(face: MeasuredFace, truth: dict[str, Any]) -> Row:
     return told_as
 
 
-def ours(true_masks: bool) -> Callable[[Read], dict[int, MeasuredFace]]:
+def ours(true_masks: bool) -> Way:
     """Return the program's own way, on true masks or on its own."""
     return lambda read: by_truth(read.twin, measured(read, true_masks).faces)
 
 
-WAYS: dict[str, Callable[[Read], dict[int, MeasuredFace]]] = {
+WAYS: dict[str, Way] = {
     "true masks": ours(True),
     "own masks": ours(False),
     **PAPER_WAYS,
 }
 
 
-def collect(seeds: list[tuple[int, str]]) -> tuple[list[Row], list[Row]]:
+def collect(seeds: list[tuple[int, str]], ways: dict[str, Way]) -> tuple[list[Row], list[Row]]:
     """Measure every pair in every way; return rows of faces and of targets."""
     rows: list[Row] = []
     targets: list[Row] = []
@@ -90,7 +91,7 @@ def collect(seeds: list[tuple[int, str]]) -> tuple[list[Row], list[Row]]:
             "twin": read.twin.name,
             "error": None if read.target is None else _depth_m(read) / true_depth - 1.0,
         })  # fmt: skip
-        for way, measure in WAYS.items():
+        for way, measure in ways.items():
             rows += face_rows(read, way, measure)
         print(f"{read.twin.name} ...", file=sys.stderr, flush=True)
     return rows, targets
@@ -176,13 +177,15 @@ def main() -> int:
     """Measure the twins and print the table."""
     parser = options(__doc__ or "")
     parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the reporting ones, ray cast")
+    parser.add_argument("--networks", action="store_true", help="with the shipped networks' masks and depth")
     args = parser.parse_args()
+    ways = {"own masks": ours(False), **NETWORK_WAYS} if args.networks else WAYS
     seeds = [(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in CYCLES_SEEDS]
     if args.seeds is not None:
         seeds = [(s, "raycast") for s in args.seeds]
-    rows, targets = collect(seeds[:3] if args.quick else seeds)
+    rows, targets = collect(seeds[:3] if args.quick else seeds, ways)
     lines = [*paper_lines(), *target_lines(targets)]
-    for way in WAYS:
+    for way in ways:
         lines += [*planar_lines(rows, way), *round_lines(rows, way)]
     if args.quick:
         lines = [item if item.holds is None else told(item.what, item.figure, item.n) for item in lines]

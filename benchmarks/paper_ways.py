@@ -7,7 +7,7 @@ smears edges by 2 px, as real ones do, puts boundary pixels half-way to the back
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -24,7 +24,7 @@ from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.station_faces import FaceOptions
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.depth_paper import Inversion, paper_depth
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.segment import Instance, InstanceClass
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 
 ERROR = 0.01
@@ -57,6 +57,16 @@ def truth_network(twin: TwinPair) -> TruthNetwork:
     return TruthNetwork(answer=(3.0 * bent + 0.5).astype(np.float32))
 
 
+def true_face_masks(twin: TwinPair) -> Iterator[tuple[int, Instance]]:
+    """Give the number of each true face in view, and its exact mask."""
+    for truth in twin.truth["faces"]:
+        mask = twin.labels == truth["face"] + 1
+        label: InstanceClass = "wall" if twin.truth["objects"][truth["object"]]["kind"] == "wall" else "column"
+        box = (0, 0, mask.shape[1], mask.shape[0])
+        if mask.any():
+            yield truth["face"], Instance(label=label, score=1.0, mask=mask, box_px=box, source="truth")
+
+
 def published(inversion: Inversion | None) -> Callable[[Read], dict[int, MeasuredFace]]:
     """Return the published way with one reading of the inversion; None: stereo in the place of the network."""
 
@@ -74,15 +84,11 @@ def published(inversion: Inversion | None) -> Callable[[Read], dict[int, Measure
                 return {}
         if depth is None:
             return {}
-        found: dict[int, MeasuredFace] = {}
-        for truth in read.twin.truth["faces"]:
-            mask = read.twin.labels == truth["face"] + 1
-            box = (0, 0, mask.shape[1], mask.shape[0])
-            label = "wall" if read.twin.truth["objects"][truth["object"]]["kind"] == "wall" else "column"
-            one = Instance(label=label, score=1.0, mask=mask, box_px=box, source="truth")
-            for face in paper_faces(pair, depth, [one], FaceOptions()).faces if mask.any() else ():
-                found[truth["face"]] = face
-        return found
+        return {
+            number: face
+            for number, instance in true_face_masks(read.twin)
+            for face in paper_faces(pair, depth, [instance], FaceOptions()).faces
+        }
 
     return measure
 

@@ -24,6 +24,8 @@ LEAST_SHARE = 1.0 / 2500.0
 ONE_THING = 1.7
 """Two piles nearer to each other than this many standard deviations of either one's own pixels are one thing's: of two
 things side by side they are 3.5 apart (a bar's standard deviation is its length / 3.5), of pieces of one thing 0."""
+MOST_PILES = 64
+"""More things than this in one photo are noise: the highest piles count."""
 ROUNDS = 2
 """Times that pixels choose among the piles; from the second on by the piles' widths too: large things scatter more."""
 
@@ -98,7 +100,9 @@ def _piles(votes: Float32Array, shape: tuple[int, ...], spread: float, least: in
     reach = 2 * round(2.0 * spread) + 1
     crest = cv2.dilate(heap, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach)))
     low = 0.25 * least / (2.0 * np.pi * spread**2)  # a quarter of the smallest thing's votes at one place
-    return np.argwhere((heap >= crest) & (heap > low))[:, ::-1].astype(np.float32)
+    tops = np.argwhere((heap >= crest) & (heap > low))
+    highest = np.argsort(-heap[tops[:, 0], tops[:, 1]], kind="stable")[:MOST_PILES]
+    return tops[highest, ::-1].astype(np.float32)
 
 
 def _settled(

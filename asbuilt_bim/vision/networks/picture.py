@@ -78,7 +78,8 @@ def input_of(image: ByteImage, card: InputCard) -> tuple[NDArray[np.float32], Fi
     canvas[y : y + inside[1], x : x + inside[0]] = small
     if card.colour == "rgb":
         canvas = canvas[:, :, ::-1]
-    values = (canvas / card.divide - np.array(card.mean)) / np.array(card.std)
+    std = np.array(card.std)
+    values = canvas * (1.0 / (card.divide * std)).astype(np.float32) - (np.array(card.mean) / std).astype(np.float32)
     ordered = values if card.order == "nhwc" else values.transpose(2, 0, 1)
     batched = ordered if card.order == "chw" else ordered[None]
     return np.ascontiguousarray(batched, dtype=np.float32), fit
