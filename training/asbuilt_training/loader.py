@@ -38,7 +38,7 @@ class Loader:
     """Batches without end, in order of a seed; `recipe_of` may be changed for later batches by `set_recipe`."""
 
     def __init__(self, folder: Path, recipe: Recipe, batch: int, seed: int) -> None:
-        context = multiprocessing.get_context("fork")
+        context = multiprocessing.get_context("spawn")  # a fork inherits the locks of threads, not the threads
         self._batches: Any = context.Queue(AHEAD)
         self._recipes: Any = context.Queue()
         self._recipes.put((recipe, batch))
