@@ -11,6 +11,7 @@ COMMANDS = {
     "fit": ("asbuilt_training.fit", "learn from the pictures for a given time"),
     "evaluate": ("asbuilt_training.evaluate", "judge a run on pictures that it never learned from"),
     "export": ("asbuilt_training.export", "write the two ONNX files with their cards"),
+    "quantise": ("asbuilt_training.quantise", "try both networks with 8-bit integers"),
     "real": ("asbuilt_training.real.command", "hold the networks against labelled real photographs"),
     "finetune": ("asbuilt_training.finetune", "let the shipped segmenter learn from your own photos and labels"),
 }

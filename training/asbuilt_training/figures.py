@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import torch
+from torch import Tensor
 from torch.nn import functional
 
 from asbuilt_training.loader import collate
-from asbuilt_training.model import CLASSES, COLUMN, WALL, ConcreteNet, network_inputs
+from asbuilt_training.model import CLASSES, COLUMN, WALL, network_inputs
 from asbuilt_training.samples import IGNORED, Sample
 
 FAR_M = 100.0
@@ -33,8 +35,18 @@ class Figures:
         return (self.iou["wall"] + self.iou["column"] + self.concrete_iou) / 3.0 - 0.5 * min(self.abs_rel, 1.0)
 
 
+class Answering(Protocol):
+    """A network, trained or exported."""
+
+    def eval(self) -> object:
+        """Make it answer as it will when it is used."""
+
+    def __call__(self, image: Tensor, geometry: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Return logits, offsets and relative inverse depth."""
+
+
 @torch.no_grad()
-def figures(net: ConcreteNet, samples: Iterable[Sample]) -> Figures:
+def figures(net: Answering, samples: Iterable[Sample]) -> Figures:
     """Judge a network on examples, in evaluation mode."""
     net.eval()
     confusion = np.zeros((len(CLASSES), len(CLASSES)), dtype=np.int64)
