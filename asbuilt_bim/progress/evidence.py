@@ -24,6 +24,9 @@ RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0,
 FEWEST, DISSENT = 5, 1
 """Of these nine at least five must be measured, and one of them may differ: a speckle is no edge."""
 
+FEWEST_PAST = 3
+"""Where something stands before the others, so many must be seen past it, the sample's own among them, and agree."""
+
 
 class Verdict(IntEnum):
     """What a station's depth says of one sample."""
@@ -170,10 +173,18 @@ def _ring(
 
 
 def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return what the rings (n, 9) say together: one thing, or a depth edge that runs through.
+
+    What stands before a part of a ring hides it and says nothing of the design: then what is seen past it decides.
+    """
     counts = {kind: np.sum(votes == kind, axis=1) for kind in (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE)}
     known = sum(counts.values())
+    past = known - counts[Verdict.BEFORE]
     decided = np.full(len(votes), Verdict.MIXED, dtype=np.uint8)
     for kind, count in counts.items():
         decided[(count >= known - DISSENT) & (count >= FEWEST)] = kind
+        if kind != Verdict.BEFORE:
+            alike = (votes[:, 0] == kind) & (count == past) & (count >= FEWEST_PAST)
+            decided[alike & (known >= FEWEST)] = kind
     decided[known < FEWEST] = Verdict.NOT_MEASURED
     return decided

@@ -57,6 +57,18 @@ def share_around(samples: CellSamples, flags: BoolArray, among: BoolArray) -> Fl
     return share
 
 
+def share_along(samples: CellSamples, flags: BoolArray, among: BoolArray) -> FloatArray:
+    """Return for each sample the share (N,) of flagged ones among those `among` at about its height on its face."""
+    share = np.zeros(len(flags))
+    for index in np.unique(samples.face[among]):
+        own = np.flatnonzero(samples.face == index)
+        row = _places(samples, own)[:, 1]
+        sums = [np.bincount(row, weights=values[own]) for values in (flags & among, among)]
+        flagged, all_ = (np.convolve(one, np.ones(AROUND))[AROUND // 2 :] for one in sums)
+        share[own] = (flagged / np.maximum(all_, 1.0))[row]
+    return share
+
+
 def above(samples: CellSamples, flags: BoolArray) -> BoolArray:
     """Say which samples (N,) have a flagged one above them, on the same upright line of their face."""
     higher = np.zeros(len(flags), dtype=bool)
@@ -78,6 +90,18 @@ def beside(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
         grid, row, column = _grid(samples, own, flags)
         found[own] = cv2.dilate(grid, np.ones((1, 2 * reach + 1), np.uint8))[row, column] > 0
     return found
+
+
+def bridged(samples: CellSamples, flags: BoolArray, gaps: BoolArray, reach: int) -> BoolArray:
+    """Return the samples (N,) of gaps between flagged ones that are no wider than 2 `reach` on their face."""
+    found = np.zeros(len(flags), dtype=bool)
+    for index in np.unique(samples.face[flags]):
+        own = np.flatnonzero(samples.face == index)
+        grid, row, column = _grid(samples, own, flags)
+        padded = np.pad(grid, reach)  # closing treats what lies past the border as flagged
+        closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+        found[own] = closed[row + reach, column + reach] > 0
+    return found & gaps & ~flags
 
 
 def _grid(samples: CellSamples, own: Indices, flags: BoolArray) -> tuple[NDArray[np.uint8], IntArray, IntArray]:

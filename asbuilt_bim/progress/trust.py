@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.sample_grid import Indices, above, beside, patches, share_around, wide
+from asbuilt_bim.progress.sample_grid import Indices, above, beside, bridged, patches, share_along, share_around, wide
 
 EDGE_REACH = 2
 """Samples that the ring of one reaches over at most: 6 px of the photo are 12 cm of a wall 20 m off."""
@@ -31,10 +31,16 @@ FEWEST_FOR_SLOPE = 12
 """Samples from which a patch's slope is worth a test."""
 
 
-def large_enough(samples: CellSamples, chosen: BoolArray, least_m2: float) -> BoolArray:
-    """Keep the chosen samples in patches of a size: a speckle of mismatched stereo proves nothing."""
-    label = patches(samples, chosen)
-    kept: BoolArray = chosen & (np.bincount(label, weights=samples.area_m2)[label] >= least_m2)
+def large_enough(
+    samples: CellSamples, chosen: BoolArray, least_m2: float, between: BoolArray | None = None
+) -> BoolArray:
+    """Keep the chosen samples in patches of a size: a speckle of mismatched stereo proves nothing.
+
+    What a narrow strip of samples `between` divides, such as a bar, is one patch; the strip adds nothing to its size.
+    """
+    joined = chosen if between is None else chosen | bridged(samples, chosen, between, EDGE_REACH)
+    label = patches(samples, joined)
+    kept: BoolArray = chosen & (np.bincount(label, weights=samples.area_m2 * chosen)[label] >= least_m2)
     return kept
 
 
@@ -46,11 +52,12 @@ def trusted(
     `height_m` (N,) is each sample's height over the element's foot, where the ground looks like the element.
 
     The mean of a patch is far better known than one sample: formwork shows. Unless a measured face of the element backs
-    them, patches count from a size on, and together from a larger one.
+    them, patches count from a size on, and together from a larger one; what a blurred strip divides is one patch.
     """
     near = _to_its_edges(samples, evidence, options) & (height_m > evidence.drop_m)
     near = wide(samples, near & ~_with_gaps(samples, evidence, options), WIDER_THAN_A_BAR)
-    label = patches(samples, near)
+    elsewhere = np.isin(evidence.own, (Verdict.BEHIND, Verdict.BEFORE))
+    label = patches(samples, near | bridged(samples, near, ~elsewhere, EDGE_REACH))
     count = int(label.max(initial=0)) + 1
     hits = near & (evidence.own == Verdict.NEAR)
     number = np.maximum(np.bincount(label[hits], minlength=count), 1)
@@ -58,7 +65,7 @@ def trusted(
     common = np.bincount(label[hits], weights=evidence.common_m[hits], minlength=count) / number
     stands_off = (offset > options.building_tolerance_m + 2.0 * common)[label]
     kept = near & ~stands_off & ~_leaning(samples, evidence, hits, label, options)[label]
-    sizes = np.bincount(label, weights=samples.area_m2, minlength=count)
+    sizes = np.bincount(label[near], weights=samples.area_m2[near], minlength=count)
     kept &= (sizes >= options.min_face_m2)[label]
     if not backed:
         kept &= float(samples.area_m2[kept].sum()) >= options.min_patch_m2
@@ -146,14 +153,17 @@ def speaking(
 def outlined_samples(
     samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
 ) -> tuple[BoolArray, FloatArray]:
-    """Say which samples lie in outlines that speak, with depth on the surface round them, and the planes' sigma (m)."""
+    """Say which samples lie in outlines that speak, with depth on the surface round them, and the planes' sigma (m).
+
+    Concrete is solid over its whole width: an outline that runs up into starter bars has gaps at their height.
+    """
     inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
     for match, covered in speak:
         inside[covered] = True
         sigma[covered] = np.minimum(sigma[covered], match.offset_sigma_m)
     hit = evidence.own == Verdict.NEAR
-    solid = hit | (share_around(samples, hit, inside) >= options.solid_share)
-    return inside & solid, sigma
+    solid = share_along(samples, hit, inside & (evidence.own != Verdict.BEFORE)) >= options.solid_share
+    return inside & solid & (hit | (share_around(samples, hit, inside) >= options.solid_share)), sigma
 
 
 def seen_through(samples: CellSamples, evidence: Evidence, outlined: BoolArray, options: ProgressOptions) -> BoolArray:
@@ -166,7 +176,7 @@ def seen_through(samples: CellSamples, evidence: Evidence, outlined: BoolArray, 
     through = share_around(samples, evidence.own == Verdict.BEHIND, known)
     found = share_around(samples, known, np.ones(len(known), dtype=bool))
     free_above = above(samples, evidence.verdict == Verdict.BEHIND)
-    free_above &= ~above(samples, outlined | (evidence.verdict == Verdict.NEAR))
+    free_above &= ~above(samples, outlined | np.isin(evidence.verdict, (Verdict.NEAR, Verdict.OTHER)))
     enough = (through >= options.through_share) & (found >= options.found_share)
     open_around: BoolArray = undecided & enough & free_above
     return open_around

@@ -98,6 +98,15 @@ def test_a_hidden_wall_is_unknown_and_never_nought_percent() -> None:
     assert any("stands before" in note for note in one.notes)
 
 
+def test_poles_before_a_wall_hide_no_more_of_it_than_they_cover() -> None:
+    poles = [box(0.25 + 0.35 * number, -1.5, 0, 0.06, 0.06, 4) for number in range(8)]
+    _, surfaces = visit(see([WALL, BACKDROP, *poles]))
+    assert surfaces["W-0"].built_area_m2 > 0.55 * 8.4
+    report, surfaces = visit(see([BACKDROP, *poles]))
+    assert surfaces["W-0"].built_area_m2 == 0.0 and surfaces["W-0"].open_area_m2 > 0.55 * 8.4
+    assert only(report).state == "not started"
+
+
 def test_what_nobody_measured_is_unknown() -> None:
     blind = station("A1", POSE, [WALL, GROUND], unmeasured=np.ones((480, 640)))
     assert only(visit(blind)[0]).state == "unknown"

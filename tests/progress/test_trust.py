@@ -10,7 +10,14 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.trust import looks_like_bars, stands_before, trusted
+from asbuilt_bim.progress.trust import (
+    large_enough,
+    looks_like_bars,
+    outlined_samples,
+    seen_through,
+    stands_before,
+    trusted,
+)
 from tests.match.small_site import box, element
 
 OPTIONS = ProgressOptions()
@@ -84,6 +91,51 @@ def test_where_depth_sees_through_between_what_lies_on_the_design_nothing_is_con
     seen = near(cage & (np.floor(V / 0.05) % 2 == 0), 0.0)
     own = np.where(cage & (np.floor(V / 0.05) % 2 == 1), Verdict.BEHIND, seen.own).astype(np.uint8)
     assert not trusted(SAMPLES, replace(seen, own=own), HIGH, True, OPTIONS)[0].any()
+
+
+def verdicts(seen: Evidence, chosen: BoolArray, verdict: Verdict, own: Verdict) -> Evidence:
+    """Return evidence with other verdicts, of the ring and of the own pixel, at the chosen samples."""
+    return replace(
+        seen,
+        verdict=np.where(chosen, verdict, seen.verdict).astype(np.uint8),
+        own=np.where(chosen, own, seen.own).astype(np.uint8),
+    )
+
+
+def test_a_blurred_strip_does_not_divide_a_patch_but_a_strip_that_is_seen_through_does() -> None:
+    pieces, strip = FRONT & (U < 0.3) & (V < 0.44), FRONT & (V > 0.2) & (V < 0.25)
+    blurred = near(pieces & ~strip, 0.0)
+    np.testing.assert_array_equal(trusted(SAMPLES, blurred, HIGH, True, OPTIONS)[0], pieces & ~strip)
+    apart = verdicts(blurred, strip, Verdict.MIXED, Verdict.BEHIND)
+    assert not trusted(SAMPLES, apart, HIGH, True, OPTIONS)[0].any()
+
+
+def test_a_hole_that_a_bar_divides_is_as_large_as_both_its_halves() -> None:
+    bar = FRONT & (U > 0.2) & (U < 0.25)
+    halves = FRONT & (U < 0.44) & (V < 0.3) & ~bar
+    assert not large_enough(SAMPLES, halves, 0.1).any()
+    np.testing.assert_array_equal(large_enough(SAMPLES, halves, 0.1, bar), halves)
+
+
+def test_an_outline_that_runs_up_into_starter_bars_speaks_for_the_concrete_below_alone() -> None:
+    wall, bars = FRONT & (V < 1.0), FRONT & (V > 1.0) & (np.floor(U / 0.05) % 3 == 0)
+    inside = np.flatnonzero(FRONT & (V < 1.5))
+    outlined, _ = outlined_samples(SAMPLES, [(MATCH, inside)], near(wall | bars, 0.0), OPTIONS)
+    assert not np.any(outlined & (V > 1.05))
+    assert np.all(outlined[wall & (V < 0.95)])
+    hidden = verdicts(near(wall, 0.0), wall & (U > 1.0), Verdict.BEFORE, Verdict.BEFORE)
+    outlined, _ = outlined_samples(SAMPLES, [(MATCH, inside)], hidden, OPTIONS)
+    assert np.all(outlined[wall & (V < 0.85) & (U < 0.95)])  # what stands before the rest makes no gaps
+
+
+def test_nothing_is_seen_through_below_a_surface_that_stands_there_whatever_its_colour() -> None:
+    cage, free = FRONT & (V > 1.0) & (V < 1.5), FRONT & (V > 1.5)
+    seen = verdicts(near(FRONT & (V < 1.0), 0.0), cage, Verdict.MIXED, Verdict.BEHIND)
+    none = np.zeros(len(U), dtype=bool)
+    open_above = verdicts(seen, free, Verdict.BEHIND, Verdict.BEHIND)
+    assert np.all(seen_through(SAMPLES, open_above, none, OPTIONS)[cage & (V > 1.1)])
+    formwork = verdicts(open_above, FRONT & (V > 1.8), Verdict.OTHER, Verdict.NEAR)
+    assert not seen_through(SAMPLES, formwork, none, OPTIONS).any()
 
 
 def test_low_over_the_foot_depth_can_not_tell_the_element_from_the_ground() -> None:
