@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import Float32Array
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
 from asbuilt_bim.vision.networks.centres import Things, grouped
 from asbuilt_bim.vision.networks.layers import layers
@@ -93,12 +93,16 @@ def _verdict(likely: Float32Array, card: NetworkCard) -> tuple[int, float]:
     return number, float((as_wall + as_column).mean()) / (1.0 + float(np.exp(-abs(against))))
 
 
-def _mask(things: Things, thing: int, inside: Float32Array, fit: Fit, step: tuple[float, float]) -> np.ndarray:
+def _mask(things: Things, thing: int, inside: Float32Array, fit: Fit, step: tuple[float, float]) -> BoolArray:
     """Return a thing's mask over the photo; its border runs where likelihoods or votes, raised to the photo, cross."""
-    own = (things.number == thing).view(np.uint8)
     border = np.where(inside > 0.0, np.minimum(inside, np.clip(things.lead[thing], -0.5, 0.5)), inside)
+    return _raised(border, things.number == thing, fit, step)
+
+
+def _raised(border: Float32Array, own: BoolArray, fit: Fit, step: tuple[float, float]) -> BoolArray:
+    """Return where over the photo a small map, looked at around its pixels `own`, is positive."""
     mask = np.zeros(fit.photo_size[::-1], dtype=bool)
-    rows, columns, raised = fit.part_to_photo(border, cv2.boundingRect(own), step)
+    rows, columns, raised = fit.part_to_photo(border, cv2.boundingRect(own.view(np.uint8)), step)
     mask[rows, columns] = raised > 0.0
     return mask
 
@@ -111,6 +115,6 @@ def _others(likely: Float32Array, card: NetworkCard, fit: Fit, step: tuple[float
         own = best == number
         if own.any():
             lead = likely[number] - np.delete(likely, number, axis=0).max(axis=0)
-            mask = fit.to_photo(lead, *step) > 0.0
-            found.append(Sighting(number=number, score=float(likely[number][own].mean()), mask=mask))
+            score = float(likely[number][own].mean())
+            found.append(Sighting(number=number, score=score, mask=_raised(lead, own, fit, step)))
     return found
