@@ -27,6 +27,9 @@ ROLES: dict[str, tuple[str, ...]] = {
 }
 """The outputs of each layout, in the order in which a network without named outputs is read."""
 
+MIRRORED = ("semantic", "centres", "inverse-depth", "metric-depth")
+"""Layouts whose answers are maps, and can be turned back."""
+
 _TASKS: dict[str, Task] = {"inverse-depth": "depth", "metric-depth": "depth", "disparity": "stereo"}
 
 
@@ -88,6 +91,7 @@ class NetworkCard:
     geometry: GeometryCard | None = None
     offset_px: Annotated[float, Within(low=0.01, high=10_000.0, unit="px")] = 1.0  # an offset of 1, in input pixels
     class_by: Literal["instance", "pixel"] = "instance"  # of the layout centres: who decides on wall or column
+    mirror: bool = False  # look at the photo's mirror image too, and take the mean: twice the time
     activation: Literal["sigmoid", "softmax"] = "sigmoid"  # of a query's or a pixel's logits
     least_score: Annotated[float, Within(low=0.0, high=1.0)] = 0.5
     most_overlap: Annotated[float, Within(low=0.0, high=1.0)] = (
@@ -110,6 +114,8 @@ class NetworkCard:
             raise ValueError(f"outputs: {', '.join(missing)} not named; name all of {', '.join(roles)}, or none")
         if self.geometry is not None and (self.task != "segment" or self.input.order != "nchw"):
             raise ValueError("geometry: only a segmenter of order nchw takes it")
+        if self.mirror and (self.layout not in MIRRORED or self.input.order == "nhwc"):
+            raise ValueError(f"mirror: only the layouts {', '.join(MIRRORED)} of order nchw or chw can have it")
         if self.task == "segment" and not any(c.label != "other" for c in self.classes):
             raise ValueError("classes: not one is a wall or a column; say which of the network's classes are")
         doubled = [number for number, count in Counter(c.id for c in self.classes).items() if count > 1]

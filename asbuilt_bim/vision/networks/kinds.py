@@ -17,6 +17,7 @@ from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.geometry_input import geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
+from asbuilt_bim.vision.networks.mirrored import answers
 from asbuilt_bim.vision.networks.picture import input_of
 from asbuilt_bim.vision.networks.session import Network, open_network
 from asbuilt_bim.vision.networks.sighting import Sighting
@@ -96,7 +97,7 @@ class NetworkSegmenter:
             pictures = (picture, geometry[None])
         found: list[tuple[Meaning, Sighting]] = []
         taken = np.zeros(image.shape[:2], dtype=bool)
-        for one in read_sightings(self.loaded.network.run(pictures), card, fit, geometry):
+        for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit, geometry):
             mask = one.mask & ~taken
             meaning = card.meaning(one.number)
             if meaning is None or np.count_nonzero(mask) < LEAST_PIXELS:
@@ -153,7 +154,7 @@ class NetworkDepth:
         """
         card = self.loaded.card
         picture, fit = input_of(image, card.input)
-        small = _map_of(self.loaded.network.run((picture,))["depth"], card)
+        small = _map_of(answers(self.loaded.network, card, (picture,))["depth"], card)
         if card.layout == "metric-depth":
             if small.min() <= 0.0:
                 raise NetworkError(

@@ -14,6 +14,7 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.centres import grouped
 from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, load
+from asbuilt_bim.vision.networks.mirrored import answers
 from tests.vision.networks import graphs
 
 W, H = 64, 48  # the input; answers are at half of it
@@ -99,6 +100,22 @@ def test_noisy_votes_of_a_large_wall_make_one_thing() -> None:
     offsets = np.stack([94.5 - columns, 74.5 - rows]).astype(np.float32)
     offsets *= 0.85 + 0.1 * rng.standard_normal(offsets.shape).astype(np.float32)
     assert len(grouped(concrete, offsets).lead) == 1
+
+
+def test_mirrored_a_network_that_sees_the_same_in_both_is_contradicted_by_itself(tmp_path: Path) -> None:
+    """A constant answer, looked at mirrored, puts the wall on the other side too: half as sure on both."""
+    path = graphs.card(
+        tmp_path, graphs.constant(answer([(WALL, [LEFT])], sure=3.0)), "centres", offset_px=8.0, mirror=True
+    )
+    loaded = load(path, "segment")
+    picture = np.zeros((1, 3, H, W), np.float32)
+    said = answers(loaded.network, loaded.card, (picture,))
+    once = loaded.network.run((picture,))
+    np.testing.assert_allclose(said["logits"], said["logits"][..., ::-1])
+    np.testing.assert_allclose(said["offsets"][:, 0], -said["offsets"][:, 0, :, ::-1])
+    np.testing.assert_allclose(
+        said["offsets"][:, 1, :, :16] * 2.0, once["offsets"][:, 1, :, :16] + once["offsets"][:, 1, :, :15:-1]
+    )
 
 
 def geometry_network(said: dict[str, np.ndarray]) -> bytes:

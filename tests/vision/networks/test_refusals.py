@@ -48,6 +48,7 @@ def refused(path: Path, task: Any = "segment") -> str:
         ({"file": "gone.onnx"}, "is not there"),
         ({"least_score": 2.0}, "expected 0 to 1"),
         ({"offset_px": 0.0}, "expected 0.01 to 10000 px"),
+        ({"mirror": True, "input": graphs.INPUT | {"order": "nhwc"}}, "mirror: only the layouts"),
         ({"class_by": "vote"}, "expected 'instance' or 'pixel'"),
         ({"geometry": {"input": "g"}, "input": graphs.INPUT | {"order": "chw"}}, "only a segmenter of order nchw"),
     ],
