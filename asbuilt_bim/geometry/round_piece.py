@@ -12,6 +12,10 @@ from asbuilt_bim.geometry.polyline import fit_circle, fit_line
 LEAST_RADIUS_M, MOST_RADIUS_M = 0.09, 0.65
 """Round concrete columns are cast from 0.2 to 1.2 m; beyond, a surface is a curved wall."""
 LEAST_POINTS = 8
+SMEAR_PX = 1.0
+"""How well the matcher's window knows where across a slope its answer lies."""
+WINDOW_PX = 5.0
+"""Half its window and a bit: that far beyond a silhouette it still answers with the edge."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,13 +97,30 @@ def _circle(
         centre_x, centre_z, radius = fit_circle(x * depth / f_px, depth, weight)
         circle = Circle(x_m=centre_x, z_m=centre_z, radius_m=radius, f_px=f_px, baseline_m=baseline_m)
         residual = np.nan_to_num(d - disparity_of_circle(circle, x), nan=1.0)
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual / sigma))))
-        weight = np.square(d**2 / sigma) * np.square(np.clip(1 - np.square(residual / (4 * scale * sigma)), 1e-4, None))
+        smeared = _smeared_sigma(circle, x, sigma)
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual / smeared))))
+        kept = np.square(np.clip(1 - np.square(residual / (4 * scale * smeared)), 1e-4, None))
+        weight = np.square(d**2 / smeared) * kept
         weight = weight / weight.max()
     if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or centre_z < float(np.median(depth)):
         return None
     width = (float(x[-1]) - float(x[0])) * float(np.median(depth)) / f_px
     if width < 1.1 * radius:  # under a third of the half circle doesn't fix a radius
         return None
-    cost = float(np.sum(np.minimum(np.square(residual / sigma), 9.0)))
+    cost = float(np.sum(np.minimum(np.square(residual / smeared), 9.0)))
     return circle, cost, float(np.sqrt(np.mean(np.minimum(residual**2, 9.0 * sigma**2))))
+
+
+def _smeared_sigma(circle: Circle, x: FloatArray, sigma: FloatArray) -> FloatArray:
+    """Return the points' sigma with what the matcher's window smears near a silhouette, where the mantle turns away.
+
+    There a pixel across is several in disparity, and just beyond it the window still answers with the column's edge:
+    such points say nothing against a circle.
+    """
+    across = (disparity_of_circle(circle, x + SMEAR_PX) - disparity_of_circle(circle, x - SMEAR_PX)) / (2.0 * SMEAR_PX)
+    distance = float(np.hypot(circle.x_m, circle.z_m))
+    half = float(np.arcsin(min(circle.radius_m / distance, 0.99)))
+    away_px = circle.f_px * (np.abs(np.arctan(x / circle.f_px) - np.arctan2(circle.x_m, circle.z_m)) - half)
+    steep = np.where(np.isfinite(across), np.abs(across), np.where(np.abs(away_px) < WINDOW_PX, 1.0, 0.0))
+    smeared: FloatArray = np.hypot(sigma, SMEAR_PX * steep)
+    return smeared

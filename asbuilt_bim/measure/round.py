@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,25 +13,22 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.round_piece import LEAST_RADIUS_M, MOST_RADIUS_M, Circle, disparity_of_circle
 from asbuilt_bim.measure.drafts import Workbench
-from asbuilt_bim.measure.edges import Line, find_edge, pixel_plane
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
-from asbuilt_bim.measure.outline import ALONE_SIGMA_PX, ALONE_STRENGTH, LEAST_STRENGTH, Outline, image_direction
+from asbuilt_bim.measure.outline import Outline
+from asbuilt_bim.measure.silhouettes import Touching, chord_plane, facing_plane, find_silhouettes, touch_silhouettes
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, rings_area_m2
 from asbuilt_bim.vision.segment import Instance
 
 ARC_POINTS = 24
-MASK_SIGMA_PX = 1.0
+STEREO_REACH = 0.3
+"""How far off, in radii, a silhouette is looked for that isn't near: the stereo circle may be a seventh too narrow."""
+MOST_CHANGE = 0.35
+"""A radius that silhouettes would change by more isn't this column's."""
+ROUGH_SHARE = 0.03
+"""What the stereo circle's radius is worth: the matcher bends a mantle flatter or rounder by some per cent."""
 MOST_GAP = 0.08
 """The stereo circle is good to this share of its radius: the matcher bends it a little flatter or rounder."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Tangent:
-    """One silhouette: tangent of its angle in the level plan, and its sigma."""
-
-    tangent: float
-    sigma: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,7 +117,7 @@ def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: Ste
     level = np.array([[*(middle + side * across), below] for side, below in corners])[:, [0, 2, 1]]
     rectified = level @ view.level_from_rectified
     ring = rectified[:, :2] / rectified[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
-    plane = _tangent_plane(bench, fit.circle)
+    plane = chord_plane(bench, fit.circle)
     sigma = float(calibration_sigmas_m2([([ring], plane)], rig, camera)[0])
     return area_m2 * sigma / rings_area_m2([ring], plane, camera)
 
@@ -139,77 +136,41 @@ def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
 
 
 def _from_silhouettes(bench: Workbench, circle: Circle, mask: BoolArray) -> tuple[Circle, float, float]:
-    """Return the circle from both tangents and the disparities between them; the stereo circle where one is missing."""
-    rough = 0.03 * circle.radius_m + 0.005
-    tangents = [_silhouette(bench, circle, mask, side) for side in (-1, 1)]
-    left, right = tangents
-    if left is None or right is None:
-        return circle, rough, 0.02
-    middle = 0.5 * (np.arctan(left.tangent) + np.arctan(right.tangent))
-    half = 0.5 * (np.arctan(right.tangent) - np.arctan(left.tangent))
-    sine = float(np.sin(half))
-    if not 0.0 < sine < 0.5:
-        return circle, rough, 0.02
-    distance, sigma = _distance(bench, middle, sine, float(np.hypot(circle.x_m, circle.z_m)), mask)
-    radius = distance * sine
-    if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or abs(radius / circle.radius_m - 1.0) > 0.35:
-        return circle, rough, 0.02
-    better = replace(
-        circle, x_m=float(distance * np.sin(middle)), z_m=float(distance * np.cos(middle)), radius_m=float(radius)
-    )
-    by_edges = 0.5 * np.hypot(left.sigma, right.sigma) * distance
-    # silhouettes that the stereo circle contradicts are likely somebody else's edges: half of the gap is doubt
-    gap = abs(float(radius) - circle.radius_m)
-    doubt = 0.5 * gap if gap > MOST_GAP * circle.radius_m else 0.0
-    return better, float(np.linalg.norm([by_edges, sigma * sine, doubt])), sigma
-
-
-def _silhouette(bench: Workbench, circle: Circle, mask: BoolArray, side: int) -> _Tangent | None:
-    """Find one upright silhouette: start where the stereo circle has it (a mask's border frays), end on the edge."""
-    rows = np.flatnonzero(mask.any(axis=1))
-    camera, level = bench.pair.camera, bench.scene.level
-    ends = np.array([np.flatnonzero(mask[row])[0 if side < 0 else -1] for row in rows])
-    if np.mean(bench.frame[rows, ends]) > 0.3:
-        return None
-    distance = float(np.hypot(circle.x_m, circle.z_m))
-    angle = np.arctan2(circle.x_m, circle.z_m) + side * np.arcsin(min(circle.radius_m / distance, 0.9))
-    row = int(np.median(rows))
-    foot = np.array([np.interp(circle.f_px * np.tan(angle), level.x_px[row], np.arange(camera.width_px)), float(row)])
-    direction = image_direction(level.view.down, foot, camera)
-    reach = 0.46 * (rows[-1] - rows[0])
-    # the normal points off the column: downwards on its right, upwards on its left as the outline runs
-    line = Line(start=foot - side * -reach * direction, stop=foot + side * -reach * direction)
-    line = line if line.normal[0] * side > 0.0 else Line(start=line.stop, stop=line.start)
-    plane = pixel_plane(_tangent_plane(bench, circle), camera)
-    settled, sigma_px = line, MASK_SIGMA_PX
-    for alone, least in ((True, ALONE_STRENGTH), (False, LEAST_STRENGTH)):  # the last one that holds
-        found = find_edge(bench.slopes, line, plane, 2.0, 7.0, 3.0, alone=alone)
-        if found is not None and found.strength >= least:
-            settled, sigma_px = found.line, float(np.hypot(found.sigma_px, ALONE_SIGMA_PX * alone))
-    points = np.stack([settled.start, settled.stop])
-    rays = np.ones((2, 3))
-    rays[:, :2] = (points - [camera.cx_px, camera.cy_px]) / camera.f_px
-    level_x, _, _ = level.view.coordinates(rays)
-    return _Tangent(tangent=float(level_x.mean() / camera.f_px), sigma=float(sigma_px / camera.f_px))
-
-
-def _tangent_plane(bench: Workbench, circle: Circle) -> FloatArray:
-    """Return q (3,) of the upright plane through both tangent lines: what the silhouettes' disparity is."""
-    distance = float(np.hypot(circle.x_m, circle.z_m))
-    sine = circle.radius_m / distance
-    return _facing_plane(bench, circle, distance * (1.0 - sine**2))
+    """Return the circle that the silhouettes of both photos touch; the stereo circle where they don't hold one."""
+    half_px = circle.f_px * circle.radius_m / circle.z_m
+    touching = _touching(bench, circle, mask, 7.0, 3.0)
+    if touching is None:
+        touching = _touching(bench, circle, mask, STEREO_REACH * half_px, 0.5 * STEREO_REACH * half_px)
+    if touching is None:
+        return circle, ROUGH_SHARE * circle.radius_m + 0.005, 0.02
+    better = touching.circle
+    spread = np.sqrt(np.diag(touching.covariance)) * max(1.0, touching.misfit)
+    # two silhouettes alone that the stereo circle contradicts are likely somebody else's edges: half the gap is doubt
+    gap = abs(better.radius_m - circle.radius_m)
+    doubt = 0.5 * gap if len(touching.used) < 3 and gap > MOST_GAP * circle.radius_m else 0.0
+    forward = np.array([better.x_m, better.z_m]) / np.hypot(better.x_m, better.z_m)
+    along = float(np.sqrt(forward @ touching.covariance[:2, :2] @ forward)) * max(1.0, touching.misfit)
+    return better, float(np.hypot(spread[2], doubt)), along
 
 
 def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
     """Return q (3,) of the upright plane that touches the column's near side."""
-    return _facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
+    return facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
 
 
-def _facing_plane(bench: Workbench, circle: Circle, depth_m: float) -> FloatArray:
-    distance = float(np.hypot(circle.x_m, circle.z_m))
-    f, b = circle.f_px, circle.baseline_m
-    x, z = circle.x_m / distance, circle.z_m / distance
-    return bench.scene.level.view.q_upright(b * x / depth_m, f * b * z / depth_m)
+def _touching(bench: Workbench, start: Circle, mask: BoolArray, reach_px: float, prior_px: float) -> Touching | None:
+    """Look for silhouettes round the stereo circle, then close to where the first fit has them."""
+    circle, touching = start, None
+    for reach, prior in ((reach_px, prior_px), (3.0, 1.0)):
+        seen = find_silhouettes(bench, circle, mask, reach, prior)
+        away = float(np.hypot(circle.x_m, circle.z_m))
+        direction = float(np.arctan2(circle.x_m, circle.z_m))
+        distance, sigma = _distance(bench, direction, min(circle.radius_m / away, 0.5), away, mask)
+        touching = touch_silhouettes(circle, seen, distance, sigma)
+        if touching is None or not LEAST_RADIUS_M < touching.circle.radius_m < MOST_RADIUS_M:
+            return None
+        circle = touching.circle
+    return touching if abs(circle.radius_m / start.radius_m - 1.0) < MOST_CHANGE else None
 
 
 def _distance(bench: Workbench, direction: float, sine: float, start_m: float, mask: BoolArray) -> tuple[float, float]:

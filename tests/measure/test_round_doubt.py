@@ -1,8 +1,8 @@
-"""A round column's sigma where its silhouettes and the stereo circle disagree."""
+"""A round column's circle and its sigma: silhouettes of both photos, and what they are worth where they disagree."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,28 +10,84 @@ import pytest
 
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure import round as round_column
-from asbuilt_bim.measure.round import _from_silhouettes, _Tangent
+from asbuilt_bim.measure.round import _from_silhouettes
+from asbuilt_bim.measure.silhouettes import Silhouette, touch_silhouettes
 
-COLUMN = Circle(x_m=0.0, z_m=6.0, radius_m=0.2, f_px=1000.0, baseline_m=0.25)
+COLUMN = Circle(x_m=0.3, z_m=6.0, radius_m=0.2, f_px=1000.0, baseline_m=0.25)
+DISTANCE_M = float(np.hypot(0.3, 6.0))
+SIGMA = 1.2e-4
+STEREO = Circle(x_m=0.28, z_m=6.1, radius_m=0.17, f_px=1000.0, baseline_m=0.25)
 
 
-def radius_and_sigma(monkeypatch: pytest.MonkeyPatch, stereo_radius_m: float) -> tuple[float, float]:
-    """Fit with silhouettes of a radius of 0.2 m and a stereo circle of another."""
-    edge = float(np.tan(np.arcsin(0.2 / 6.0)))
-    monkeypatch.setattr(round_column, "_silhouette", lambda b, c, m, side: _Tangent(tangent=side * edge, sigma=1.2e-4))
-    monkeypatch.setattr(round_column, "_distance", lambda *_: (6.0, 0.003))
-    stereo = replace(COLUMN, radius_m=stereo_radius_m)
-    circle, sigma, _ = _from_silhouettes(SimpleNamespace(), stereo, np.ones((2, 2), bool))  # type: ignore[arg-type]
+def silhouettes(*, both: bool = True, off_px: float = 0.0) -> list[Silhouette]:
+    """Return the column's true silhouettes; the left photo's left one `off_px` further out."""
+    seen: list[Silhouette] = []
+    for eye in ((0.0, 0.0), (0.25, 0.0))[: 2 if both else 1]:
+        away = np.array([COLUMN.x_m, COLUMN.z_m]) - eye
+        half = float(np.arcsin(COLUMN.radius_m / np.hypot(*away)))
+        for side in (-1, 1):
+            wrong = -off_px / COLUMN.f_px if eye == (0.0, 0.0) and side == -1 else 0.0
+            bearing = float(np.arctan2(*away)) + side * half + wrong
+            seen.append(Silhouette(eye_m=np.array(eye), bearing_rad=bearing, sigma_rad=SIGMA, side=side))
+    return seen
+
+
+def test_four_silhouettes_and_the_distance_give_the_circle_exactly() -> None:
+    found = touch_silhouettes(STEREO, silhouettes(), DISTANCE_M, 0.003)
+    assert found is not None
+    assert (found.circle.x_m, found.circle.z_m) == pytest.approx((0.3, 6.0), abs=1e-9)
+    assert found.circle.radius_m == pytest.approx(0.2, abs=1e-9)
+    assert np.sqrt(found.covariance[2, 2]) < 0.0007
+
+
+def test_one_silhouette_that_is_another_things_edge_is_left_out() -> None:
+    found = touch_silhouettes(STEREO, silhouettes(off_px=2.0), DISTANCE_M, 0.003)
+    assert found is not None
+    assert len(found.used) == 3
+    assert found.circle.radius_m == pytest.approx(0.2, abs=1e-4)
+
+
+def test_a_column_with_one_side_only_has_no_circle_by_silhouettes() -> None:
+    right = [one for one in silhouettes() if one.side == 1]
+    assert touch_silhouettes(STEREO, right, DISTANCE_M, 0.003) is None
+
+
+def test_radius_sigma_holds_in_monte_carlo() -> None:
+    rng = np.random.default_rng(5)
+    pulls: list[float] = []
+    for _ in range(200):
+        moved = {side: SIGMA * rng.normal() for side in (-1, 1)}  # blur moves a side alike in both photos
+        seen = [
+            Silhouette(eye_m=s.eye_m, bearing_rad=s.bearing_rad + moved[s.side], sigma_rad=SIGMA, side=s.side)
+            for s in silhouettes()
+        ]
+        found = touch_silhouettes(STEREO, seen, DISTANCE_M + 0.003 * rng.normal(), 0.003)
+        assert found is not None
+        pulls.append((found.circle.radius_m - 0.2) / float(np.sqrt(found.covariance[2, 2])))
+    assert 0.8 < float(np.std(pulls)) < 1.2
+
+
+def fitted(monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]]) -> tuple[float, float]:
+    """Fit with what is seen within a reach (px); returns radius and its sigma."""
+    monkeypatch.setattr(round_column, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
+    monkeypatch.setattr(round_column, "_distance", lambda *_: (DISTANCE_M, 0.003))
+    circle, sigma, _ = _from_silhouettes(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
     return circle.radius_m, sigma
 
 
-def test_silhouettes_give_the_radius_to_half_a_millimetre(monkeypatch: pytest.MonkeyPatch) -> None:
-    radius, sigma = radius_and_sigma(monkeypatch, 0.205)
+def test_silhouettes_far_from_the_stereo_circle_are_found_on_a_second_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    radius, sigma = fitted(monkeypatch, lambda reach: [] if reach == 7.0 else silhouettes())
     assert radius == pytest.approx(0.2, abs=1e-6)
     assert sigma < 0.0007
 
 
-def test_silhouettes_that_stereo_contradicts_are_doubted_by_half_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
-    radius, sigma = radius_and_sigma(monkeypatch, 0.24)
+def test_two_silhouettes_that_stereo_contradicts_are_doubted_by_half_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
+    radius, sigma = fitted(monkeypatch, lambda reach: silhouettes(both=False))
     assert radius == pytest.approx(0.2, abs=1e-6)
-    assert sigma == pytest.approx(0.02, rel=0.01)
+    assert sigma == pytest.approx(0.015, rel=0.01)
+
+
+def test_without_silhouettes_the_stereo_circle_is_told_as_rough_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    radius, sigma = fitted(monkeypatch, lambda reach: [])
+    assert radius == STEREO.radius_m
+    assert sigma == pytest.approx(0.03 * 0.17 + 0.005)
