@@ -39,6 +39,7 @@ class MeasuredFace:
     occluded: bool  # something nearer touches its outline
     flatness_rms_m: float
     instance: int  # index into StationMeasurement.instances' order
+    open_edge: bool = False  # a side isn't proven to be the face's end: it may be larger
     source: str = "geometric"  # who found the instance: geometry, a network, or both
 
     @property
@@ -48,5 +49,5 @@ class MeasuredFace:
 
     @property
     def whole(self) -> bool:
-        """Say whether the face was seen whole: neither cut by the frame nor hidden in part."""
-        return not (self.cut_by_frame or self.occluded)
+        """Say whether the face was seen whole: not cut by the frame nor hidden in part, and every side is its end."""
+        return not (self.cut_by_frame or self.occluded or self.open_edge)

@@ -18,6 +18,7 @@ from asbuilt_bim.measure.drafts import Draft, Workbench
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.outline import Outline
+from asbuilt_bim.measure.proof import is_open
 from asbuilt_bim.measure.uncertainty import image_sigma_m2
 from asbuilt_bim.vision.segment import Instance
 
@@ -66,6 +67,7 @@ def finish_face(
         distance_m=float(np.linalg.norm(centroid)),
         cut_by_frame=seen.cut_by_frame,
         occluded=seen.occluded,
+        open_edge=is_open(bench, settled.outline, settled.q_px, settled.draft.piece, float(min(sides))),
         flatness_rms_m=_flatness(bench, settled),
         instance=settled.draft.instance,
     )

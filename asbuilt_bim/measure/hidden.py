@@ -10,6 +10,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.outline import Outline
+from asbuilt_bim.measure.walk import at_places, walk
 
 NEARER_PX = 1.2
 """A thing 0.15 m before a wall at 6 m; less is a joint, a chamfer, the ground rising from its edge."""
@@ -35,8 +36,8 @@ def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
     """Walk along the outline and look what lies 3 to 6 px beyond it, and beyond what only one photo shows."""
     cut_px = hidden_px = total_px = 0.0
     for ring in outline.rings:
-        points, normals, steps = _walk(ring)
-        cut_px += float(steps[_at(bench.frame, points)].sum())
+        points, normals, steps = walk(ring)
+        cut_px += float(steps[at_places(bench.frame, points)].sum())
         hidden_px += float(steps[_nearer(bench, points, normals, q_px)].sum())
         total_px += float(steps.sum())
     cut_px += _beyond_right(bench, outline, q_px)
@@ -55,33 +56,9 @@ def _beyond_right(bench: Workbench, outline: Outline, q_px: FloatArray) -> float
         points = points + 6.0 * edge.line.normal
         partner = points.copy()
         partner[:, 0] -= points @ p[:2] + p[2]
-        lost = (partner[:, 0] < 0.0) | ~_at(bench.pair.valid_right, partner)
+        lost = (partner[:, 0] < 0.0) | ~at_places(bench.pair.valid_right, partner)
         length += edge.line.length_px * float(np.mean(lost))
     return length
-
-
-def _walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return places (N, 2) about 2 px apart along a ring, normals (N, 2) off the face, and the length of each."""
-    ends = np.roll(ring, -1, axis=0)
-    lengths = np.linalg.norm(ends - ring, axis=1)
-    places, normals, steps = [], [], []
-    for start, stop, length in zip(ring, ends, lengths, strict=True):
-        if length < 1e-6:
-            continue
-        count = max(1, int(length / 2.0))
-        share = (np.arange(count) + 0.5) / count
-        along = (stop - start) / length
-        places.append(start + share[:, None] * (stop - start))
-        normals.append(np.broadcast_to(np.array([along[1], -along[0]]), (count, 2)))
-        steps.append(np.full(count, length / count))
-    return np.concatenate(places), np.concatenate(normals), np.concatenate(steps)
-
-
-def _at(image: BoolArray, points: FloatArray) -> BoolArray:
-    x = np.clip(np.round(points[:, 0]).astype(np.intp), 0, image.shape[1] - 1)
-    y = np.clip(np.round(points[:, 1]).astype(np.intp), 0, image.shape[0] - 1)
-    found: BoolArray = image[y, x]
-    return found
 
 
 def _nearer(bench: Workbench, points: FloatArray, normals: FloatArray, q_px: FloatArray) -> BoolArray:

@@ -94,12 +94,15 @@ def dominating(face: MeasuredFace, *, calibration_known: bool) -> str:
 
 
 def seen(face: MeasuredFace, method: Method) -> str:
-    """Return how much of a face was seen: `whole`, `cut` by the photo's border, `hidden` in part, or both.
+    """Return how much of a face was seen: `whole`, or what speaks against it.
+
+    `cut` by the photo's border, `hidden` in part, `open`: a side isn't proven to be its end; several joined by "and".
 
     The published method doesn't ask whether something stands before a face: `not checked` where the photo's border
     doesn't cut it.
     """
-    words = [word for word, is_so in (("cut", face.cut_by_frame), ("hidden", face.occluded)) if is_so]
+    flags = (("cut", face.cut_by_frame), ("hidden", face.occluded), ("open", face.open_edge))
+    words = [word for word, is_so in flags if is_so]
     return " and ".join(words) or ("whole" if method == "default" else "not checked")
 
 

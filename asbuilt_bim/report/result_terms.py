@@ -186,7 +186,7 @@ TERMS = {
     "area_sigma_image_m2": "Sigma's own part, in m2.",
     "cut_by_frame": "The photo's border cuts it.",
     "occluded": "Something nearer hides a part of it.",
-    "FaceRecord.whole": "Seen whole: neither cut by the frame nor hidden in part, nor known to go on past its outline.",
+    "FaceRecord.whole": "Seen whole: not cut or hidden, every side its end, not known to go on past its outline.",
     "width_m": "Width in m.",
     "height_m": "Height in m.",
     "design_faces": "Ids of the design faces it was matched to, empty when unmatched.",

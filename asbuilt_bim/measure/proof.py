@@ -1,0 +1,125 @@
+"""Does a face end where its outline does? An edge made merely by lost depth or by shade proves nothing.
+
+A side is proven by what is measured just beyond it: another depth, or another surface that meets the face. Where
+nothing is measured a plain edge in the photos stands for it. Where the face itself goes on further out, nothing does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.measure.drafts import Workbench
+from asbuilt_bim.measure.edges import pixel_plane
+from asbuilt_bim.measure.outline import FaceEdge, Outline
+from asbuilt_bim.measure.walk import at_places, walk
+
+IntArray = NDArray[np.intp]
+
+OFF_PX, OFF_SIGMAS = 1.0, 2.0
+NEAR_PX = (2.0, 4.0, 6.0, 8.0, 11.0)
+"""The matcher's window carries a surface up to some 8 px past its edge, and loses what lies behind for as far."""
+FAR_PX = (14.0, 17.0, 20.0, 23.0, 26.0, 29.0, 32.0, 35.0, 38.0)
+FATTENED_PX = 10.0
+"""What is labelled as the face this near beyond its edge is the matcher's window, not the face."""
+PLAIN_STRENGTH = 0.35
+"""Over a third of a side's length must show an edge where no depth speaks for it; the matcher's border needs less."""
+MOST_UNPROVEN = 0.5
+LEAST_SIDE_PX = 10.0
+LEAST_SHARE = 0.03
+CROSSING_SHARE = 0.4
+"""A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
+ON_EDGE_PX = 3.0
+
+UNKNOWN, PROVEN, GOES_ON = 0, 1, 2
+
+
+def is_open(bench: Workbench, outline: Outline, q_px: FloatArray, label: int, narrow_px: float) -> bool:
+    """Say whether a side of the face `label` isn't proven to be its end: it may be larger than its outline."""
+    p = pixel_plane(q_px, bench.pair.camera)
+    around = sum(float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum()) for ring in outline.rings)
+    limit = max(LEAST_SIDE_PX, min(LEAST_SHARE * around, CROSSING_SHARE * narrow_px))
+    for side in _sides(bench, outline, p, label):
+        if side.length_px > limit and side.unproven_px > MOST_UNPROVEN * side.length_px:
+            return True
+    return False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Side:
+    """The length of a side, and of what isn't proven of it."""
+
+    length_px: float
+    unproven_px: float
+
+
+def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int) -> Iterator[_Side]:
+    """Yield each straight side of the outline, and what of each ring has no line as one."""
+    for ring in outline.rings:
+        points, normals, steps = walk(ring)
+        state = _beyond(bench, points, normals, p, label)
+        framed = at_places(bench.frame, points)
+        owner = _owners(outline.edges, points, normals)
+        for number in np.unique(owner):
+            own = owner == number
+            plain = number >= 0 and _is_plain(outline.edges[number])
+            proven = (state == PROVEN) | framed | ((state == UNKNOWN) & plain)
+            yield _Side(length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()))
+
+
+def _is_plain(edge: FaceEdge) -> bool:
+    """Say whether the photos, or the plane that the face meets there, put the edge where it is."""
+    if edge.source in ("planes", "frame"):
+        return True
+    return edge.fit is not None and edge.source != "mask" and edge.fit.strength >= PLAIN_STRENGTH
+
+
+def _owners(edges: tuple[FaceEdge, ...], points: FloatArray, normals: FloatArray) -> IntArray:
+    """Return per place (N,) the number of the side that it lies on, -1 for none."""
+    owner = np.full(len(points), -1, dtype=np.intp)
+    nearest = np.full(len(points), ON_EDGE_PX)
+    for number, edge in enumerate(edges):
+        line = edge.line
+        along = (points - line.start) @ line.direction
+        off = np.abs((points - line.start) @ line.normal)
+        within = (along > -ON_EDGE_PX) & (along < line.length_px + ON_EDGE_PX) & (normals @ line.normal > 0.9)
+        mine = within & (off < nearest)
+        owner[mine], nearest[mine] = number, off[mine]
+    return owner
+
+
+def _beyond(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, label: int) -> IntArray:
+    """Return per place (N,) what lies beyond: PROVEN to be another surface, the face that GOES_ON, or UNKNOWN.
+
+    Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
+    in it, and what is measured past it speaks for the edge all the same.
+    """
+    level, labels = bench.scene.level, bench.scene.labels
+    height, width = labels.shape
+    state = np.full(len(points), UNKNOWN, dtype=np.intp)
+    for beyond in (*NEAR_PX, *FAR_PX):
+        at = points + beyond * normals
+        x, y = np.round(at).astype(np.intp).T
+        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+        step = np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2])
+        sigma = np.nan_to_num(level.sigma_px[y, x], nan=4.0, posinf=4.0)
+        off = level.measured[y, x] & (np.abs(step) > np.maximum(OFF_PX, OFF_SIGMAS * sigma))
+        found = inside & (off | ((labels[y, x] >= 0) & (labels[y, x] != label)))
+        hidden_strip = _in_strip(normals, step, beyond)
+        near = beyond <= NEAR_PX[-1]
+        state[(state == UNKNOWN) & found & (near | hidden_strip)] = PROVEN
+        if beyond > FATTENED_PX:
+            state[(state == UNKNOWN) & inside & (labels[y, x] == label)] = GOES_ON
+    return state
+
+
+def _in_strip(normals: FloatArray, step: FloatArray, beyond: float) -> BoolArray:
+    """Say where a place may lie past the strip that the step in disparity hides from one photo."""
+    left = (normals[:, 0] < -0.5) & (beyond < -step + NEAR_PX[-1])
+    right = (normals[:, 0] > 0.5) & (beyond < step + NEAR_PX[-1])
+    return np.asarray(left | right)

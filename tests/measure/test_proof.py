@@ -1,0 +1,121 @@
+"""What proves that a face ends where its outline does: another depth or surface beyond it, or a plain edge."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.measure.edges import EdgeFit, Line
+from asbuilt_bim.measure.outline import FaceEdge, Outline, Source
+from asbuilt_bim.measure.proof import is_open
+
+SIZE = 240
+LOW, HIGH = 80, 160
+FACE_PX, BEHIND_PX = 30.0, 8.0
+PLANE = np.array([0.0, 0.0, FACE_PX])
+OWN = 3
+
+
+def scene() -> SimpleNamespace:
+    """Return a workbench with a square face of 80 px before a measured background."""
+    disparity = np.full((SIZE, SIZE), BEHIND_PX)
+    labels = np.full((SIZE, SIZE), -1, dtype=np.int16)
+    inside = slice(LOW, HIGH)
+    disparity[inside, inside], labels[inside, inside] = FACE_PX, OWN
+    level = SimpleNamespace(
+        disparity_px=disparity, sigma_px=np.full((SIZE, SIZE), 0.1), measured=np.ones((SIZE, SIZE), dtype=bool)
+    )
+    camera = SimpleNamespace(f_px=1000.0, cx_px=120.0, cy_px=120.0)
+    return SimpleNamespace(
+        pair=SimpleNamespace(camera=camera),
+        scene=SimpleNamespace(level=level, labels=labels),
+        frame=np.zeros((SIZE, SIZE), dtype=bool),
+    )
+
+
+def square(source: Source = "mask", strength: float = 0.0) -> Outline:
+    """Return the face's outline; its right side was put there by `source`."""
+    low, high = LOW - 0.5, HIGH - 0.5
+    ring = np.array([[low, low], [high, low], [high, high], [low, high]])
+    edges = []
+    for k, (start, stop) in enumerate(zip(ring, np.roll(ring, -1, axis=0), strict=True)):
+        line = Line(start=start, stop=stop)
+        fit = EdgeFit(
+            line=line, sigma_px=0.2, strength=strength, contrast=5.0, disparity_miss_px=0.0, miss_sigma_px=0.2
+        )
+        mine = k == 1 and source != "mask"
+        edges.append(
+            FaceEdge(
+                line=line, sigma_px=0.2, source=source if mine else "mask", course="upright" if k % 2 else "level",
+                neighbour=-1, fit=fit if mine else None,
+            )
+        )  # fmt: skip
+    return Outline(rings=(ring,), edges=tuple(edges))
+
+
+def lose(bench: SimpleNamespace, columns: slice) -> None:
+    """Let nothing be measured in some columns."""
+    bench.scene.level.measured[:, columns] = False
+    bench.scene.level.disparity_px[:, columns] = np.nan
+
+
+def opened(bench: SimpleNamespace, outline: Outline) -> bool:
+    """Ask whether the face is open."""
+    return is_open(bench, outline, PLANE, OWN, float(HIGH - LOW))  # type: ignore[arg-type]
+
+
+def test_a_face_before_a_measured_background_ends_where_its_outline_does() -> None:
+    assert not opened(scene(), square())
+
+
+def test_a_side_beyond_which_depth_is_lost_is_open() -> None:
+    bench = scene()
+    lose(bench, slice(HIGH, SIZE))
+    assert opened(bench, square())
+
+
+@pytest.mark.parametrize(("strength", "proves"), [(0.8, True), (0.2, False)])
+def test_a_plain_edge_in_the_photos_stands_for_depth_that_is_lost(strength: float, proves: bool) -> None:
+    bench = scene()
+    lose(bench, slice(HIGH, SIZE))
+    assert opened(bench, square("photo", strength)) is not proves
+
+
+def test_a_stain_is_no_end_where_the_face_goes_on_past_it() -> None:
+    bench = scene()
+    lose(bench, slice(HIGH, HIGH + 12))
+    bench.scene.labels[LOW:HIGH, HIGH + 12 : HIGH + 40] = OWN
+    bench.scene.level.disparity_px[LOW:HIGH, HIGH + 12 : HIGH + 40] = FACE_PX
+    assert opened(bench, square("photo", 0.9))
+
+
+def test_the_strip_that_one_photo_alone_shows_doesnt_open_a_side() -> None:
+    bench = scene()
+    lose(bench, slice(LOW - round(FACE_PX - BEHIND_PX), LOW))
+    assert not opened(bench, square())
+
+
+def test_a_surface_that_meets_the_face_is_its_end() -> None:
+    bench = scene()
+    bench.scene.labels[:, HIGH:] = OWN + 1
+    bench.scene.level.disparity_px[:, HIGH:] = FACE_PX - 0.02 * np.arange(SIZE - HIGH)
+    assert not opened(bench, square())
+
+
+def test_the_narrow_top_of_a_high_face_counts() -> None:
+    bench = scene()
+    bench.scene.level.measured[:LOW] = False
+    low, high = LOW - 0.5, LOW + 15.5
+    ring = np.array([[low, LOW - 0.5], [high, LOW - 0.5], [high, HIGH - 0.5], [low, HIGH - 0.5]])
+    bench.scene.level.disparity_px[:, LOW + 16 :] = BEHIND_PX
+    bench.scene.labels[:, LOW + 16 :] = -1
+    assert (
+        is_open(bench, Outline(rings=(ring,), edges=()), PLANE, OWN, 16.0) is False
+    )  # as one ragged ring it is proven
+    edges = tuple(
+        FaceEdge(line=Line(start=a, stop=b), sigma_px=3.0, source="mask", course="level", neighbour=-1, fit=None)
+        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True)
+    )
+    assert is_open(bench, Outline(rings=(ring,), edges=edges), PLANE, OWN, 16.0)  # type: ignore[arg-type]
