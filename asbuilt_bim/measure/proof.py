@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.outline import FaceEdge, Outline
 from asbuilt_bim.measure.walk import at_places, walk
+from asbuilt_bim.vision.warp import sample
 
 IntArray = NDArray[np.intp]
 
@@ -26,14 +27,19 @@ NEAR_PX = (2.0, 4.0, 6.0, 8.0, 11.0)
 FAR_PX = (14.0, 17.0, 20.0, 23.0, 26.0, 29.0, 32.0, 35.0, 38.0)
 FATTENED_PX = 10.0
 """What is labelled as the face this near beyond its edge is the matcher's window, not the face."""
-PLAIN_STRENGTH = 0.35
-"""Over a third of a side's length must show an edge where no depth speaks for it; the matcher's border needs less."""
+PLAIN_STRENGTH = 0.25
+"""Over a quarter of a side's length must show an edge where no depth speaks for it."""
 MOST_UNPROVEN = 0.5
 LEAST_SIDE_PX = 10.0
 LEAST_SHARE = 0.03
 CROSSING_SHARE = 0.4
 """A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
 ON_EDGE_PX = 3.0
+STEP_PX, STEP_RUN = 6.0, 8
+"""Brightness is compared 6 px to either side, past what a mask's border errs, in means over runs of 16 px."""
+STRIP_PX = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+STEP_TIMES, LEAST_STEP_GREY = 3.0, 5.0
+GRAIN_TIMES, GLARE_GREY = 3.0, 250.0
 
 UNKNOWN, PROVEN, GOES_ON = 0, 1, 2
 
@@ -67,6 +73,7 @@ def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int) -> Ite
         for number in np.unique(owner):
             own = owner == number
             plain = number >= 0 and _is_plain(outline.edges[number])
+            plain = plain or _looks_other(bench, points[own], normals[own])
             proven = (state == PROVEN) | framed | ((state == UNKNOWN) & plain)
             yield _Side(length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()))
 
@@ -76,6 +83,31 @@ def _is_plain(edge: FaceEdge) -> bool:
     if edge.source in ("planes", "frame"):
         return True
     return edge.fit is not None and edge.source != "mask" and edge.fit.strength >= PLAIN_STRENGTH
+
+
+def _looks_other(bench: Workbench, points: FloatArray, normals: FloatArray) -> bool:
+    """Say whether brightness steps at a side by far more than anywhere near it on the face, or the grain ends there.
+
+    A rough face hides a weak edge from votes pixel by pixel; means along the side don't. Glare has no grain either.
+    """
+    run = np.arange(len(points)) // STEP_RUN
+    size = np.bincount(run)
+
+    def strip(image: Float32Array, middle: float) -> FloatArray:
+        at = points[:, None] + (middle + STRIP_PX[None, :, None]) * normals[:, None]
+        values = sample(image, at[..., 0].astype(np.float32), at[..., 1].astype(np.float32)).mean(axis=1)
+        mean: FloatArray = np.bincount(run, weights=values) / size
+        return mean
+
+    grey = bench.grey_levels[0]
+    means = {k: strip(grey, k * STEP_PX) for k in (1.0, -1.0, -2.0, -3.0, -4.0, -5.0)}
+    inside = np.concatenate([means[-k] - means[-k - 2.0] for k in (1.0, 2.0, 3.0)])
+    step = abs(median(means[1.0] - means[-1.0]))
+    if step > max(LEAST_STEP_GREY, STEP_TIMES * float(np.sqrt(np.mean(inside**2)))):
+        return True
+    grain = [float(sum(strip(np.abs(s), k * STEP_PX).mean() for s in (bench.slopes.left_x, bench.slopes.left_y)))
+             for k in (1.0, -1.0)]  # fmt: skip
+    return bool(GRAIN_TIMES * grain[0] < grain[1] and float(means[1.0].mean()) < GLARE_GREY)
 
 
 def _owners(edges: tuple[FaceEdge, ...], points: FloatArray, normals: FloatArray) -> IntArray:

@@ -32,6 +32,10 @@ def scene() -> SimpleNamespace:
         pair=SimpleNamespace(camera=camera),
         scene=SimpleNamespace(level=level, labels=labels),
         frame=np.zeros((SIZE, SIZE), dtype=bool),
+        grey_levels=(np.full((SIZE, SIZE), 90.0, dtype=np.float32),) * 2,
+        slopes=SimpleNamespace(
+            left_x=np.full((SIZE, SIZE), 4.0, np.float32), left_y=np.zeros((SIZE, SIZE), np.float32)
+        ),
     )
 
 
@@ -81,6 +85,22 @@ def test_a_plain_edge_in_the_photos_stands_for_depth_that_is_lost(strength: floa
     bench = scene()
     lose(bench, slice(HIGH, SIZE))
     assert opened(bench, square("photo", strength)) is not proves
+
+
+def test_a_step_in_brightness_is_an_end_even_where_no_pixel_votes_for_an_edge() -> None:
+    bench = scene()
+    lose(bench, slice(HIGH, SIZE))
+    bench.grey_levels[0][:, HIGH:] = 140.0
+    assert not opened(bench, square())
+
+
+def test_grain_that_stops_at_a_sky_as_bright_as_the_concrete_is_an_end_but_glare_is_none() -> None:
+    bench = scene()
+    lose(bench, slice(HIGH, SIZE))
+    bench.slopes.left_x[:, HIGH:] = 0.5
+    assert not opened(bench, square())
+    bench.grey_levels[0][:] = 252.0
+    assert opened(bench, square())
 
 
 def test_a_stain_is_no_end_where_the_face_goes_on_past_it() -> None:
