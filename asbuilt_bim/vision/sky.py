@@ -21,6 +21,11 @@ LEAST_LIGHT = 0.55
 FAR_DISPARITY_PX = 4.0
 """What was matched nearer than this (65 m for the usual rig) is a thing."""
 LEAST_PIXELS = 400
+LEAST_SPREAD_GREY, MOST_SPREAD_GREY = 1.5, 4.0
+"""How far a sky scatters about its own gradient: less is no camera's; more, as clouds do, vouches for nothing else."""
+MOST_SAMPLES = 20_000
+ALIKE = 0.9
+"""Share of a piece's pixels that have the sky's colour, each within three of its spreads."""
 
 
 def without_sky(instance: Instance, sky: BoolArray) -> Instance:
@@ -38,7 +43,8 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     """Return the sky's pixels (H, W); conservative: what isn't plainly sky isn't.
 
     Demanded of each pixel: untextured, no disparity but a very small one, bright, and not warmer than neutral (blue or
-    grey); and that it hangs together with the photo's top border.
+    grey); and that it hangs together with the photo's top border, or is a piece that has the colour of what does: sky
+    is seen between guard rails and under slabs as well.
     """
     picture = grey(pair.left)
     mean = cv2.blur(picture, (WINDOW_PX, WINDOW_PX))
@@ -54,6 +60,7 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     candidate = valid & calm & cold & ~near
     candidate = cv2.morphologyEx(candidate.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0
     sky = _hanging(candidate, valid)
+    sky = sky | _of_its_colour(candidate & ~sky, sky, np.stack([blue, green, red], axis=-1))
     # untextured pixels were kept off edges by the window's half: give that back, not over what was measured
     grown = cv2.dilate(sky.astype(np.uint8), np.ones((WINDOW_PX, WINDOW_PX), np.uint8)) > 0
     sky_level = _local_level(mean, sky)
@@ -75,6 +82,38 @@ def _hanging(candidate: BoolArray, valid: BoolArray) -> BoolArray:
         touching |= set(np.unique(parts[rows, columns]).tolist())
     keep = [i for i in touching if i > 0 and stats[i, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
     return np.isin(parts, keep)
+
+
+def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> BoolArray:
+    """Return the pieces of the candidates (H, W) whose colour (H, W, 3) continues the known sky's gradient.
+
+    A piece that was found tells more of the gradient, by which the next one down is found.
+    """
+    found = np.zeros_like(sky)
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
+    pieces = [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
+    flat, size = colour.reshape(-1, 3), np.array(sky.shape)
+    while pieces and np.count_nonzero(sky) >= LEAST_PIXELS:
+        known = np.flatnonzero(sky | found)
+        known = known[:: max(1, len(known) // MOST_SAMPLES)]
+        design = _places(known, size)
+        gradient, *_ = np.linalg.lstsq(design, flat[known].astype(np.float64), rcond=None)
+        spread = 1.4826 * np.median(np.abs(flat[known] - design @ gradient), axis=0)
+        if np.any(spread > MOST_SPREAD_GREY):
+            break
+        most = 3.0 * np.maximum(spread, LEAST_SPREAD_GREY)
+        near = [np.abs(flat[piece] - _places(piece, size) @ gradient) < most for piece in pieces]
+        alike = [bool(np.mean(one.all(axis=1)) >= ALIKE) for one in near]
+        if not any(alike):
+            break
+        found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
+        pieces = [piece for piece, yes in zip(pieces, alike, strict=True) if not yes]
+    return found
+
+
+def _places(numbers: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return row and column, as shares of the photo, and a one (N, 3) of pixels by their numbers."""
+    return np.column_stack([*(np.unravel_index(numbers, size) / size[:, None]), np.ones(len(numbers))])
 
 
 def _local_level(mean: np.ndarray, sky: BoolArray) -> np.ndarray:

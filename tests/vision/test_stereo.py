@@ -64,6 +64,17 @@ def test_the_sky_is_sky_and_walls_are_not(pair: RectifiedPair, depth: DepthMap) 
     assert not sky[180:400, 500:640].any()
 
 
+def test_sky_under_a_guard_rail_is_sky_and_a_pale_board_there_is_not(pair: RectifiedPair, depth: DepthMap) -> None:
+    left = pair.left.copy()
+    left[30:40] = (60, 90, 120)
+    railed = find_sky(replace(pair, left=left), depth)
+    assert railed[50:75, 460:770].mean() > 0.9
+    assert not railed[31:39].any()
+    pale = left[60, 600].astype(int) + 12  # of the sky's own light, but of another tone
+    left[45:80, 440:790] = (pale[1], pale[1], pale[1])
+    assert not find_sky(replace(pair, left=left), depth)[45:80, 450:780].any()
+
+
 def test_a_smooth_grey_wall_up_to_the_frame_is_no_sky(pair: RectifiedPair, depth: DepthMap) -> None:
     left = np.array(pair.left)
     left[:200] = (150, 165, 185)  # plaster, warmer than neutral
