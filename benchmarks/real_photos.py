@@ -14,10 +14,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from asbuilt_training.real.figures import BUNDLED, DATA, DepthFigure, Figures, measure
+from asbuilt_training.real.figures import DATA, DepthFigure, Figures, measure
 from asbuilt_training.real.page import write_page
 from asbuilt_training.real.score import by_view, mean_iou, view_iou
 from table import Line, line, options, report, told
+
+from asbuilt_bim.vision.networks.bundled import BUNDLED
 
 FAR_LIMIT = 0.55
 FAR_VIEWS = 7
@@ -76,14 +78,14 @@ def depth_lines(figure: DepthFigure) -> list[Line]:
 def main() -> int:
     """Measure what is there and print the table."""
     parser = options(__doc__ or "")
-    parser.add_argument("--segment", type=Path, default=BUNDLED["segment"], help="card of the segmenter")
-    parser.add_argument("--depth", type=Path, default=BUNDLED["depth"], help="card of the depth network")
+    parser.add_argument("--segment", default=BUNDLED, help="card of the segmenter, or bundled")
+    parser.add_argument("--depth", default=BUNDLED, help="card of the depth network, or bundled")
     parser.add_argument("--page", type=Path, help="write a page with pictures into this folder, outside the project")
     args = parser.parse_args()
     if not DATA.is_dir():
         print(f"no real photographs in {DATA}: set ASBUILT_BIM_DATA; nothing was judged")
         return 0
-    figures = measure(args.segment, args.depth if args.depth.is_file() else None, quick=args.quick)
+    figures = measure(args.segment, args.depth, quick=args.quick)
     if not figures.scored:
         print(f"none of the {len(figures.absent)} labelled photographs is in {DATA}; nothing was judged")
         return 0

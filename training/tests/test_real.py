@@ -7,10 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from asbuilt_bim.vision.networks.card import ClassCard, InputCard, NetworkCard
+from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkSegmenter
 from shapely.geometry import Polygon
 
 from asbuilt_training.real.depth import depth_errors, flat, ramp
-from asbuilt_training.real.figures import Figures
+from asbuilt_training.real.figures import Figures, by_pixel, finder_of
 from asbuilt_training.real.labels import KINDS, LABELS, LabelledPhoto, Shape, read_labels
 from asbuilt_training.real.page import write_page
 from asbuilt_training.real.score import Counts, Scored, by_view, counts_of, everything, in_quarters, mean_iou
@@ -128,6 +130,31 @@ def test_quarters_are_put_back_where_they_were_cut() -> None:
 
     assert (in_quarters(even)(image) == (image[..., 0] % 2 == 0)).all()
     assert sizes == [(2, 3), (2, 4), (3, 3), (3, 4)]
+
+
+class Unsure:
+    """Stands for a network that leans to wall on the left half, by very little."""
+
+    path, inputs = Path("unsure.onnx"), ("image",)
+
+    def run(self, pictures: tuple[np.ndarray, ...]) -> dict[str, np.ndarray]:
+        height, width = pictures[0].shape[2] // 2, pictures[0].shape[3] // 2
+        logits = np.zeros((1, 3, height, width))
+        logits[:, 1, :, : width // 2] = 0.1
+        return {"logits": logits, "offsets": np.zeros((1, 2, height, width))}
+
+
+def test_by_pixel_a_network_answers_also_what_it_is_not_sure_of() -> None:
+    classes = (ClassCard(id=1, name="wall", label="wall"), ClassCard(id=2, name="thing", label="other"))
+    card = NetworkCard(
+        format="asbuilt-bim/network", version=1, name="unsure", file="unsure.onnx", layout="centres",
+        input=InputCard(width_px=64, height_px=32), classes=classes, outputs={"logits": "a", "offsets": "b"},
+    )  # fmt: skip
+    segmenter = NetworkSegmenter(loaded=LoadedNetwork(card=card, network=Unsure()))  # type: ignore[arg-type]
+    image = np.zeros((32, 64, 3), dtype=np.uint8)
+    assert not finder_of(segmenter)(image).any()
+    found = finder_of(by_pixel(segmenter))(image)
+    assert found[:, :30].all() and not found[:, 34:].any()
 
 
 def test_depth_that_is_right_up_to_scale_and_shift_has_no_error() -> None:

@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 
 from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.vision.networks.bundled import BUNDLED
 
-from asbuilt_training.real.figures import BUNDLED, DATA, measure
+from asbuilt_training.real.figures import DATA, measure
 from asbuilt_training.real.page import write_page
 from asbuilt_training.real.score import by_view, mean_iou
 
@@ -15,18 +16,15 @@ from asbuilt_training.real.score import by_view, mean_iou
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument("--out", type=Path, required=True, help="folder of the page; its pictures aren't ours to share")
-    parser.add_argument("--segment", type=Path, default=BUNDLED["segment"], help="card of the segmenter")
-    parser.add_argument(
-        "--depth", type=Path, default=None, help="card of the depth network; the bundled one if it is there"
-    )
+    parser.add_argument("--segment", default=BUNDLED, help="card of the segmenter, or bundled")
+    parser.add_argument("--depth", default=BUNDLED, help="card of the depth network, or bundled")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the real data (ASBUILT_BIM_DATA)")
 
 
 def run(given: argparse.Namespace) -> int:
     """Measure, write the page, say the two means."""
-    depth = given.depth or (BUNDLED["depth"] if BUNDLED["depth"].is_file() else None)
     try:
-        figures = measure(given.segment, depth, given.data)
+        figures = measure(given.segment, given.depth, given.data)
     except NetworkError as problem:
         print(problem)
         return 1

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from asbuilt_bim.geometry.arrays import ByteImage
-from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
+from asbuilt_bim.vision.networks.card import ROLES, Task
+from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
 from numpy.typing import NDArray
 
 from asbuilt_training.real.depth import DepthErrors, depth_errors, flat, ramp
@@ -17,8 +19,6 @@ from asbuilt_training.real.pairs import RealPair, real_pairs
 from asbuilt_training.real.score import Counts, Finder, Mask, Scored, counts_of, everything, greyish, in_quarters, score
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[3] / "../shared/data"))
-MODELS = Path(__file__).resolve().parents[3] / "asbuilt_bim" / "models"
-BUNDLED = {"segment": MODELS / "concrete.yaml", "depth": MODELS / "depth.yaml"}
 PLAIN: dict[str, Finder] = {"every pixel called concrete": everything, "grey pixels called concrete": greyish}
 """What needs no network: a figure means something only above these."""
 
@@ -50,34 +50,45 @@ class Figures:
     """All figures; `absent` names the labelled photos that the data folder doesn't have."""
 
     network: str
-    scored: tuple[Scored, ...]
-    beside: dict[str, tuple[Scored, ...]]  # the same photos by what is no network, and by quarters
+    scored: tuple[Scored, ...]  # the network's class of each pixel
+    beside: dict[str, tuple[Scored, ...]]  # the same photos as a run takes them, by quarters, and by what is no network
     stereo: tuple[WithStereo, ...]
     depth: tuple[DepthFigure, ...]
     absent: tuple[str, ...]
 
 
-def measure(segment_card: Path, depth_card: Path | None, data: Path = DATA, quick: bool = False) -> Figures:
-    """Ask the networks about every labelled photo that is there, and about the real pairs.
+def card_of(name: str, task: Task) -> Path:
+    """Return the path of a card, or of the one that is shipped where the name is `bundled`.
+
+    Raises:
+        NetworkError: none is shipped.
+    """
+    return bundled_card(task) if name == BUNDLED else Path(name)
+
+
+def measure(segment: str, depth: str | None, data: Path = DATA, quick: bool = False) -> Figures:
+    """Ask the networks, by the names of their cards, about every labelled photo that is there and the real pairs.
 
     Raises:
         NetworkError: a card or its network can't be used.
     """
-    segmenter = NetworkSegmenter(loaded=load(segment_card, "segment"))
-    finder = finder_of(segmenter)
-    others = PLAIN if quick else {"the same network on quarters of the photo": in_quarters(finder), **PLAIN}
+    segmenter = NetworkSegmenter(loaded=load(card_of(segment, "segment"), "segment"))
+    finder = finder_of(by_pixel(segmenter))
+    others = {"the network's instances, as a run takes them": finder_of(segmenter), **PLAIN}
+    if not quick:
+        others = {"the network's classes on quarters of the photo": in_quarters(finder), **others}
     labels = read_labels()
     there = [photo for photo in labels if photo.is_there(data)]
     asked = _one_a_view(there) if quick else there
     pairs = [] if quick else real_pairs(data)
-    depth = None if depth_card is None else NetworkDepth(loaded=load(depth_card, "depth"))
+    estimator = None if depth is None else NetworkDepth(loaded=load(card_of(depth, "depth"), "depth"))
     by_file = {photo.file: photo for photo in there}
     return Figures(
         network=segmenter.name,
         scored=tuple(score(photo, data, finder) for photo in asked),
         beside={name: tuple(score(photo, data, other) for photo in asked) for name, other in others.items()},
         stereo=tuple(_with_stereo(one, segmenter, by_file[one.file]) for one in pairs if one.file in by_file),
-        depth=() if depth is None else tuple(_depth(one, depth) for one in pairs),
+        depth=() if estimator is None else tuple(_depth(one, estimator) for one in pairs),
         absent=tuple(photo.file for photo in labels if photo not in there),
     )
 
@@ -93,6 +104,16 @@ def finder_of(segmenter: NetworkSegmenter) -> Finder:
         return mask
 
     return found
+
+
+def by_pixel(segmenter: NetworkSegmenter) -> NetworkSegmenter:
+    """Return the same network read pixel by pixel: what it is sure of and how it groups it left aside."""
+    card = segmenter.loaded.card
+    if "logits" not in ROLES[card.layout] or "masks" in ROLES[card.layout]:
+        return segmenter
+    outputs = {role: name for role, name in card.outputs.items() if role == "logits"}
+    read = replace(card, layout="semantic", outputs=outputs, least_score=0.0)
+    return NetworkSegmenter(loaded=LoadedNetwork(card=read, network=segmenter.loaded.network))
 
 
 def _one_a_view(photos: list[LabelledPhoto]) -> list[LabelledPhoto]:
