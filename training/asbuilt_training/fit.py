@@ -33,7 +33,7 @@ LOG = logging.getLogger(__name__)
 WHOLE_FROM = 0.62
 """Share of the run after which whole pictures are learned instead of crops at two thirds of their size."""
 WARM_UP = 0.03
-CROPS, WHOLE = (Recipe(width_px=256, height_px=192, least_crop=0.45), 16), (Recipe(least_crop=0.6), 8)
+CROPS, WHOLE = (Recipe(width_px=256, height_px=192, least_crop=0.6), 16), (Recipe(least_crop=0.6), 8)
 LOOKED_AT = 80
 """Validation pictures that are looked at while it learns, with and without geometry."""
 PATIENCE = 8
@@ -49,7 +49,7 @@ class Plan:
     minutes: float
     look_minutes: float = 5.0
     keep_minutes: float = 10.0
-    rate: float = 2e-3
+    rate: float = 1.2e-3
     decay: float = 0.02
     seed: int = 0
     threads: int = 1  # two that wait for each other are slower than one wherever something else runs too
@@ -62,7 +62,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder of the run: weights, curves, pictures")
     parser.add_argument("--minutes", type=float, required=True, help="how long it learns")
     parser.add_argument("--look-minutes", type=float, default=5.0, help="how often it is judged")
-    parser.add_argument("--rate", type=float, default=2e-3, help="largest step")
+    parser.add_argument("--rate", type=float, default=1.2e-3, help="largest step")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--resume", action="store_true", help="go on where the run in --out stopped")

@@ -47,7 +47,7 @@ class RelativeDepth(nn.Module):
 
     def forward(self, image: Tensor) -> Tensor:
         """Return relative inverse depth (N, h/2, w/2)."""
-        return self.depth(self.trunk(image, None))[:, 0]
+        return self.depth(self.trunk(image, None))[:, 0].exp()
 
 
 def read_segmenter(path: Path) -> Segmenter:

@@ -14,6 +14,8 @@ OFFSET_WEIGHT = 0.3
 DEPTH_WEIGHT = 1.0
 SCALES = 4
 """Depth's slopes are compared at this many sizes, each half the one before."""
+FAR_PER_M = 1.0 / 150.0
+"""What is farther is as good as sky."""
 
 
 def class_loss(logits: Tensor, kind: Tensor, weight: Tensor, class_weights: Tensor) -> Tensor:
@@ -50,40 +52,36 @@ def offset_loss(offsets: Tensor, target: Tensor) -> Tensor:
     return missed.sum() / asked.sum().clamp(min=1)
 
 
-def depth_loss(depth: Tensor, inverse_depth: Tensor) -> Tensor:
-    """Return how far relative depth (N, h, w) is from true inverse depth, whatever its scale and shift.
+def depth_loss(log_nearness: Tensor, inverse_depth: Tensor) -> Tensor:
+    """Return how far relative depth is from the true one, whatever its scale, as a share of it.
 
-    Both are brought to median 0 and mean deviation 1; what is left is judged against the true value, so that a metre
-    counts near and ten count far away, and so are its slopes at several sizes. Pictures with hardly any depth (sky)
-    teach nothing.
+    `log_nearness` (N, h, w) is the logarithm of relative inverse depth: an error there is a share of the distance, near
+    as far, which linear inverse depth has no precision for. Errors and their slopes at several sizes count; what is
+    beyond `FAR_PER_M`, and the sky, only has to be farther than that.
 
-    Reference: Ranftl et al. 2022, Towards Robust Monocular Depth Estimation, equations 5, 7 and 11.
+    Reference: Eigen et al. 2014, Depth Map Prediction, equation 1 (scale-invariant error of logarithms); Ranftl et al.
+    2022, equation 11 (slopes).
     """
-    enough = (inverse_depth > 0).float().mean((1, 2)) > 0.3
+    known = inverse_depth > FAR_PER_M
+    enough = known.float().mean((1, 2)) > 0.1
     if not enough.any():
-        return depth.sum() * 0.0
-    given, true = depth[enough].float().flatten(1), inverse_depth[enough].flatten(1)
-    middle, spread = _normal(true)
-    own_middle, own_spread = _normal(given)
-    left = (given - own_middle) / own_spread - (true - middle) / spread
-    # Relative to the true value and a floor: what is beyond a few times the usual distance is as good as sky.
-    floor = 0.3 * middle + 0.05 * spread
-    left = left * (spread / (true + floor)).clamp(max=3.0)
-    shape = (len(given), *depth.shape[1:])
-    return left.abs().mean() + 0.5 * _slopes(left.view(shape))
+        return log_nearness.sum() * 0.0
+    given, known, true = log_nearness[enough].float(), known[enough], inverse_depth[enough]
+    apart = given - true.clamp(min=FAR_PER_M).log()
+    middle = torch.where(known, apart.detach(), float("nan")).flatten(1).nanmedian(dim=1).values
+    left = apart - middle[:, None, None]
+    too_near = (torch.relu(left) * ~known).sum() / (~known).sum().clamp(min=1)
+    return (left.abs() * known).sum() / known.sum() + 0.3 * too_near + 0.3 * _slopes(left, known)
 
 
-def _normal(values: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the median and the mean deviation from it, (N, 1) each, of (N, n)."""
-    middle = values.median(dim=1, keepdim=True).values
-    return middle, (values - middle).abs().mean(dim=1, keepdim=True).clamp(min=1e-4)
-
-
-def _slopes(left: Tensor) -> Tensor:
-    """Return the mean slope of what is left, over several sizes."""
+def _slopes(left: Tensor, known: Tensor) -> Tensor:
+    """Return the mean slope of what is left between neighbours that are known, over several sizes."""
     total = left.new_zeros(())
     for scale in range(SCALES):
         step = 2**scale
-        part = left[:, ::step, ::step]
-        total = total + (part[:, :, 1:] - part[:, :, :-1]).abs().mean() + (part[:, 1:] - part[:, :-1]).abs().mean()
+        part, sure = left[:, ::step, ::step], known[:, ::step, ::step]
+        across, down = sure[:, :, 1:] & sure[:, :, :-1], sure[:, 1:] & sure[:, :-1]
+        slopes = ((part[:, :, 1:] - part[:, :, :-1]).abs() * across).sum()
+        slopes = slopes + ((part[:, 1:] - part[:, :-1]).abs() * down).sum()
+        total = total + slopes / (across.sum() + down.sum()).clamp(min=1)
     return total / SCALES

@@ -112,7 +112,7 @@ class ConcreteNet(nn.Module):
         self.depth = Head(inside, self.size.head, 1)
 
     def forward(self, image: Tensor, geometry: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
-        """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2) and relative inverse depth (N, h/2, w/2)."""
+        """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2), log of relative inverse depth (N, h/2, w/2)."""
         x = self.trunk(image, geometry)
         return self.logits(x), self.offsets(x), self.depth(x)[:, 0]
 

@@ -80,14 +80,14 @@ class Exported:
         """Do nothing: an exported network can't learn."""
 
     def __call__(self, image: torch.Tensor, geometry: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return logits, offsets and relative inverse depth."""
+        """Return logits, offsets and the logarithm of relative inverse depth."""
         picture = np.ascontiguousarray(image.numpy())
         begun = time.process_time()
         logits, offsets = self._segment.run(None, {"image": picture, "geometry": geometry.contiguous().numpy()})
         (depth,) = self._depth.run(None, {"image": picture})
         self.milliseconds += 1000.0 * (time.process_time() - begun)
         self.runs += 1
-        return torch.from_numpy(logits), torch.from_numpy(offsets), torch.from_numpy(depth)
+        return torch.from_numpy(logits), torch.from_numpy(offsets), torch.from_numpy(np.log(np.maximum(depth, 1e-6)))
 
 
 class _Steps(CalibrationDataReader):  # type: ignore[misc]

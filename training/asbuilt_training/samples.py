@@ -17,7 +17,7 @@ OFFSET_UNIT_PX = 32.0
 """Offsets are given in units of this many input pixels: numbers near one."""
 IGNORED = 255
 CONCRETE = (1, 2)
-BORDER_WEIGHT = 3
+BORDER_WEIGHT = 2
 """Pixels at a border count this many times more: they are few, and areas are decided there."""
 
 
@@ -53,7 +53,7 @@ def training_sample(rng: np.random.Generator, picture: Picture, recipe: Recipe) 
     crop = _crop(rng, picture.mirrored() if rng.random() < 0.5 else picture, recipe)
     rgb = disturbed(rng, crop.rgb, crop.inverse_depth_per_m)
     kind = crop.kind.copy()
-    if rng.random() < 0.3:
+    if rng.random() < 0.2:
         cut_out(rng, rgb, kind)
     has_geometry = bool(rng.random() >= recipe.without_geometry)
     geometry = np.zeros((5, *kind.shape), dtype=np.float16)
@@ -116,7 +116,7 @@ def border_weight(kind: np.ndarray, instance: np.ndarray) -> np.ndarray:
 def _crop(rng: np.random.Generator, picture: Picture, recipe: Recipe) -> Picture:
     """Return a part of a picture at the recipe's size, with its camera."""
     height, width = picture.kind.shape
-    share = min(rng.uniform(recipe.least_crop, 1.15), 1.0)  # a good part of the examples show the whole picture
+    share = min(rng.uniform(recipe.least_crop, 1.3), 1.0)  # a good part of the examples show the whole picture
     w = max(int(share * width), 8)
     h = min(int(w * recipe.height_px / recipe.width_px * np.exp(rng.uniform(-0.12, 0.12))), height)
     x0, y0 = int(rng.integers(0, width - w + 1)), int(rng.integers(0, height - h + 1))

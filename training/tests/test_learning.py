@@ -129,10 +129,14 @@ def test_the_offset_loss_asks_nothing_off_the_walls() -> None:
     assert offset_loss(torch.zeros(1, 2, 4, 4), target).item() == pytest.approx(2.0)
 
 
-def test_the_depth_loss_does_not_see_scale_and_shift_but_sees_a_wrong_order() -> None:
+def test_the_depth_loss_does_not_see_scale_but_sees_a_wrong_order() -> None:
     true = torch.rand(3, 40, 40) * 0.5 + 0.05
-    assert depth_loss(3.0 * true + 7.0, true) < 1e-4
-    assert depth_loss(-true, true) > 1.0
+    assert depth_loss((7.0 * true).log(), true) < 1e-4
+    assert depth_loss(-true.log(), true) > 1.0
+    sky = torch.zeros(1, 40, 40)
+    sky[:, 20:] = 0.2
+    near, far = torch.zeros(1, 40, 40), torch.where(sky > 0, 0.0, -9.0)
+    assert depth_loss(far, sky) < 1e-4 < depth_loss(near, sky)
     assert depth_errors((2.0 * true[0] - 1.0).numpy(), true[0].numpy()) == pytest.approx((0.0, 1.0), abs=1e-5)
 
 
