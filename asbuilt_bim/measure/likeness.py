@@ -48,14 +48,17 @@ def face_cost(
     return cost.astype(np.float32)
 
 
-def bridged(own: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: int) -> BoolArray:
+def bridged(
+    own: BoolArray, meets: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: int
+) -> BoolArray:
     """Return the face's pixels with gaps of up to `gap_px` in their rows filled that nothing speaks against.
 
-    A dark or smooth patch of concrete has no disparity, but it looks like the rest; sky between starter bars doesn't.
+    A gap may also lie between the face and one that it `meets` in an edge: there is nothing between the two. A dark or
+    smooth patch of concrete has no disparity, but it looks like the rest; sky between starter bars doesn't.
     """
     kernel = np.ones((1, gap_px), np.uint8)  # along a row, between two sides that are sure: never at the border
     # padded: at its border OpenCV closes towards the outside
-    padded = cv2.copyMakeBorder(own.astype(np.uint8), 0, 0, gap_px, gap_px, cv2.BORDER_CONSTANT, value=0)
+    padded = cv2.copyMakeBorder((own | meets).astype(np.uint8), 0, 0, gap_px, gap_px, cv2.BORDER_CONSTANT, value=0)
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, kernel)[:, gap_px:-gap_px] > 0
     light = cv2.cvtColor(cv2.blur(colour, (5, 5)), cv2.COLOR_BGR2GRAY).astype(np.float32)
     pixels = light[own]

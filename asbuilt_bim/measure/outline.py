@@ -11,6 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import unit
+from asbuilt_bim.measure.closing import close_ring, pixel_area
 from asbuilt_bim.measure.contour import Course, Side, contours, sides
 from asbuilt_bim.measure.edges import EdgeFit, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.straight import BEHIND_PX, Surroundings, straight_sides
@@ -21,10 +22,14 @@ LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
 ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
+CLEAR_STRENGTH, FAINT_SIGMA_PX = 0.3, 0.35
+"""Under a third of its length, a shared edge may be a stain beside it: of two opinions neither is sure to 0.5 px."""
 MASK_SIGMA_PX = 3.0
 """How well the matcher's own border lies on an edge that no photo shows."""
 LEVEL_SIGMA_PX = 0.25
 """What a level edge errs beyond its fit: the shade where a foot meets the ground, a top seen with its upper side."""
+HALF_SEEN, HALF_SEEN_SIGMA_PX = 0.5, 0.6
+"""A level edge seen on under half of its length: rubble at a foot, shade, a top's own upper side beside it."""
 LEAST_KNOWN_SHARE = 0.3
 """Of a gap's pixels must be measured before it may be called an opening."""
 SLANT_DEG = 12.0
@@ -96,8 +101,10 @@ def _drawn(
     edges: list[FaceEdge] = []
     for ring_sides, ring in found:
         settled = [_settle(side, label, around, reach_px, prior_px) for side in ring_sides]
-        closed = _assemble(settled, ring_sides) if len(settled) >= 3 else ring
-        if len(closed) >= 3 and abs(_pixel_area(closed)) > 30.0:
+        closed = (
+            close_ring([e.line if e is not None else None for e in settled], ring_sides) if len(settled) >= 3 else ring
+        )
+        if len(closed) >= 3 and abs(pixel_area(closed)) > 30.0:
             rings.append(closed)
             edges += [edge for edge in settled if edge is not None]
         elif not rings:
@@ -148,7 +155,12 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
     plane = pixel_plane(around.planes[label], around.camera)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px)
     if fit is not None and fit.strength >= LEAST_STRENGTH:
-        sigma = float(np.hypot(fit.sigma_px, LEVEL_SIGMA_PX if side.course == "level" else 0.0))
+        if fit.strength < CLEAR_STRENGTH and crossing is not None:
+            return _between(side, crossing, fit, neighbour)
+        own_px = 0.0
+        if side.course == "level":
+            own_px = LEVEL_SIGMA_PX if fit.strength >= HALF_SEEN else HALF_SEEN_SIGMA_PX
+        sigma = float(np.hypot(fit.sigma_px, own_px))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="photo", course=side.course, neighbour=neighbour, fit=fit)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, alone=True)
     if crossing is None and fit is not None and fit.strength >= ALONE_STRENGTH:
@@ -158,6 +170,18 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
         line=start, sigma_px=1.0 if crossing is not None else MASK_SIGMA_PX,
         source="planes" if crossing is not None else "mask", course=side.course, neighbour=neighbour, fit=None,
     )  # fmt: skip
+
+
+def _between(side: Side, crossing: Line, fit: EdgeFit, neighbour: int) -> FaceEdge:
+    """Put a side half-way between where the two planes meet and the faint edge that the photos show near it.
+
+    A shared edge is faint where both faces are lit alike; what is seen then is one side of its chamfer, or a stain.
+    """
+    apart = [float((photo - planes) @ crossing.normal) for photo, planes in
+             ((fit.line.start, crossing.start), (fit.line.stop, crossing.stop))]  # fmt: skip
+    line = crossing.moved(0.5 * apart[0], 0.5 * apart[1])
+    sigma = float(np.hypot(fit.sigma_px, FAINT_SIGMA_PX))
+    return FaceEdge(line=line, sigma_px=sigma, source="photo", course=side.course, neighbour=neighbour, fit=fit)
 
 
 def _neighbour(line: Line, label: int, around: Surroundings) -> int:
@@ -193,56 +217,3 @@ def _crossing(line: Line, label: int, neighbour: int, around: Surroundings, reac
     ):
         return None
     return Line(start=foot[0], stop=foot[1])
-
-
-def _assemble(settled: list[FaceEdge | None], found: list[Side]) -> FloatArray:
-    """Walk round the sides: corners where neighbours' lines cross, the contour's own points where there is no line."""
-    points: list[FloatArray] = []
-    count = len(settled)
-    for i, edge in enumerate(settled):
-        following = settled[(i + 1) % count]
-        corner = found[i].points[-1]
-        if edge is None:
-            points.extend(found[i].points[2:-2:2])
-            if following is None:
-                points.append(corner)
-            continue
-        if following is None:
-            points.append(_foot(edge.line, corner))
-            continue
-        crossing = _meet(edge.line, following.line)
-        if crossing is not None and float(np.linalg.norm(crossing - corner)) < 20.0:
-            points.append(crossing)
-        else:
-            points.extend([_foot(edge.line, corner), _foot(following.line, corner)])
-    # a free side before a line starts at the line's own foot
-    for i, edge in enumerate(settled):
-        if edge is not None and settled[i - 1] is None:
-            points = _with_foot(points, found[i], edge)
-    return np.array(points)
-
-
-def _with_foot(points: list[FloatArray], side: Side, edge: FaceEdge) -> list[FloatArray]:
-    foot = _foot(edge.line, side.points[0])
-    nearest = int(np.argmin([np.sum((p - side.points[0]) ** 2) for p in points]))
-    return [*points[: nearest + 1], foot, *points[nearest + 1 :]]
-
-
-def _foot(line: Line, point: FloatArray) -> FloatArray:
-    foot: FloatArray = line.start + ((point - line.start) @ line.direction) * line.direction
-    return foot
-
-
-def _meet(one: Line, other: Line) -> FloatArray | None:
-    a, b = one.direction, other.direction
-    cross = float(a[0] * b[1] - a[1] * b[0])
-    if abs(cross) < np.sin(np.radians(15.0)):
-        return None
-    gap = other.start - one.start
-    meeting: FloatArray = one.start + a * float(gap[0] * b[1] - gap[1] * b[0]) / cross
-    return meeting
-
-
-def _pixel_area(ring: FloatArray) -> float:
-    x, y = ring.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

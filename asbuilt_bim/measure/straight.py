@@ -29,6 +29,7 @@ GAP_M = 0.35
 """A patch of smooth concrete without a match; windows are larger, and are seen to lie behind."""
 NARROW_PX = 24
 SAME_POUR = -0.1
+MOST_AGAINST = 0.1
 LEAST_OPENING_PX = 10
 LEAST_OPENING_SHARE = 0.008
 """A form-tie cone is no opening; a window is over 1 % of its wall."""
@@ -56,6 +57,7 @@ class Surroundings:
     camera: RectifiedCamera
     down: FloatArray  # (3,) rectified
     texture_grey: float = 1.5
+    meets: tuple[int, ...] = ()  # the labels of the faces that it meets in a convex edge
 
 
 def straight_sides(
@@ -74,8 +76,9 @@ def straight_sides(
     labels = raster.lay(around.labels, nearest=True)
     colour = raster.lay(around.colour).astype(np.uint8)
     other = (labels >= 0) & (labels != label)
+    meets = np.isin(labels, around.meets)
     gap = int(np.clip(round(GAP_M / raster.step_m[0]), 3, 81))
-    own = _stout(bridged(own, other, off, colour, gap), raster)
+    own = _stout(bridged(own, meets, other, off, colour, gap), raster)
     if np.count_nonzero(own) < 60:
         return None
     left = raster.lay(around.left_grey).astype(np.float32)
@@ -85,7 +88,7 @@ def straight_sides(
     cost = face_cost(own, other, off, left - right, paired, colour, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
     if ends is not None:
-        _limit(cost, own, raster, ends)
+        _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -BEHIND_PX), raster, ends)
     clear = raster.lay(around.marks.astype(np.uint8), nearest=True) == 0
     across, along = across * clear, along * clear
     region = straight_region(cost, across, along, own)
@@ -98,10 +101,11 @@ def straight_sides(
     return kept if kept and len(rings[0]) >= 4 else None
 
 
-def _limit(cost: Float32Array, own: BoolArray, raster: FaceRaster, ends: FloatArray) -> None:
+def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceRaster, ends: FloatArray) -> None:
     """Make every row above the upper and below the lower of `ends` foreign, in place.
 
-    A narrow face's mask often breaks off where the matcher failed on it: rows between the ends count for it.
+    A face's mask often breaks off where the matcher failed on it: rows between the ends count for it, of a wider face
+    where nothing speaks `against` them.
     """
     rows = np.sort(raster.from_photo(ends)[:, 1])
     top, foot = (int(np.clip(round(row), 0, raster.height)) for row in rows)
@@ -111,10 +115,13 @@ def _limit(cost: Float32Array, own: BoolArray, raster: FaceRaster, ends: FloatAr
         cost[beyond] = FOREIGN
         own[beyond] = False
     rows_of_it = np.asarray(own.any(axis=1), dtype=bool)
-    if cv2.boundingRect(own.astype(np.uint8))[2] >= NARROW_PX or not rows_of_it.any():
+    if not rows_of_it.any():
         return
     usual = own[rows_of_it].mean(axis=0) > 0.4
     bare = top + np.flatnonzero(~rows_of_it[top:foot])
+    wide = cv2.boundingRect(own.astype(np.uint8))[2] >= NARROW_PX
+    if wide and (not bare.size or np.mean(against[np.ix_(bare, np.flatnonzero(usual))]) > MOST_AGAINST):
+        return
     own[np.ix_(bare, np.flatnonzero(usual))] = True
     cost[np.ix_(bare, np.flatnonzero(usual))] = SAME_POUR
 
