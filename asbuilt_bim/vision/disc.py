@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
+from asbuilt_bim.vision.disc_patch import Patch, conic_value, cut_patch, filled_share
+from asbuilt_bim.vision.edge_model import place_edges, profiles_across
 from asbuilt_bim.vision.edges import find_edges
 from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
 from asbuilt_bim.vision.red import RedBlob, red_blobs, redness
@@ -19,7 +21,8 @@ MIN_ASPECT = 0.4
 MIN_RADIUS_PX = 5.0
 MAX_BLOBS = 16
 _MAX_EDGE_POINTS = 180
-_PATCH_MARGIN = 1.6
+EDGE_SPACING_PX = 1.2
+_SOME = 2  # every second edge point says what the lens's blur is
 _THINGS_IN_A_BLOB = 3
 LEAST_FILLED = 0.6
 """Of the inside: 30 % may be covered, and blur at the cover's edges looks like cover."""
@@ -29,30 +32,19 @@ MOST_INSIDE = 4.0
 """A cover hides outline where it hides inside: a bar twice as much of the inside, so more is a print near the rim."""
 _BLURRED_ENDS = 3
 """Edge points next to a covered stretch of the outline that are left out: the cover's own edge bends them."""
-_TONE = 1.8
-"""A lens blurs light (exponent 2.2), JPEG's halved colour blurs grey levels (1): edges of both kinds meet between."""
-_JPEG_BLUR_PX = 1.0  # brightness is blurred as colour is, so that both pass one half in one place
-_SENSOR = 2e-5  # of linear light squared: noise that two rings of a patch may not show
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Patch:
-    """A disc's surroundings: `corner` (2,) in the photo, `light` (H, W, 1) that shows the edge best, `red` (H, W)."""
-
-    corner: FloatArray
-    light: Float32Array
-    red: Float32Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RedDisc:
     """A red disc in one photo: `edge` (N, 2) are the outline's points that were found, `rms_px` their misfit.
 
-    `support` is the share of the outline that they make up, `filled` the share of its inside that is red.
+    `sigma_px` (N,) is how sure each point is, against the others; `support` is the share of the outline that they make
+    up, `filled` the share of its inside that is red.
     """
 
     ellipse: Ellipse
     edge: FloatArray
+    sigma_px: FloatArray
     rms_px: float
     support: float
     filled: float
@@ -103,7 +95,7 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
     """Follow the edge of a blob from a first ellipse on."""
     if not _plausible(ellipse, blob):
         return None
-    patch = _patch(image, score, ellipse)
+    patch = cut_patch(image, score, ellipse)
     if patch.light.size == 0:
         return None
     edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
@@ -119,10 +111,26 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
     return _judged(ellipse, edge, is_on, patch)
 
 
-def followed(disc: RedDisc, ellipse: Ellipse) -> RedDisc | None:
-    """Follow a disc's outline again, along an ellipse that both photos agree on; None where it isn't there."""
-    edge = _edge(disc.patch, ellipse, reach_px(ellipse, 0.25))
-    return _judged(ellipse, edge, _on_outline(edge, ellipse), disc.patch)
+def followed(disc: RedDisc, ellipse: Ellipse, blur_px: float, slack: float) -> RedDisc | None:
+    """Follow a disc's outline again, along an ellipse that both photos agree on; None where it isn't there.
+
+    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first.
+    """
+    patch, reach = disc.patch, reach_px(ellipse, 0.25)
+    points, outward = _outline(ellipse)
+    placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px)
+    is_red = _parts_red(patch, points, outward, reach)
+    edge = np.where(is_red[:, None], placed.points + patch.corner, np.nan)
+    return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), patch, placed.sigma_px)
+
+
+def some_profiles(disc: RedDisc, ellipse: Ellipse) -> FloatArray:
+    """Return profiles (N, S, 3) across a disc's outline, enough of them to say what the lens's blur is."""
+    points, outward = _outline(ellipse)
+    some = slice(None, None, _SOME)
+    return profiles_across(
+        disc.patch.planes, (points - disc.patch.corner)[some], outward[some], reach_px(ellipse, 0.25)
+    )
 
 
 def reach_px(ellipse: Ellipse, share: float) -> float:
@@ -130,21 +138,25 @@ def reach_px(ellipse: Ellipse, share: float) -> float:
     return float(np.clip(share * ellipse.minor_px, 2.5, 8.0))
 
 
-def _judged(ellipse: Ellipse, edge: FloatArray, is_on: BoolArray, patch: Patch) -> RedDisc | None:
+def _judged(
+    ellipse: Ellipse, edge: FloatArray, is_on: BoolArray, patch: Patch, sigma_px: FloatArray | None = None
+) -> RedDisc | None:
     """Return the disc where enough of its outline and inside is seen, None otherwise."""
     support = float(np.mean(is_on))
     if support < MIN_SUPPORT:
         return None
-    edge = edge[_without_ends(is_on)]
-    filled, hole = _filled(patch, ellipse)
-    rms = float(np.sqrt(np.mean(ellipse.distance_px(edge) ** 2)))
+    kept = _without_ends(is_on)
+    edge, sigma = edge[kept], np.ones(int(kept.sum())) if sigma_px is None else sigma_px[kept]
+    filled, hole = filled_share(patch, ellipse)
+    trust = 1.0 / sigma**2
+    rms = float(np.sqrt(np.sum(trust * ellipse.distance_px(edge) ** 2) / np.sum(trust)))
     is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * (1.0 - support)
     if filled < LEAST_FILLED or is_printed or rms > _tolerance_px(ellipse):
         return None
-    inside = patch.red[_conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
+    inside = patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
     return RedDisc(
-        ellipse=ellipse, edge=edge, rms_px=rms, support=support, filled=filled, redness=float(np.median(inside)),
-        patch=patch,
+        ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
+        redness=float(np.median(inside)), patch=patch,
     )  # fmt: skip
 
 
@@ -152,11 +164,11 @@ def _tolerance_px(ellipse: Ellipse) -> float:
     return 0.3 + 0.015 * ellipse.major_px
 
 
-def _on_outline(edge: FloatArray, ellipse: Ellipse) -> BoolArray:
+def _on_outline(edge: FloatArray, ellipse: Ellipse, slack: float = 1.0) -> BoolArray:
     """Say which edge points (N, 2), NaN where there is none, lie on an ellipse."""
     is_seen = np.isfinite(edge[:, 0])
     off = np.abs(ellipse.distance_px(np.where(is_seen[:, None], edge, 0.0)))
-    is_on: BoolArray = is_seen & (off < 0.5 + 0.012 * ellipse.major_px)
+    is_on: BoolArray = is_seen & (off < slack * (0.5 + 0.012 * ellipse.major_px))
     return is_on
 
 
@@ -183,52 +195,24 @@ def _plausible(ellipse: Ellipse, blob: RedBlob) -> bool:
     )
 
 
-def _patch(image: ByteImage, score: Float32Array, ellipse: Ellipse) -> Patch:
-    """Cut the ellipse's surroundings out, and mix the colours into the one channel that shows its edge best."""
-    reach = _PATCH_MARGIN * ellipse.major_px + 10.0
-    x0, y0 = np.maximum(np.floor(ellipse.centre - reach), 0).astype(int)
-    x1, y1 = np.maximum(np.ceil(ellipse.centre + reach), 0).astype(int) + 1
-    colours = np.ascontiguousarray(image[y0:y1, x0:x1])
-    red, corner = score[y0:y1, x0:x1], np.array([x0, y0], dtype=np.float64)
-    empty = np.zeros((0, 0), dtype=np.float32)
-    if colours.size == 0:
-        return Patch(corner=corner, light=empty, red=empty)
-    split = cv2.cvtColor(colours.astype(np.float32) / np.float32(255.0), cv2.COLOR_BGR2YCrCb)
-    split[..., 0] = cv2.GaussianBlur(split[..., 0], (0, 0), _JPEG_BLUR_PX)
-    light = np.asarray(np.clip(cv2.cvtColor(split, cv2.COLOR_YCrCb2BGR), 0.0, 1.0) ** _TONE, dtype=np.float32)
-    mixed = light @ _best_mix(light, red, corner, ellipse)
-    return Patch(corner=corner, light=np.ascontiguousarray(mixed[..., None], dtype=np.float32), red=red)
-
-
-def _best_mix(light: Float32Array, red: Float32Array, corner: FloatArray, ellipse: Ellipse) -> Float32Array:
-    """Return the mix of linear blue, green and red (3,) that parts the disc from what is round it.
-
-    What is behind a disc differs from photo to photo and along its outline; brightness moves an edge with it. The mix
-    weighs each colour by how evenly disc and surroundings keep to theirs.
-    Reference: Fisher 1936, the linear discriminant.
-    """
-    value = _conic_value(red.shape, corner, ellipse)
-    inside, outside = (value > -0.85) & (value < -0.35), (value > 0.5) & (value < 1.8)
-    level = np.median(red[inside]) if inside.any() else 0.0
-    inside, outside = inside & (red > 0.5 * level), outside & (red < 0.5 * level)
-    if inside.sum() < 12 or outside.sum() < 12:
-        return np.array([-0.5, -0.5, 1.0], dtype=np.float32)
-    one, other = light[inside].astype(np.float64), light[outside].astype(np.float64)
-    spread = np.cov(one.T) + np.cov(other.T) + _SENSOR * np.eye(3)
-    mix = np.linalg.solve(spread, one.mean(axis=0) - other.mean(axis=0))
-    return np.asarray(mix / np.linalg.norm(mix), dtype=np.float32)
-
-
 def _edge(patch: Patch, ellipse: Ellipse, reach: float) -> FloatArray:
     """Return edge points (N, 2) round the ellipse; NaN where the inside isn't red or the outside is just as red."""
-    count = int(np.clip(ellipse.perimeter_px / 1.2, 32, _MAX_EDGE_POINTS))
-    points, outward = ellipse.outline(count)
+    points, outward = _outline(ellipse)
     edges = find_edges(patch.light, points - patch.corner, outward, reach)
+    return np.where(_parts_red(patch, points, outward, reach)[:, None], edges.points + patch.corner, np.nan)
+
+
+def _outline(ellipse: Ellipse) -> tuple[FloatArray, FloatArray]:
+    return ellipse.outline(int(np.clip(ellipse.perimeter_px / EDGE_SPACING_PX, 32, _MAX_EDGE_POINTS)))
+
+
+def _parts_red(patch: Patch, points: FloatArray, outward: FloatArray, reach: float) -> BoolArray:
+    """Say of which points (N, 2) of an outline the inside is red and the outside less so."""
     just_inside = _at(patch.red, points - patch.corner - 0.6 * reach * outward)
     just_outside = _at(patch.red, points - patch.corner + 0.6 * reach * outward)
     typical = float(np.median(just_inside))
     is_red: BoolArray = (just_inside > 0.5 * typical) & (just_outside < 0.8 * just_inside)
-    return np.where(is_red[:, None], edges.points + patch.corner, np.nan)
+    return is_red
 
 
 def _at(picture: Float32Array, points: FloatArray) -> FloatArray:
@@ -237,27 +221,3 @@ def _at(picture: Float32Array, points: FloatArray) -> FloatArray:
         picture, x[:, None].copy(), y[:, None].copy(), cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0
     )
     return np.asarray(values, dtype=np.float64).ravel()
-
-
-def _filled(patch: Patch, ellipse: Ellipse) -> tuple[float, float]:
-    """Return the share of the ellipse's inside, a margin off, that is as red as its typical pixel; the holes' share.
-
-    A hole is a patch that isn't red and doesn't reach the outline.
-    """
-    value = _conic_value(patch.red.shape, patch.corner, ellipse)
-    inside = value < -0.3
-    if not inside.any():
-        return 0.0, 0.0
-    missing = inside & (patch.red <= 0.5 * np.median(patch.red[inside]))
-    count, labels = cv2.connectedComponents(missing.astype(np.uint8), connectivity=8)
-    at_rim = np.unique(np.asarray(labels)[missing & (value > -0.5)])
-    holes = missing & ~np.isin(labels, at_rim) if count > 1 else np.zeros_like(missing)
-    return 1.0 - float(missing.sum() / inside.sum()), float(holes.sum() / inside.sum())
-
-
-def _conic_value(shape: tuple[int, ...], corner: FloatArray, ellipse: Ellipse) -> FloatArray:
-    """Return how far out each pixel of a patch lies: the square of its distance in half axes, less 1."""
-    x, y = np.arange(shape[1]) + corner[0], (np.arange(shape[0]) + corner[1])[:, None]
-    (a, b, d), (_, c, e), (_, _, f) = ellipse.conic
-    value: FloatArray = x * (a * x + 2.0 * d) + (y * (c * y + 2.0 * e) + f) + (2.0 * b * y) * x
-    return value

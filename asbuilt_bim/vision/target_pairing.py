@@ -8,12 +8,14 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
-from asbuilt_bim.vision.disc import RedDisc, followed
+from asbuilt_bim.vision.disc import RedDisc, followed, some_profiles
+from asbuilt_bim.vision.edge_model import likely_blur
 
 _CLEAR_SUPPORT = 0.85
 PALE = 0.66
 """Of the reddest disc's redness: light cancels out of it; what is seen through glass or on water falls below."""
-_FOLLOWED = 2
+_SLACK = (2.0, 2.0, 1.0, 1.0)
+"""The first outlines lean by a pixel where what is behind is dark or bright; they must not choose what is seen next."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,20 +59,30 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> Pairing |
 
     A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide.
     """
-    circle = fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera)
+    circle = _circle(left, right, camera)
     best: Pairing | None = None
-    for _ in range(_FOLLOWED + 1):
+    blur_px: float | None = None
+    for slack in _SLACK:
         if circle is None or circle.rms_px > 1.5 + 0.04 * left.ellipse.major_px:
             break
-        if best is None or circle.rms_px < best.circle.rms_px:
-            best = Pairing(left=left, right=right, circle=circle)
+        best = Pairing(left=left, right=right, circle=circle)
         guides = outlines_of(circle, camera)
-        again = [followed(disc, guide) for disc, guide in zip((left, right), guides, strict=True) if guide is not None]
-        if len(again) < 2 or again[0] is None or again[1] is None:
+        if guides[0] is None or guides[1] is None:
+            break
+        if blur_px is None:
+            # the same lens at the same distance: one blur for both photos
+            blur_px = likely_blur([some_profiles(left, guides[0]), some_profiles(right, guides[1])])
+        again = followed(left, guides[0], blur_px, slack), followed(right, guides[1], blur_px, slack)
+        if again[0] is None or again[1] is None:
             break
         left, right = again[0], again[1]
-        circle = fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera)
+        circle = _circle(left, right, camera)
     return best if best is not None and best.circle.rms_px < 0.5 + 0.02 * best.left.ellipse.major_px else None
+
+
+def _circle(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> SpaceCircle | None:
+    sigma = np.concatenate([left.sigma_px, right.sigma_px])
+    return fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera, sigma)
 
 
 def is_clear(found: Pairing) -> bool:

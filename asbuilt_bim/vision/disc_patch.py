@@ -1,0 +1,93 @@
+"""A red disc's surroundings in a photo: the channel that shows its edge best, and how much of its inside is red."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.vision.edge_model import colour_planes
+from asbuilt_bim.vision.ellipse import Ellipse
+
+_PATCH_MARGIN = 1.6
+_TONE = 1.8
+"""A lens blurs light (exponent 2.2), JPEG's halved colour blurs grey levels (1): edges of both kinds meet between."""
+_JPEG_BLUR_PX = 1.0  # brightness is blurred as colour is, so that both pass one half in one place
+_SENSOR = 2e-5  # of linear light squared: noise that two rings of a patch may not show
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Patch:
+    """A disc's surroundings: `corner` (2,) in the photo, `light` (H, W, 1) that shows the edge best, `red` (H, W).
+
+    `planes` (H, W, 3) is the photo as JPEG stores it.
+    """
+
+    corner: FloatArray
+    light: Float32Array
+    red: Float32Array
+    planes: Float32Array
+
+
+def cut_patch(image: ByteImage, score: Float32Array, ellipse: Ellipse) -> Patch:
+    """Cut the ellipse's surroundings out, and mix the colours into the one channel that shows its edge best."""
+    reach = _PATCH_MARGIN * ellipse.major_px + 10.0
+    x0, y0 = np.maximum(np.floor(ellipse.centre - reach), 0).astype(int)
+    x1, y1 = np.maximum(np.ceil(ellipse.centre + reach), 0).astype(int) + 1
+    colours = np.ascontiguousarray(image[y0:y1, x0:x1])
+    red, corner = score[y0:y1, x0:x1], np.array([x0, y0], dtype=np.float64)
+    empty = np.zeros((0, 0), dtype=np.float32)
+    if colours.size == 0:
+        return Patch(corner=corner, light=empty, red=empty, planes=empty)
+    planes = colour_planes(colours)
+    split = planes.copy()
+    split[..., 0] = cv2.GaussianBlur(split[..., 0], (0, 0), _JPEG_BLUR_PX)
+    light = np.asarray(np.clip(cv2.cvtColor(split, cv2.COLOR_YCrCb2BGR), 0.0, 1.0) ** _TONE, dtype=np.float32)
+    mixed = light @ _best_mix(light, red, corner, ellipse)
+    light = np.ascontiguousarray(mixed[..., None], dtype=np.float32)
+    return Patch(corner=corner, light=light, red=red, planes=planes)
+
+
+def _best_mix(light: Float32Array, red: Float32Array, corner: FloatArray, ellipse: Ellipse) -> Float32Array:
+    """Return the mix of linear blue, green and red (3,) that parts the disc from what is round it.
+
+    What is behind a disc differs from photo to photo and along its outline; brightness moves an edge with it. The mix
+    weighs each colour by how evenly disc and surroundings keep to theirs.
+    Reference: Fisher 1936, the linear discriminant.
+    """
+    value = conic_value(red.shape, corner, ellipse)
+    inside, outside = (value > -0.85) & (value < -0.35), (value > 0.5) & (value < 1.8)
+    level = np.median(red[inside]) if inside.any() else 0.0
+    inside, outside = inside & (red > 0.5 * level), outside & (red < 0.5 * level)
+    if inside.sum() < 12 or outside.sum() < 12:
+        return np.array([-0.5, -0.5, 1.0], dtype=np.float32)
+    one, other = light[inside].astype(np.float64), light[outside].astype(np.float64)
+    spread = np.cov(one.T) + np.cov(other.T) + _SENSOR * np.eye(3)
+    mix = np.linalg.solve(spread, one.mean(axis=0) - other.mean(axis=0))
+    return np.asarray(mix / np.linalg.norm(mix), dtype=np.float32)
+
+
+def filled_share(patch: Patch, ellipse: Ellipse) -> tuple[float, float]:
+    """Return the share of the ellipse's inside, a margin off, that is as red as its typical pixel; the holes' share.
+
+    A hole is a patch that isn't red and doesn't reach the outline.
+    """
+    value = conic_value(patch.red.shape, patch.corner, ellipse)
+    inside = value < -0.3
+    if not inside.any():
+        return 0.0, 0.0
+    missing = inside & (patch.red <= 0.5 * np.median(patch.red[inside]))
+    count, labels = cv2.connectedComponents(missing.astype(np.uint8), connectivity=8)
+    at_rim = np.unique(np.asarray(labels)[missing & (value > -0.5)])
+    holes = missing & ~np.isin(labels, at_rim) if count > 1 else np.zeros_like(missing)
+    return 1.0 - float(missing.sum() / inside.sum()), float(holes.sum() / inside.sum())
+
+
+def conic_value(shape: tuple[int, ...], corner: FloatArray, ellipse: Ellipse) -> FloatArray:
+    """Return how far out each pixel of a patch lies: the square of its distance in half axes, less 1."""
+    x, y = np.arange(shape[1]) + corner[0], (np.arange(shape[0]) + corner[1])[:, None]
+    (a, b, d), (_, c, e), (_, _, f) = ellipse.conic
+    value: FloatArray = x * (a * x + 2.0 * d) + (y * (c * y + 2.0 * e) + f) + (2.0 * b * y) * x
+    return value

@@ -1,0 +1,157 @@
+"""Where an edge between two colours lies, with the lens, the tone curve and JPEG in the model, and how sure that is.
+
+Half of an edge's contrast is at its place in linear light only. A photo shows light through a tone curve, and JPEG
+halves the colours' resolution after it, so a colour edge moves towards the darker side where the lens is sharp and
+towards the brighter one where it isn't: by 0.4 px before white or black. So each profile across the edge is compared
+with what a straight edge between its own two colours would look like there, and the place that fits best is taken.
+What is behind may change along a profile too; no place fits then, and such profiles say how little they are to be
+trusted.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.vision.edges import DISPLAY_GAMMA
+
+_BLURS_PX = 0.4 * 1.25 ** np.arange(10)
+"""Lens and pixel together, as the sigma of a bell: from a sharp lens to 3 px, a target far out of focus."""
+_STEP_PX = 0.5
+_SEARCH = 0.6  # of the reach: a place further out has no two sides left to compare
+_COLOUR_BLUR_PX = (
+    1.2  # halving and doubling: a box of two pixels, then a triangle of two to both sides, and what JPEG drops
+)
+_BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
+_NOISE = 0.011  # of full scale: three grey levels
+_JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
+_WELL_FITTED = 0.25  # of the profiles fit as well as the noise allows; the others are measured against them
+_KERNEL_END = 4.0  # sigmas of the colours' blur
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedEdges:
+    """Edge places on N profiles: `points` (N, 2), NaN where none was found; `sigma_px` (N,) how sure each one is."""
+
+    points: FloatArray
+    sigma_px: FloatArray
+
+
+def colour_planes(image: ByteImage) -> Float32Array:
+    """Return a photo (BGR) as JPEG stores it: brightness and two colour differences, float32 (H, W, 3) about 0..1."""
+    planes = cv2.cvtColor(image.astype(np.float32) / np.float32(255.0), cv2.COLOR_BGR2YCrCb)
+    return np.asarray(planes, dtype=np.float32)
+
+
+def place_edges(
+    planes: Float32Array, points: FloatArray, outward: FloatArray, reach_px: float, blur_px: float
+) -> PlacedEdges:
+    """Place the edge near each of `points` (N, 2) along its `outward` unit direction (N, 2).
+
+    `planes` are those of `colour_planes`. Profiles reach `reach_px` to both sides; their outer halves say what inside
+    and outside look like.
+    """
+    profiles = profiles_across(planes, points, outward, reach_px)
+    shifts = int(np.ceil(_SEARCH * reach_px / _STEP_PX))
+    fits, cost = _compared(profiles, shifts, blur_px)
+    best = np.clip(np.argmin(cost, axis=1), 1, cost.shape[1] - 2)
+    row = np.arange(len(profiles))
+    before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
+    curve = np.maximum(before - 2.0 * at + after, 1e-9)
+    aside = 0.5 * (before - after) / curve
+    offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * _STEP_PX, np.nan)
+    misfit = np.mean(np.square(profiles - fits[row, best].transpose(0, 2, 1)), axis=(1, 2))
+    usual = max(float(np.quantile(misfit, _WELL_FITTED)), 1e-9)
+    sigma = np.hypot(_JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
+    return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma)
+
+
+def likely_blur(profiles: list[FloatArray]) -> float:
+    """Return the blur (px) with which edges fit the profiles (N, S, 3) of all photos best.
+
+    It must be right to a tenth: a third of a pixel off moves an edge between dark and bright by a fifth.
+    """
+    costs = np.zeros(len(_BLURS_PX))
+    for some in profiles:
+        shifts = some.shape[1] // 3
+        each = np.stack([_compared(some, shifts, blur)[1].min(axis=1) for blur in _BLURS_PX])
+        costs += np.sort(each, axis=1)[:, : max(1, each.shape[1] // 2)].mean(axis=1)
+    best = int(np.clip(np.argmin(costs), 1, len(costs) - 2))
+    before, at, after = np.log(costs[best - 1 : best + 2] + 1e-9)
+    aside = 0.5 * (before - after) / max(before - 2.0 * at + after, 1e-9)
+    return float(_BLURS_PX[best] * 1.25 ** np.clip(aside, -1.0, 1.0))
+
+
+def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArray, reach_px: float) -> FloatArray:
+    """Return the planes (N, S, 3) along profiles across an outline, from inside to outside."""
+    offsets = _offsets(int(np.ceil(reach_px / _STEP_PX)))
+    at = (points[:, None, :] + offsets[None, :, None] * outward[:, None, :]).astype(np.float32)
+    x, y = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
+    values = cv2.remap(planes, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(values, dtype=np.float64).reshape(len(points), len(offsets), 3)
+
+
+def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatArray, FloatArray]:
+    """Return the edge at every place, as windows (N, K, 3, S), and how far (N, K) each is from the profiles."""
+    count = profiles.shape[1]
+    end = max(2, count // 4)
+    inside, outside = profiles[:, :end].mean(axis=1), profiles[:, -end:].mean(axis=1)
+    uneven = profiles[:, :end].var(axis=1) + profiles[:, -end:].var(axis=1)
+    one, other = _unmixed(_linear(inside), _linear(outside), count, end, blur_px)
+    edge = _edge_between(one, other, count // 2 + shifts, blur_px)
+    windows = np.lib.stride_tricks.sliding_window_view(edge, count, axis=1)[:, ::-1]
+    apart = profiles.transpose(0, 2, 1)[:, None] - windows
+    cost = np.einsum("nkcs,nkcs,nc->nk", apart, apart, 1.0 / (_NOISE**2 + uneven), optimize=False)
+    return windows, cost
+
+
+def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:
+    """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
+    pad = int(_KERNEL_END * _COLOUR_BLUR_PX / _STEP_PX)
+    offsets = _offsets(steps + pad)
+    share = _share(offsets, blur_px)
+    light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
+    planes = _shown(light)
+    planes[..., :1] = np.einsum("st,ntc->nsc", _bell(offsets, _BETWEEN_PIXELS_PX), planes[..., :1])
+    planes[..., 1:] = np.einsum("st,ntc->nsc", _bell(offsets, _COLOUR_BLUR_PX), planes[..., 1:])
+    return planes[:, pad:-pad]
+
+
+def _unmixed(
+    inside: FloatArray, outside: FloatArray, count: int, end: int, blur_px: float
+) -> tuple[FloatArray, FloatArray]:
+    """Take off the linear colours (N, 3) of a profile's ends what a wide blur brings there from the other side."""
+    share = _share(_offsets(count // 2), math.hypot(blur_px, 0.5 * _COLOUR_BLUR_PX))
+    mixed = float(share[-end:].mean())
+    step = (inside - outside) / (1.0 - 2.0 * mixed)
+    return np.maximum(inside + mixed * step, 0.0), np.maximum(outside - mixed * step, 0.0)
+
+
+def _share(offsets: FloatArray, blur_px: float) -> FloatArray:
+    """Return how much (S,) of a blurred edge's inside is seen at offsets from it."""
+    return np.array([0.5 * math.erfc(offset / (math.sqrt(2.0) * blur_px)) for offset in offsets])
+
+
+def _offsets(steps: int) -> FloatArray:
+    return np.arange(-steps, steps + 1) * _STEP_PX
+
+
+def _bell(offsets: FloatArray, sigma_px: float) -> FloatArray:
+    kernel = np.exp(-0.5 * ((offsets[:, None] - offsets) / sigma_px) ** 2)
+    return np.asarray(kernel / kernel.sum(axis=1, keepdims=True), dtype=np.float64)
+
+
+def _linear(planes: FloatArray) -> FloatArray:
+    """Return linear light BGR (N, 3) of colour planes."""
+    bgr = cv2.cvtColor(planes[None].astype(np.float32), cv2.COLOR_YCrCb2BGR)[0]
+    return np.asarray(np.clip(bgr, 0.0, 1.0), dtype=np.float64) ** DISPLAY_GAMMA
+
+
+def _shown(light: FloatArray) -> FloatArray:
+    """Return the colour planes of linear light (N, S, 3)."""
+    shown = np.clip(light, 0.0, 1.0).astype(np.float32) ** np.float32(1.0 / DISPLAY_GAMMA)
+    return np.asarray(cv2.cvtColor(shown, cv2.COLOR_BGR2YCrCb), dtype=np.float64)

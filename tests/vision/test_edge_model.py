@@ -1,0 +1,52 @@
+"""Edges between colours in a JPEG: they are where they were drawn, before black, grey and white."""
+
+import cv2
+import numpy as np
+import pytest
+
+from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
+from asbuilt_bim.vision.edge_model import colour_planes, likely_blur, place_edges, profiles_across
+
+RED = np.array([0.01, 0.01, 0.14])  # linear BGR of red paint in shade
+SIZE, FINE, REACH_PX = 96, 4, 6.0
+
+
+def jpeg(grey: float, blur_px: float, at_px: float, slope: float) -> ByteImage:
+    """Return a JPEG of a red half plane, left of a slanted edge, before an even grey."""
+    fine = (np.arange(SIZE * FINE) + 0.5) / FINE - 0.5
+    red = (fine[None] + slope * (fine[:, None] - 48.0) < at_px).astype(np.float64)
+    share = red.reshape(SIZE, FINE, SIZE, FINE).mean(axis=(1, 3))[..., None]
+    light = cv2.GaussianBlur(share * RED + (1.0 - share) * grey, None, blur_px)
+    shown = (255.0 * light ** (1 / 2.2)).astype(np.uint8)
+    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, 90])[1], cv2.IMREAD_COLOR))
+
+
+def along(at_px: float, slope: float) -> tuple[FloatArray, FloatArray]:
+    """Return points of the edge and its outward directions."""
+    y = np.arange(24.0, 72.0, 1.2)
+    outward = np.array([1.0, slope]) / np.hypot(1.0, slope)
+    return np.stack([at_px - slope * (y - 48.0), y], axis=-1), np.tile(outward, (len(y), 1))
+
+
+@pytest.mark.parametrize("blur_px", [0.6, 1.2])
+@pytest.mark.parametrize("grey", [0.005, 0.1, 0.9])
+def test_an_edge_lies_where_it_was_drawn_before_black_grey_and_white(grey: float, blur_px: float) -> None:
+    misses = []
+    for at_px, slope in ((44.3, 0.3), (47.6, -0.4), (50.1, 0.1)):
+        points, outward = along(at_px, slope)
+        # the search starts beside the edge, as it does in a photo
+        start = points + 0.5 * outward
+        planes = colour_planes(jpeg(grey, blur_px, at_px, slope))
+        blur = likely_blur([profiles_across(planes, start, outward, REACH_PX)])
+        placed = place_edges(planes, start, outward, REACH_PX, blur)
+        misses.append(np.nanmean(np.sum((placed.points - points) * outward, axis=1)))
+    assert abs(np.mean(misses)) < 0.1
+
+
+def test_a_profile_that_something_behind_runs_across_is_trusted_less() -> None:
+    points, outward = along(46.2, 0.2)
+    photo = jpeg(0.3, 0.8, 46.2, 0.2)
+    photo[60:, 46:] = 0
+    placed = place_edges(colour_planes(photo), points, outward, REACH_PX, 0.85)
+    beside = points[:, 1] > 62
+    assert np.median(placed.sigma_px[beside]) > 3.0 * np.median(placed.sigma_px[points[:, 1] < 56])
