@@ -128,7 +128,9 @@ def _unmixed(
     share = _share(_offsets(count // 2), math.hypot(blur_px, 0.5 * _COLOUR_BLUR_PX))
     mixed = float(share[-end:].mean())
     step = (inside - outside) / (1.0 - 2.0 * mixed)
-    return np.maximum(inside + mixed * step, 0.0), np.maximum(outside - mixed * step, 0.0)
+    one: FloatArray = np.maximum(inside + mixed * step, 0.0)
+    other: FloatArray = np.maximum(outside - mixed * step, 0.0)
+    return one, other
 
 
 def _share(offsets: FloatArray, blur_px: float) -> FloatArray:
@@ -137,7 +139,7 @@ def _share(offsets: FloatArray, blur_px: float) -> FloatArray:
 
 
 def _offsets(steps: int) -> FloatArray:
-    return np.arange(-steps, steps + 1) * _STEP_PX
+    return np.asarray(np.arange(-steps, steps + 1) * _STEP_PX, dtype=np.float64)
 
 
 def _bell(offsets: FloatArray, sigma_px: float) -> FloatArray:
