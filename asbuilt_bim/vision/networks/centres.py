@@ -19,15 +19,23 @@ from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 SPREAD = 1.0 / 80.0
 """Standard deviation, as a share of the map's width, of the smoothing that makes piles of votes, and the least width of
 a pile."""
-LEAST_SHARE = 1.0 / 2500.0
+LEAST_SHARE = 1.0 / 1000.0
 """A thing of fewer pixels, as a share of the map's, is a crumb."""
 ONE_THING = 1.7
 """Two piles nearer to each other than this many standard deviations of either one's own pixels are one thing's: of two
 things side by side they are 3.5 apart (a bar's standard deviation is its length / 3.5), of pieces of one thing 0."""
+WINDOW_PX = 5
+"""Side of the window that pixels choose their pile together in."""
+MOST_MISFIT = 36.0
+"""Six standard deviations off is off: one stray vote mustn't outweigh its neighbours."""
+MISFIT = np.float32(1e4)
+"""Of a pixel that is known to be another thing's."""
 MOST_PILES = 64
 """More things than this in one photo are noise: the highest piles count."""
 MOST_VOTES = 6000
 """Votes that the piles' middles and widths are measured by."""
+PASSED_ON = 2
+"""Times that a vote is passed on by the pixel that it falls on."""
 ROUNDS = 2
 """Times that pixels choose among the piles; from the second on by the piles' widths too: large things scatter more."""
 
@@ -36,22 +44,39 @@ ROUNDS = 2
 class Things:
     """Pixels of a small map by thing: `number` int32 (h, w), -1 nothing.
 
-    `lead` float32 (N, h, w) says how much better a pixel fits this thing than any other: it crosses 0 where one ends
-    and another begins. `width_px` (N,) is how far the votes of each scatter.
+    `misfit` float32 (N, h, w) says how badly each pixel's vote fits each thing, in squared standard deviations.
     """
 
     number: NDArray[np.int32]
-    lead: Float32Array
-    width_px: Float32Array
+    misfit: Float32Array
+
+    def lead(self) -> Float32Array:
+        """Return (N, h, w) how much better a pixel fits a thing than any other; 0 where one ends and another starts."""
+        if len(self.misfit) < 2:
+            return np.full_like(self.misfit, np.inf)
+        first, second = np.partition(self.misfit, 1, axis=0)[:2]
+        return np.asarray(np.where(self.misfit > first, first, second) - self.misfit)
+
+    def renumbered(self, number: NDArray[np.int32]) -> Things:
+        """Return the things by another numbering (h, w) of the same pixels: some made one, some divided."""
+        there = number >= 0
+        kept, parts = np.unique(number[there], return_inverse=True)
+        if len(kept) == len(self.misfit) and np.array_equal(parts, self.number[there]):
+            return self
+        ordered = np.full(number.shape, -1, dtype=np.int32)
+        ordered[there] = parts
+        misfit = np.empty((len(kept), *number.shape), dtype=np.float32)
+        for k, row in enumerate(misfit):
+            members = np.unique(self.number[ordered == k])
+            self.misfit[members].min(axis=0, out=row)
+            row[np.isin(self.number, members) & there & (ordered != k)] = MISFIT
+        return Things(number=ordered, misfit=misfit)
 
 
 def grouped(concrete: BoolArray, offsets: Float32Array) -> Things:
     """Group the pixels `concrete` (h, w) of a small map by where they vote; `offsets` (2, h, w) in its pixels."""
-    height, width = concrete.shape
-    votes = offsets.copy()
-    votes[0] += np.arange(width, dtype=np.float32)
-    votes[1] += np.arange(height, dtype=np.float32)[:, None]
-    least, spread = max(4, round(LEAST_SHARE * concrete.size)), SPREAD * width
+    votes = _votes(concrete, offsets)
+    least, spread = max(4, round(LEAST_SHARE * concrete.size)), SPREAD * concrete.shape[1]
     spots = np.argwhere(concrete)[:, ::-1].astype(np.float32)
     own = votes[:, concrete].T
     centres = _piles(own, concrete.shape, spread, least)
@@ -71,18 +96,27 @@ def grouped(concrete: BoolArray, offsets: Float32Array) -> Things:
         centres = np.stack([np.median(own[chosen == k], axis=0) for k in kept]) if len(kept) else centres[:0]
         widths = np.full(len(centres), spread, dtype=np.float32)
     number = np.full(concrete.shape, -1, dtype=np.int32)
-    misfit = _misfit(votes, centres, widths)
+    misfit = _smoothed(_misfit(votes, centres, widths), concrete)
     if len(centres):
         number[concrete] = misfit[:, concrete].argmin(axis=0)
-    return Things(number=number, lead=_lead(misfit), width_px=widths)
+    return Things(number=number, misfit=misfit).renumbered(number)  # without piles that no pixel chose
 
 
-def _lead(misfit: Float32Array) -> Float32Array:
-    """Return (N, ...) the least misfit of all other things less the own one."""
-    if len(misfit) < 2:
-        return np.full_like(misfit, np.inf)
-    first, second = np.partition(misfit, 1, axis=0)[:2]
-    return np.asarray(np.where(misfit > first, first, second) - misfit)
+def _votes(concrete: BoolArray, offsets: Float32Array) -> Float32Array:
+    """Return where each pixel votes (2, h, w), the pixels that it votes for having their say in turn.
+
+    A network that isn't sure points towards the middle and falls short of it; what lies there points on. A vote that
+    falls on no wall and no column stays.
+    """
+    height, width = concrete.shape
+    votes = offsets.copy()
+    votes[0] += np.arange(width, dtype=np.float32)
+    votes[1] += np.arange(height, dtype=np.float32)[:, None]
+    for _ in range(PASSED_ON):
+        columns = np.clip(np.rint(votes[0]), 0, width - 1).astype(np.intp)
+        rows = np.clip(np.rint(votes[1]), 0, height - 1).astype(np.intp)
+        votes += offsets[:, rows, columns] * concrete[rows, columns]
+    return votes
 
 
 def _misfit(votes: Float32Array, centres: Float32Array, widths: Float32Array) -> Float32Array:
@@ -93,6 +127,17 @@ def _misfit(votes: Float32Array, centres: Float32Array, widths: Float32Array) ->
         np.multiply(away, np.float32(1.0 / width**2), out=row)
         row += np.float32(4.0 * np.log(width))  # a normal distribution's height in two dimensions
     return found
+
+
+def _smoothed(misfit: Float32Array, concrete: BoolArray) -> Float32Array:
+    """Return misfits (N, h, w) as means over a window's walls and columns: neighbours are mostly one thing's."""
+    side = (WINDOW_PX, WINDOW_PX)
+    weight = concrete.astype(np.float32)
+    share = np.maximum(cv2.blur(weight, side), 1e-3)
+    for row in misfit:
+        np.minimum(row, row.min() + MOST_MISFIT, out=row)
+        row[:] = np.where(concrete, cv2.blur(row * weight, side) / share, row)
+    return misfit
 
 
 def _piles(votes: Float32Array, shape: tuple[int, ...], spread: float, least: int) -> Float32Array:

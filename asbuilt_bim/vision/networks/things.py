@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
-from asbuilt_bim.vision.networks.centres import Things, grouped
-from asbuilt_bim.vision.networks.layers import layers
+from asbuilt_bim.vision.networks.centres import grouped
+from asbuilt_bim.vision.networks.layers import continued, layers
 from asbuilt_bim.vision.networks.picture import Fit
 from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
 
@@ -39,14 +37,18 @@ def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, geometry: Float32
     arrows = offsets[0] * (card.offset_px / np.array(step)[:, None, None])
     things = grouped(inside > 0.0, arrows.astype(np.float32))
     if geometry is not None and geometry[4].any():
-        things = _divided(things, layers(things.number, _shrunk(geometry[0], inside.shape)))
+        inverse = _shrunk(geometry[0], inside.shape)
+        things = things.renumbered(layers(continued(things.number, inverse), inverse))
     if card.class_by == "pixel":
-        things = _divided(things, np.where(things.number >= 0, 2 * things.number + (column > wall), -1))
+        things = things.renumbered(np.where(things.number >= 0, 2 * things.number + (column > wall), -1))
+    leads = things.lead()
     found = _others(likely, card, fit, step)
-    for thing in range(len(things.lead)):
-        number, score = _verdict(likely[:, things.number == thing], card)
+    for thing, lead in enumerate(leads):
+        own = things.number == thing
+        number, score = _verdict(likely[:, own], card)
         if score >= card.least_score:
-            found.append(Sighting(number=number, score=score, mask=_mask(things, thing, inside, fit, step)))
+            border = np.where(inside > 0.0, np.minimum(inside, np.clip(lead, -0.5, 0.5)), inside)
+            found.append(Sighting(number=number, score=score, mask=_raised(border, own, fit, step)))
     return found
 
 
@@ -65,38 +67,18 @@ def _shrunk(large: Float32Array, shape: tuple[int, ...]) -> Float32Array:
     return np.ascontiguousarray(large[np.ix_(rows, columns)])
 
 
-def _divided(things: Things, number: np.ndarray) -> Things:
-    """Divide things by a finer numbering (h, w) of their pixels."""
-    finer, numbers = np.unique(number[number >= 0], return_inverse=True)
-    if len(finer) == len(things.lead):
-        return things
-    parts = np.full(number.shape, -1, dtype=np.int32)
-    parts[number >= 0] = numbers
-    lead = np.empty((len(finer), *number.shape), dtype=np.float32)
-    for k, own in enumerate(lead):
-        whole = int(things.number[parts == k][0])
-        own[:] = things.lead[whole]
-        own[(things.number == whole) & (parts != k)] = -1.0
-    return replace(things, number=parts, lead=lead)
-
-
 def _verdict(likely: Float32Array, card: NetworkCard) -> tuple[int, float]:
     """Return the class number of a thing with these likelihoods (C, M) at its pixels, and a score 0..1.
 
     Wall or column is decided by the mean of the likelihoods' logarithms. The score is how sure the network is that the
-    pixels are one or the other, times how sure of which.
+    pixels are one or the other, less at most a quarter where it isn't sure of which.
     """
     walls, columns = _numbers(card, "wall", len(likely)), _numbers(card, "column", len(likely))
     as_wall, as_column = likely[walls].sum(axis=0), likely[columns].sum(axis=0)
     against = float(np.mean(np.log(np.maximum(as_wall, LEAST_LIKELY)) - np.log(np.maximum(as_column, LEAST_LIKELY))))
     number = max(walls if against >= 0.0 and walls else columns or walls, key=lambda k: float(likely[k].mean()))
-    return number, float((as_wall + as_column).mean()) / (1.0 + float(np.exp(-abs(against))))
-
-
-def _mask(things: Things, thing: int, inside: Float32Array, fit: Fit, step: tuple[float, float]) -> BoolArray:
-    """Return a thing's mask over the photo; its border runs where likelihoods or votes, raised to the photo, cross."""
-    border = np.where(inside > 0.0, np.minimum(inside, np.clip(things.lead[thing], -0.5, 0.5)), inside)
-    return _raised(border, things.number == thing, fit, step)
+    certain = 1.0 / (1.0 + float(np.exp(-abs(against))))
+    return number, float((as_wall + as_column).mean()) * (0.5 + 0.5 * certain)
 
 
 def _raised(border: Float32Array, own: BoolArray, fit: Fit, step: tuple[float, float]) -> BoolArray:

@@ -14,6 +14,7 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.centres import grouped
 from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, load
+from asbuilt_bim.vision.networks.layers import continued
 from asbuilt_bim.vision.networks.mirrored import answers
 from tests.vision.networks import graphs
 
@@ -99,7 +100,20 @@ def test_noisy_votes_of_a_large_wall_make_one_thing() -> None:
     rows, columns = np.mgrid[:144, :192]
     offsets = np.stack([94.5 - columns, 74.5 - rows]).astype(np.float32)
     offsets *= 0.85 + 0.1 * rng.standard_normal(offsets.shape).astype(np.float32)
-    assert len(grouped(concrete, offsets).lead) == 1
+    assert len(grouped(concrete, offsets).misfit) == 1
+    assert len(grouped(concrete, 0.6 * offsets).misfit) == 1, "votes that fall short are passed on"
+
+
+def test_what_votes_cut_but_stereo_sees_run_on_is_one_thing_and_a_corner_is_two() -> None:
+    number = np.full((48, 64), -1, np.int32)
+    number[8:40, 4:30], number[8:40, 30:60] = 0, 1
+    plane = np.broadcast_to(np.linspace(0.2, 0.3, 64, dtype=np.float32), number.shape).copy()
+    assert set(np.unique(continued(number, plane))) == {-1, 0}
+    corner = np.minimum(plane, plane[:, ::-1]).copy()
+    np.testing.assert_array_equal(continued(number, corner), number)
+    step = plane.copy()
+    step[:, 30:] *= 1.5
+    np.testing.assert_array_equal(continued(number, step), number)
 
 
 def test_mirrored_a_network_that_sees_the_same_in_both_is_contradicted_by_itself(tmp_path: Path) -> None:
@@ -160,7 +174,7 @@ def test_geometry_is_fed_where_there_is_stereo_and_cuts_a_column_from_the_wall_b
     wall, column = (slice(8, 40), slice(4, 60)), (slice(8, 40), slice(28, 36))
     said = answer([(WALL, [wall])])  # all of it votes for one place, and is called wall
     path = graphs.card(
-        tmp_path, geometry_network(said), "centres", offset_px=8.0, geometry={"input": "geometry"}, least_score=0.4
+        tmp_path, geometry_network(said), "centres", offset_px=8.0, geometry={"input": "geometry"}, least_score=0.6
     )
     segmenter = NetworkSegmenter(loaded=load(path, "segment"))
     disparity = np.full(PHOTO.shape[:2], 4.0)
