@@ -33,9 +33,9 @@ EDGE_PX = 6.0
 OFF_PLANE_PX = 1.5
 FRAME_MARGIN_PX = 4
 HIDDEN_SHARE = 0.12
-LEAK_PX = 1.0
-"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border:
-on faces under 40 px that are seen at over 60 degrees half as much was exceeded twofold."""
+LEAK_PX, SLANT_PX = 0.5, 9.0
+"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border; and
+what it carries the more where the face's own disparity changes from pixel to pixel: each photo foreshortens it else."""
 NARROW_SHARE = 0.9
 """A face under this share of its neighbour's width in the photo takes top and foot from it."""
 
@@ -233,7 +233,8 @@ def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
         axis=0
     )
     across = f_px / width * np.array([1.0, 0.0, -middle[0]])  # q that tilts by 1 px over the width, about the middle
-    leak = (LEAK_PX / width) ** 2 * (np.outer(across, across) + 0.25 * np.diag([0.0, 0.0, 1.0]))
+    carried_px = LEAK_PX + SLANT_PX * abs(float(fit.q_px[0])) / f_px
+    leak = (carried_px / width) ** 2 * (np.outer(across, across) + 0.25 * np.diag([0.0, 0.0, 1.0]))
     return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
 
 

@@ -22,13 +22,15 @@ LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
 ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
-CLEAR_STRENGTH, FAINT_SIGMA_PX = 0.3, 0.35
-"""Under a third of its length, a shared edge may be a stain beside it: of two opinions neither is sure to 0.5 px."""
+CLEAR_STRENGTH, FAINT_SIGMA_PX = 0.3, 0.25
+"""Under a third of its length, a shared edge may be a stain beside it: their mean was off by 0.2 px."""
+PLANES_SIGMA_PX = 0.5
+"""Where two planes cross, each sure to some hundredths of a pixel in disparity, at half a right angle or more."""
 MASK_SIGMA_PX = 3.0
 """How well the matcher's own border lies on an edge that no photo shows."""
 LEVEL_SIGMA_PX = 0.25
 """What a level edge errs beyond its fit: the shade where a foot meets the ground, a top seen with its upper side."""
-HALF_SEEN, HALF_SEEN_SIGMA_PX = 0.5, 0.6
+HALF_SEEN, HALF_SEEN_SIGMA_PX = 0.5, 0.4
 """A level edge seen on under half of its length: rubble at a foot, shade, a top's own upper side beside it."""
 LEAST_KNOWN_SHARE = 0.3
 """Of a gap's pixels must be measured before it may be called an opening."""
@@ -167,7 +169,7 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit)
     return FaceEdge(
-        line=start, sigma_px=1.0 if crossing is not None else MASK_SIGMA_PX,
+        line=start, sigma_px=PLANES_SIGMA_PX if crossing is not None else MASK_SIGMA_PX,
         source="planes" if crossing is not None else "mask", course=side.course, neighbour=neighbour, fit=None,
     )  # fmt: skip
 

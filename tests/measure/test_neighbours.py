@@ -41,7 +41,7 @@ def test_a_gap_that_is_measured_behind_the_faces_stays_open() -> None:
     assert not bridged(own, other, other, off, colour, gap_px=31)[:, 34:46].any()
 
 
-@pytest.mark.parametrize(("strength", "at_px", "sigma_px"), [(0.25, 50.5, 0.37), (0.8, 51.0, 0.12)])
+@pytest.mark.parametrize(("strength", "at_px", "sigma_px"), [(0.25, 50.5, 0.277), (0.8, 51.0, 0.12)])
 def test_a_faint_shared_edge_lies_half_way_to_where_the_planes_meet(
     monkeypatch: pytest.MonkeyPatch, strength: float, at_px: float, sigma_px: float
 ) -> None:
