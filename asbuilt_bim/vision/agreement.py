@@ -21,6 +21,8 @@ from asbuilt_bim.vision.segment import Instance, Refuter, Segmenter
 
 HOLDS = 0.5
 """An opinion is about a piece when it covers at least this share of the piece's pixels."""
+ALONE = 0.5
+"""What geometry says and the network doesn't is one opinion of two: half as sure."""
 LEAST_SEEN_PX = 2000
 """A network's instance of fewer pixels without a surface under it isn't worth a word."""
 
@@ -63,7 +65,8 @@ def agree(
         if holder is not None:
             spoken.add(holder)
         source = f"geometry and {network.name}" if holder is not None else "geometry alone"
-        found.append(replace(instance, source=source))
+        score = instance.score if holder is not None else ALONE * instance.score
+        found.append(replace(instance, source=source, score=score))
     found.sort(key=lambda instance: -int(np.count_nonzero(instance.mask)))
     return Agreed(instances=tuple(found), notes=_alone(pair, seen, spoken, network.name))
 

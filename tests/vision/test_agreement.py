@@ -88,6 +88,7 @@ def test_what_the_network_misses_stays_and_says_so(pair: RectifiedPair, scene: S
     found = both(pair, scene, FakeNetwork())
     assert [i.label for i in found.instances] == [i.label for i in alone]
     assert {i.source for i in found.instances} == {"geometry alone"}
+    assert [i.score for i in found.instances] == [0.5 * i.score for i in alone], "one opinion of two"
 
 
 def test_a_slender_things_class_is_the_networks_a_wide_or_round_ones_is_its_size(
