@@ -48,7 +48,8 @@ class Fit:
         x, y, width, height = box
         factor = np.array([self.scale_x / step[0], self.scale_y / step[1]])  # of the map's pixels to the photo's
         offset = np.array([self.offset_x_px / step[0], self.offset_y_px / step[1]])
-        low = np.floor((np.array([x - 1, y - 1]) - offset) / factor).astype(int).clip(0)
+        low = np.floor((np.array([x - 1, y - 1]) - offset) / factor).astype(int)
+        low = np.clip(low, 0, np.array(self.photo_size) - 1)  # a part may lie beside the photo, where it was padded
         high = np.ceil((np.array([x + width + 1, y + height + 1]) - offset) / factor).astype(int)
         high = np.clip(high, low + 1, self.photo_size)
         turn = np.zeros((2, 3))
