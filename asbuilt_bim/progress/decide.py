@@ -87,9 +87,10 @@ def gather(
         hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER)
         near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options)
         hidden |= before_it
-        behind |= seen_through(samples, evidence, outlined, options)
-        bars = np.isin(evidence.own, (Verdict.NEAR, Verdict.BEHIND)) & ~(outlined | near | hidden)
-        behind = large_enough(samples, behind, options.min_face_m2, bars)
+        behind |= seen_through(samples, evidence, outlined | near, options)
+        passed = evidence.own == Verdict.BEHIND
+        bars = (passed | (evidence.own == Verdict.NEAR)) & ~(outlined | near | hidden)
+        behind = large_enough(samples, behind, passed, options.min_face_m2, bars)
         there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
         weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
         built += np.where(there, weight, 0.0)

@@ -92,6 +92,16 @@ def beside(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
     return found
 
 
+def at_border(samples: CellSamples, reach: int) -> BoolArray:
+    """Say which samples (N,) lie within `reach` samples of an upright border of their face's grid."""
+    found = np.zeros(len(samples.face), dtype=bool)
+    for index in np.unique(samples.face):
+        own = np.flatnonzero(samples.face == index)
+        column = _places(samples, own)[:, 0]
+        found[own] = (column < reach) | (column > column.max() - reach)
+    return found
+
+
 def bridged(samples: CellSamples, flags: BoolArray, gaps: BoolArray, reach: int) -> BoolArray:
     """Return the samples (N,) of gaps between flagged ones that are no wider than 2 `reach` on their face."""
     found = np.zeros(len(flags), dtype=bool)

@@ -13,7 +13,17 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.sample_grid import Indices, above, beside, bridged, patches, share_along, share_around, wide
+from asbuilt_bim.progress.sample_grid import (
+    Indices,
+    above,
+    at_border,
+    beside,
+    bridged,
+    patches,
+    share_along,
+    share_around,
+    wide,
+)
 
 EDGE_REACH = 2
 """Samples that the ring of one reaches over at most: 6 px of the photo are 12 cm of a wall 20 m off."""
@@ -32,15 +42,15 @@ FEWEST_FOR_SLOPE = 12
 
 
 def large_enough(
-    samples: CellSamples, chosen: BoolArray, least_m2: float, between: BoolArray | None = None
+    samples: CellSamples, chosen: BoolArray, sure: BoolArray, least_m2: float, between: BoolArray
 ) -> BoolArray:
-    """Keep the chosen samples in patches of a size: a speckle of mismatched stereo proves nothing.
+    """Keep the chosen samples in patches with so much of them sure: a speckle of mismatched stereo proves nothing.
 
     What a narrow strip of samples `between` divides, such as a bar, is one patch; the strip adds nothing to its size.
     """
-    joined = chosen if between is None else chosen | bridged(samples, chosen, between, EDGE_REACH)
-    label = patches(samples, joined)
-    kept: BoolArray = chosen & (np.bincount(label, weights=samples.area_m2 * chosen)[label] >= least_m2)
+    label = patches(samples, chosen | bridged(samples, chosen, between, EDGE_REACH))
+    sizes = np.bincount(label, weights=samples.area_m2 * (chosen & sure))
+    kept: BoolArray = chosen & (sizes[label] >= least_m2)
     return kept
 
 
@@ -166,20 +176,36 @@ def outlined_samples(
     return inside & solid & (hit | (share_around(samples, hit, inside) >= options.solid_share)), sigma
 
 
-def seen_through(samples: CellSamples, evidence: Evidence, outlined: BoolArray, options: ProgressOptions) -> BoolArray:
-    """Say which undecided samples are seen through all the same: between starter bars, over a pour line.
+def seen_through(samples: CellSamples, evidence: Evidence, built: BoolArray, options: ProgressOptions) -> BoolArray:
+    """Say which undecided samples are seen through all the same: between starter bars, over a pour line, in a cage.
 
-    Most of what depth finds round them lies behind, and higher up, where the bars end, nothing but what lies behind.
+    Most of what depth finds round them lies behind, and higher up, where the bars end, nothing but what lies behind. Or
+    at their height, well inside the face's edges, depth passes it again and again: concrete is solid.
     """
     known = np.isin(evidence.own, (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE))
-    undecided = np.isin(evidence.verdict, (Verdict.MIXED, Verdict.NOT_MEASURED)) & ~outlined
+    undecided = np.isin(evidence.verdict, (Verdict.MIXED, Verdict.NOT_MEASURED)) & ~built
     through = share_around(samples, evidence.own == Verdict.BEHIND, known)
     found = share_around(samples, known, np.ones(len(known), dtype=bool))
-    free_above = above(samples, evidence.verdict == Verdict.BEHIND)
-    free_above &= ~above(samples, outlined | np.isin(evidence.verdict, (Verdict.NEAR, Verdict.OTHER)))
+    standing = built | np.isin(evidence.verdict, (Verdict.NEAR, Verdict.OTHER))
+    free_above = above(samples, evidence.verdict == Verdict.BEHIND) & ~above(samples, standing)
     enough = (through >= options.through_share) & (found >= options.found_share)
-    open_around: BoolArray = undecided & enough & free_above
+    open_around: BoolArray = undecided & ((enough & free_above) | _in_a_cage(samples, evidence, built, options))
     return open_around
+
+
+def _in_a_cage(samples: CellSamples, evidence: Evidence, built: BoolArray, options: ProgressOptions) -> BoolArray:
+    """Say at which heights a face is seen through between bars, with nothing solid over them."""
+    faced = ~np.isin(evidence.own, (Verdict.NOT_FACED, Verdict.BEFORE))
+    inside = faced & ~beside(samples, ~faced, EDGE_REACH) & ~at_border(samples, EDGE_REACH)
+    passed = share_along(samples, evidence.own == Verdict.BEHIND, inside & (evidence.own != Verdict.NOT_MEASURED))
+    found = share_along(samples, evidence.own != Verdict.NOT_MEASURED, inside)
+    solid = built | (evidence.verdict == Verdict.OTHER)
+    low = np.zeros(len(solid), dtype=bool)
+    for index in np.unique(samples.face[solid]):
+        own = samples.face == index
+        low[own] = samples.uv_m[own, 1] <= samples.uv_m[own & solid, 1].max()
+    caged: BoolArray = (passed >= options.found_share) & (found >= options.found_share) & ~low
+    return caged
 
 
 def stands_before(match: FaceMatch, options: ProgressOptions) -> bool:

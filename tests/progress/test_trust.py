@@ -110,11 +110,13 @@ def test_a_blurred_strip_does_not_divide_a_patch_but_a_strip_that_is_seen_throug
     assert not trusted(SAMPLES, apart, HIGH, True, OPTIONS)[0].any()
 
 
-def test_a_hole_that_a_bar_divides_is_as_large_as_both_its_halves() -> None:
+def test_a_hole_that_a_bar_divides_is_as_large_as_what_depth_shows_in_both_its_halves() -> None:
     bar = FRONT & (U > 0.2) & (U < 0.25)
     halves = FRONT & (U < 0.44) & (V < 0.3) & ~bar
-    assert not large_enough(SAMPLES, halves, 0.1).any()
-    np.testing.assert_array_equal(large_enough(SAMPLES, halves, 0.1, bar), halves)
+    none = np.zeros(len(U), dtype=bool)
+    assert not large_enough(SAMPLES, halves, halves, 0.1, none).any()
+    np.testing.assert_array_equal(large_enough(SAMPLES, halves, halves, 0.1, bar), halves)
+    assert not large_enough(SAMPLES, halves, halves & (U < 0.2), 0.1, bar).any()
 
 
 def test_an_outline_that_runs_up_into_starter_bars_speaks_for_the_concrete_below_alone() -> None:
@@ -136,6 +138,19 @@ def test_nothing_is_seen_through_below_a_surface_that_stands_there_whatever_its_
     assert np.all(seen_through(SAMPLES, open_above, none, OPTIONS)[cage & (V > 1.1)])
     formwork = verdicts(open_above, FRONT & (V > 1.8), Verdict.OTHER, Verdict.NEAR)
     assert not seen_through(SAMPLES, formwork, none, OPTIONS).any()
+
+
+def test_a_cage_is_seen_through_at_its_height_up_to_its_top_and_concrete_under_it_is_not() -> None:
+    wall, cage = FRONT & (V < 1.0), FRONT & (V > 1.0)
+    bars = cage & ((np.floor(U / 0.05) % 2 == 0) | (np.floor(V / 0.05) % 8 == 0))
+    seen = verdicts(near(wall, 0.0), bars, Verdict.MIXED, Verdict.NEAR)
+    seen = verdicts(seen, cage & ~bars, Verdict.MIXED, Verdict.BEHIND)
+    through = seen_through(SAMPLES, seen, wall, OPTIONS)
+    assert np.all(through[cage & (V > 1.1)]) and not through[~cage].any()
+    solid = verdicts(seen, cage & ~bars & (V < 1.8), Verdict.MIXED, Verdict.NEAR)
+    assert not seen_through(SAMPLES, solid, wall, OPTIONS)[cage & (V < 1.65)].any()
+    formwork = verdicts(seen, FRONT & (V > 1.9), Verdict.OTHER, Verdict.NEAR)
+    assert not seen_through(SAMPLES, formwork, wall, OPTIONS).any()
 
 
 def test_low_over_the_foot_depth_can_not_tell_the_element_from_the_ground() -> None:
