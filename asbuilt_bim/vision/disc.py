@@ -16,6 +16,8 @@ from asbuilt_bim.vision.red import RedBlob, red_blobs, redness
 
 MIN_SUPPORT = 0.57
 """Share of the outline that must be seen: a disc with 30 % of its area covered shows 59 %, half a disc 50 %."""
+FIRST_SUPPORT = 0.5
+"""The same before both photos have agreed on where the outline is: a cover's blurred edge bends the first one."""
 MIN_ASPECT = 0.4
 """Minor over major axis: a disc turned by more than 66 degrees is too thin to be told from a strip."""
 MIN_RADIUS_PX = 5.0
@@ -108,7 +110,7 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
             return None
         ellipse = fitted[0]
         is_on = _on_outline(edge, ellipse)
-    return _judged(ellipse, edge, is_on, patch)
+    return _judged(ellipse, edge, is_on, patch, FIRST_SUPPORT)
 
 
 def followed(disc: RedDisc, ellipse: Ellipse, blur_px: float, slack: float) -> RedDisc | None:
@@ -121,7 +123,7 @@ def followed(disc: RedDisc, ellipse: Ellipse, blur_px: float, slack: float) -> R
     placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px)
     is_red = _parts_red(patch, points, outward, reach)
     edge = np.where(is_red[:, None], placed.points + patch.corner, np.nan)
-    return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), patch, placed.sigma_px)
+    return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), patch, MIN_SUPPORT, placed.sigma_px)
 
 
 def some_profiles(disc: RedDisc, ellipse: Ellipse) -> FloatArray:
@@ -139,11 +141,16 @@ def reach_px(ellipse: Ellipse, share: float) -> float:
 
 
 def _judged(
-    ellipse: Ellipse, edge: FloatArray, is_on: BoolArray, patch: Patch, sigma_px: FloatArray | None = None
+    ellipse: Ellipse,
+    edge: FloatArray,
+    is_on: BoolArray,
+    patch: Patch,
+    least_support: float,
+    sigma_px: FloatArray | None = None,
 ) -> RedDisc | None:
     """Return the disc where enough of its outline and inside is seen, None otherwise."""
     support = float(np.mean(is_on))
-    if support < MIN_SUPPORT:
+    if support < least_support:
         return None
     kept = _without_ends(is_on)
     edge, sigma = edge[kept], np.ones(int(kept.sum())) if sigma_px is None else sigma_px[kept]

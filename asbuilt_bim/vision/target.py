@@ -57,7 +57,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     Reference: Perez & Tah 2023, eq. 2 (D = u_L - u_R) and eq. 3 (Z = f b / D).
     """
     lefts, rights = find_discs(pair.left), find_discs(pair.right)
-    found = pairings(lefts, rights, pair.camera)
+    found = pairings(lefts, rights, pair.camera, options.diameter_m)
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     right_size = [p for p in level if size_fits(p.circle, options)]
     if right_size:

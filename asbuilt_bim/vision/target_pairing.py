@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
-from asbuilt_bim.vision.disc import RedDisc, followed, some_profiles
+from asbuilt_bim.vision.disc import MIN_SUPPORT, RedDisc, followed, some_profiles
 from asbuilt_bim.vision.edge_model import likely_blur
 
 _CLEAR_SUPPORT = 0.85
 PALE = 0.66
 """Of the reddest disc's redness: light cancels out of it; what is seen through glass or on water falls below."""
+_SMALLEST, _LARGEST = 0.55, 1.35
+"""Of the told diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
+_SHRUNK = 0.04  # of the told diameter: less and it may be the target's as it is
 _SLACK = (2.0, 2.0, 1.0, 1.0)
 """The first outlines lean by a pixel where what is behind is dark or bright; they must not choose what is seen next."""
 
@@ -41,7 +44,9 @@ class Pairing:
     circle: SpaceCircle
 
 
-def pairings(lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera) -> list[Pairing]:
+def pairings(
+    lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera, told_m: float | None = None
+) -> list[Pairing]:
     """Return the discs that can be one disc seen twice: near one row, of one size, in front of the cameras."""
     found: list[Pairing] = []
     for left in lefts:
@@ -49,23 +54,41 @@ def pairings(lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: Re
             a, b = left.ellipse, right.ellipse
             near_row = abs(a.y_px - b.y_px) < 2.0 + 0.1 * a.major_px
             alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
-            if near_row and alike and a.x_px - b.x_px > 1.0 and (pairing := _paired(left, right, camera)) is not None:
+            if (
+                near_row
+                and alike
+                and a.x_px - b.x_px > 1.0
+                and (pairing := _paired(left, right, camera, told_m)) is not None
+            ):
                 found.append(pairing)
     return found
 
 
-def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> Pairing | None:
+def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: float | None) -> Pairing | None:
     """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
 
-    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide.
+    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide. The
+    cover's own edge may bound a smaller ellipse: then one of the told size about the same place is tried as a guide,
+    and what is fitted from there on is free to come out as it likes.
     """
     circle = _circle(left, right, camera)
+    if circle is None:
+        return None
+    diameter_m = 2.0 * circle.radius_m
+    if told_m is not None and not _SMALLEST * told_m < diameter_m < _LARGEST * told_m:
+        return _as_found(left, right, circle)
+    best = _followed(left, right, circle, camera) or _as_found(left, right, circle)
+    if told_m is None or diameter_m > (1.0 - _SHRUNK) * told_m:
+        return best
+    again = _followed(left, right, replace(circle, radius_m=0.5 * told_m), camera)
+    return again if again is not None and abs(2.0 * again.circle.radius_m / told_m - 1.0) < _SHRUNK else best
+
+
+def _followed(left: RedDisc, right: RedDisc, circle: SpaceCircle, camera: RectifiedCamera) -> Pairing | None:
+    """Follow both outlines along a circle's pictures and fit again, a few times; None where they aren't there."""
     best: Pairing | None = None
     blur_px: float | None = None
     for slack in _SLACK:
-        if circle is None or circle.rms_px > 1.5 + 0.04 * left.ellipse.major_px:
-            break
-        best = Pairing(left=left, right=right, circle=circle)
         guides = outlines_of(circle, camera)
         if guides[0] is None or guides[1] is None:
             break
@@ -76,8 +99,21 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> Pairing |
         if again[0] is None or again[1] is None:
             break
         left, right = again[0], again[1]
-        circle = _circle(left, right, camera)
-    return best if best is not None and best.circle.rms_px < 0.5 + 0.02 * best.left.ellipse.major_px else None
+        fitted = _circle(left, right, camera)
+        if fitted is None:
+            break
+        circle = fitted
+        best = Pairing(left=left, right=right, circle=circle)
+    return best if best is not None and _fits(best) else None
+
+
+def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> Pairing | None:
+    found = Pairing(left=left, right=right, circle=circle)
+    return found if min(left.support, right.support) >= MIN_SUPPORT and _fits(found) else None
+
+
+def _fits(found: Pairing) -> bool:
+    return found.circle.rms_px < 0.5 + 0.02 * found.left.ellipse.major_px
 
 
 def _circle(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> SpaceCircle | None:
