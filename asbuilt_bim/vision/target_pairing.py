@@ -16,6 +16,7 @@ PALE = 0.66
 """Of the reddest disc's redness: light cancels out of it; what is seen through glass or on water falls below."""
 _SMALLEST, _LARGEST = 0.55, 1.35
 """Of the told diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
+_MOST_UNSURE = 0.02  # of the diameter; a disc whose size is less sure can't be told from other things by its size
 _SHRUNK = 0.04  # of the told diameter: less and it may be the target's as it is
 _SLACK = (2.0, 2.0, 1.0, 1.0)
 """The first outlines lean by a pixel where what is behind is dark or bright; they must not choose what is seen next."""
@@ -77,7 +78,7 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: floa
     diameter_m = 2.0 * circle.radius_m
     if told_m is not None and not _SMALLEST * told_m < diameter_m < _LARGEST * told_m:
         return _as_found(left, right, circle)
-    best = _followed(left, right, circle, camera) or _as_found(left, right, circle)
+    best = _followed(left, right, circle, camera)
     if told_m is None or diameter_m > (1.0 - _SHRUNK) * told_m:
         return best
     again = _followed(left, right, replace(circle, radius_m=0.5 * told_m), camera)
@@ -113,7 +114,8 @@ def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> Pairing | N
 
 
 def _fits(found: Pairing) -> bool:
-    return found.circle.rms_px < 0.5 + 0.02 * found.left.ellipse.major_px
+    """Say whether both outlines are one circle's: discs keep to 0.3 px and less, jackets and squares don't."""
+    return found.circle.rms_px < 0.25 + 0.01 * found.left.ellipse.major_px
 
 
 def _circle(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> SpaceCircle | None:
@@ -141,8 +143,8 @@ def size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
     diameter = 2.0 * circle.radius_m
     if options.diameter_m is None:
         return options.smallest_m <= diameter <= options.largest_m
-    sigma = diameter_sigma(circle)
-    return abs(diameter - options.diameter_m) <= options.diameter_tolerance * options.diameter_m + 2.0 * sigma
+    unsure = min(2.0 * diameter_sigma(circle), _MOST_UNSURE * options.diameter_m)
+    return abs(diameter - options.diameter_m) <= options.diameter_tolerance * options.diameter_m + unsure
 
 
 def likeliest(found: list[Pairing]) -> list[Pairing]:
