@@ -17,6 +17,7 @@ PALE = 0.66
 _SMALLEST, _LARGEST = 0.55, 1.35
 """Of the told diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
 _MOST_UNSURE = 0.02  # of the diameter; a disc whose size is less sure can't be told from other things by its size
+_MOST_UNSURE_DEPTH = 0.012  # relative: the distance is asked to 1 %, and discs within 10 m give it to 0.5 %
 _SHRUNK = 0.04  # of the told diameter: less and it may be the target's as it is
 _SLACK = (2.0, 2.0, 1.0, 1.0)
 """The first outlines lean by a pixel where what is behind is dark or bright; they must not choose what is seen next."""
@@ -115,7 +116,9 @@ def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> Pairing | N
 
 def _fits(found: Pairing) -> bool:
     """Say whether both outlines are one circle's: discs keep to 0.3 px and less, jackets and squares don't."""
-    return found.circle.rms_px < 0.25 + 0.01 * found.left.ellipse.major_px
+    circle = found.circle
+    unsure = float(np.sqrt(circle.covariance[2, 2])) / circle.disparity_px
+    return circle.rms_px < 0.25 + 0.01 * found.left.ellipse.major_px and unsure < _MOST_UNSURE_DEPTH
 
 
 def _circle(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> SpaceCircle | None:
