@@ -28,8 +28,6 @@ _SOME = 2  # every second edge point says what the lens's blur is
 _THINGS_IN_A_BLOB = 3
 LEAST_FILLED = 0.6
 """Of the inside: 30 % may be covered, and blur at the cover's edges looks like cover."""
-LEAST_REDNESS = 0.4
-"""Of the inside's median: red 1.7 times green and blue; brick, rust and skin have less, paint has 0.5 and more."""
 MOST_HOLE = 0.06
 """Of the inside: what is covered reaches the outline; a hole that doesn't is a print on a sign."""
 MOST_INSIDE = 4.0
@@ -163,8 +161,6 @@ def _judged(
     if filled < LEAST_FILLED or is_printed or rms > _tolerance_px(ellipse):
         return None
     red = float(np.median(patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]))
-    if red < LEAST_REDNESS:
-        return None
     return RedDisc(
         ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
         redness=red, patch=patch,
