@@ -18,6 +18,7 @@ _SMALLEST, _LARGEST = 0.55, 1.35
 """Of the told diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
 _MOST_UNSURE = 0.02  # of the diameter; a disc whose size is less sure can't be told from other things by its size
 _MOST_UNSURE_DEPTH = 0.012  # relative: the distance is asked to 1 %, and discs within 10 m give it to 0.5 %
+_OFF_ROW_PX = 1.5  # no circle makes such a pair: it is kept to say that the rig was knocked
 _SHRUNK = 0.04  # of the told diameter: less and it may be the target's as it is
 _SLACK = (2.0, 2.0, 1.0, 1.0)
 """The first outlines lean by a pixel where what is behind is dark or bright; they must not choose what is seen next."""
@@ -77,7 +78,8 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: floa
     if circle is None:
         return None
     diameter_m = 2.0 * circle.radius_m
-    if told_m is not None and not _SMALLEST * told_m < diameter_m < _LARGEST * told_m:
+    off_row = abs(left.ellipse.y_px - right.ellipse.y_px) > _OFF_ROW_PX
+    if off_row or (told_m is not None and not _SMALLEST * told_m < diameter_m < _LARGEST * told_m):
         return _as_found(left, right, circle)
     best = _followed(left, right, circle, camera)
     if told_m is None or diameter_m > (1.0 - _SHRUNK) * told_m:
@@ -110,8 +112,10 @@ def _followed(left: RedDisc, right: RedDisc, circle: SpaceCircle, camera: Rectif
 
 
 def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> Pairing | None:
+    """Return what is no target, but worth a word."""
     found = Pairing(left=left, right=right, circle=circle)
-    return found if min(left.support, right.support) >= MIN_SUPPORT and _fits(found) else None
+    is_one = circle.rms_px < 0.5 + 0.02 * left.ellipse.major_px
+    return found if is_one and min(left.support, right.support) >= MIN_SUPPORT else None
 
 
 def _fits(found: Pairing) -> bool:
