@@ -173,7 +173,8 @@ def main() -> int:
         if args.faces:
             rows = json.loads(args.faces.read_text(encoding="utf-8"))["faces"]
         else:
-            rows, _ = collect([(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in CYCLES_SEEDS])
+            pairs = [(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in CYCLES_SEEDS]
+            rows, _ = collect(pairs, {"own masks": ours(False)})
         own = image_pulls(rows)
         lines = [*pull_lines("images, true rig", own, len(own), 300), *lines]
         together = both_pulls(RAYCAST_SEEDS[:RIGS])
