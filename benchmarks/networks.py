@@ -29,6 +29,7 @@ from asbuilt_bim.vision.agreement import agree
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.networks.bundled import bundled_card
 from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.networks.mirrored import answers
 from asbuilt_bim.vision.scene import read_scene
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
@@ -157,7 +158,7 @@ def bare(loaded: LoadedNetwork) -> object:
     card = loaded.card.input
     shapes = [3, 5] if loaded.card.geometry is not None else [3]
     empty = tuple(np.zeros((1, channels, card.height_px, card.width_px), np.float32) for channels in shapes)
-    return loaded.network.run(empty)
+    return answers(loaded.network, loaded.card, empty)
 
 
 def least_seconds(works: dict[str, Callable[[], object]]) -> dict[str, float]:
