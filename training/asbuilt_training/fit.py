@@ -30,12 +30,14 @@ from asbuilt_training.samples import IGNORED, Recipe, Sample, plain_sample
 from asbuilt_training.shards import Pool
 
 LOG = logging.getLogger(__name__)
-WHOLE_FROM = 0.62
+WHOLE_FROM = 0.75
 """Share of the run after which whole pictures are learned instead of crops at two thirds of their size."""
 WARM_UP = 0.03
 CROPS, WHOLE = (Recipe(width_px=256, height_px=192, least_crop=0.6), 16), (Recipe(least_crop=0.6), 8)
-LOOKED_AT = 80
+LOOKED_AT = 60
 """Validation pictures that are looked at while it learns, with and without geometry."""
+SEASONED = 300
+"""Steps that weights from elsewhere count for in the average."""
 PATIENCE = 8
 """Looks without anything better before it gives up."""
 
@@ -49,7 +51,7 @@ class Plan:
     minutes: float
     look_minutes: float = 5.0
     keep_minutes: float = 10.0
-    rate: float = 1.2e-3
+    rate: float = 5e-4
     decay: float = 0.02
     seed: int = 0
     threads: int = 1  # two that wait for each other are slower than one wherever something else runs too
@@ -62,9 +64,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder of the run: weights, curves, pictures")
     parser.add_argument("--minutes", type=float, required=True, help="how long it learns")
     parser.add_argument("--look-minutes", type=float, default=5.0, help="how often it is judged")
-    parser.add_argument("--rate", type=float, default=1.2e-3, help="largest step")
+    parser.add_argument("--rate", type=float, default=5e-4, help="largest step; batches of 16 bear no more")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--start", type=Path, help="weights to start from (best.pt of another run), not random ones")
     parser.add_argument("--resume", action="store_true", help="go on where the run in --out stopped")
 
 
@@ -75,7 +78,10 @@ def run(given: argparse.Namespace) -> int:
         data=str(given.data), valid=str(given.valid), minutes=given.minutes, look_minutes=given.look_minutes,
         rate=given.rate, seed=given.seed, threads=given.threads,
     )  # fmt: skip
-    Run(plan, given.out, resume=given.resume).learn()
+    run_ = Run(plan, given.out, resume=given.resume)
+    if given.start is not None and not given.resume:
+        run_.start_from(given.start)
+    run_.learn()
     return 0
 
 
@@ -97,6 +103,13 @@ class Run:
         if resume:
             self._resume()
         (out / "plan.json").write_text(json.dumps(dataclasses.asdict(plan), indent=1) + "\n", encoding="utf-8")
+
+    def start_from(self, path: Path) -> None:
+        """Take another run's weights instead of random ones; optimiser and clock begin anew."""
+        weights = torch.load(path, weights_only=True)
+        self.net.load_state_dict(weights)
+        self.average.net.load_state_dict(weights)
+        self.average.updates = SEASONED
 
     def learn(self) -> None:
         """Learn until the time is up, or until nothing gets better."""

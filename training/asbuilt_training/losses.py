@@ -11,7 +11,7 @@ from asbuilt_training.model import COLUMN, WALL
 IGNORED = 255
 DICE_WEIGHT = 0.7
 OFFSET_WEIGHT = 0.3
-DEPTH_WEIGHT = 1.0
+DEPTH_WEIGHT = 0.5
 SCALES = 4
 """Depth's slopes are compared at this many sizes, each half the one before."""
 FAR_PER_M = 1.0 / 150.0

@@ -115,8 +115,7 @@ class ConcreteNet(nn.Module):
     def _begin(self) -> None:
         """Draw the first weights: so that gradients neither fade nor grow (He et al. 2015).
 
-        PyTorch's own are three times smaller. Batch norms hide that from the answers, not from the speed: a picture that
-        was to be learned by heart took four times as many steps.
+        PyTorch's own are smaller by half or more. Batch norms hide that from the answers, not from how far a step goes.
         """
         smooth = (self.offsets.out, self.depth.out)  # these begin near 0
         for module in self.modules():
