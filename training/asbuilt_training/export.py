@@ -47,12 +47,13 @@ def run(given: argparse.Namespace) -> int:
     whole = folded(net)
     write_segmenter(Segmenter(whole), given.out, "concrete", CLASSES)
     write_depth(RelativeDepth(whole), given.out)
-    evaluated = given.run / "figures.json"
+    evaluated, before = given.run / "figures.json", given.run / "before.txt"
     text = model_card(
         plan=json.loads((given.run / "plan.json").read_text(encoding="utf-8")),
         figures=json.loads(evaluated.read_text(encoding="utf-8")) if evaluated.is_file() else None,
         curves=list(csv.DictReader((given.run / "curves.csv").open(encoding="utf-8"))),
         parameters=sum(p.numel() for p in net.parameters()),
+        before=before.read_text(encoding="utf-8") if before.is_file() else "",
     )
     (given.out / "MODEL_CARD.md").write_text(text, encoding="utf-8")
     LOG.info("wrote %s", given.out)

@@ -62,7 +62,7 @@ def figures(net: Answering, samples: Iterable[Sample]) -> Figures:
         asked = sample.kind != IGNORED
         both = sample.kind[asked].astype(np.int64) * len(CLASSES) + answer[asked]
         confusion += np.bincount(both, minlength=len(CLASSES) ** 2).reshape(confusion.shape)
-        judged = depth_errors(depth[0].float().exp().numpy(), sample.inverse_depth)
+        judged = depth_errors((depth[0] - depth[0].mean()).float().exp().numpy(), sample.inverse_depth)
         if judged is not None:
             errors.append(judged[0])
             within.append(judged[1])

@@ -46,8 +46,9 @@ class RelativeDepth(nn.Module):
         self.trunk, self.depth = net.trunk, net.depth
 
     def forward(self, image: Tensor) -> Tensor:
-        """Return relative inverse depth (N, h/2, w/2)."""
-        return self.depth(self.trunk(image, None))[:, 0].exp()
+        """Return relative inverse depth (N, h/2, w/2); its scale, which is free, makes the mean of its logarithm 0."""
+        nearness = self.depth(self.trunk(image, None))[:, 0]
+        return (nearness - nearness.mean((1, 2), keepdim=True)).exp()
 
 
 def read_segmenter(path: Path) -> Segmenter:

@@ -35,7 +35,7 @@ def _row(net: ConcreteNet, seen: Sample, blind: Sample) -> np.ndarray:
         logits, _, relative = net(*network_inputs(batch["image"], batch["geometry"]))
         raised = functional.interpolate(logits.float(), size=sample.kind.shape, mode="bilinear", align_corners=False)
         pictures.append(painted(sample.image, raised[0].argmax(0).numpy().astype(np.uint8)))
-        depth = relative[0].float().exp().numpy()
+        depth = (relative[0] - relative[0].mean()).float().exp().numpy()
     pictures += [_shaded(seen.geometry[0].astype(np.float32)), _shaded(depth), _shaded(blind.inverse_depth)]
     size = (blind.kind.shape[1] * 2 // 3, blind.kind.shape[0] * 2 // 3)
     return np.hstack([cv2.resize(p, size, interpolation=cv2.INTER_AREA) for p in pictures])

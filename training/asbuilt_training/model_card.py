@@ -12,9 +12,17 @@ _CLASSES = ("wall", "column", "slab or beam", "formwork", "other")
 
 
 def model_card(
-    *, plan: Mapping[str, Any], figures: Mapping[str, Any] | None, curves: Sequence[Mapping[str, str]], parameters: int
+    *,
+    plan: Mapping[str, Any],
+    figures: Mapping[str, Any] | None,
+    curves: Sequence[Mapping[str, str]],
+    parameters: int,
+    before: str = "",
 ) -> str:
-    """Return the card as Markdown, from a run's plan, its figures (None: not judged yet) and its record."""
+    """Return the card as Markdown, from a run's plan, its figures (None: not judged yet) and its record.
+
+    `before` says what the weights had learned when the run took them over, where they weren't random.
+    """
     last = curves[-1]
     learned = (figures or {}).get("learned_from")
     pictures = "not counted"
@@ -29,6 +37,7 @@ def model_card(
         rate=f"{plan['rate']:g}",
         decay=f"{plan['decay']:g}",
         seed=plan["seed"],
+        before=f" {before.strip()}" if before else "",
         figures=_table(figures) if figures else "Not judged yet.\n",
     )
 
