@@ -30,7 +30,7 @@ from asbuilt_training.samples import IGNORED, Recipe, Sample, plain_sample
 from asbuilt_training.shards import Pool
 
 LOG = logging.getLogger(__name__)
-WHOLE_FROM = 0.75
+WHOLE_FROM = 0.62
 """Share of the run after which whole pictures are learned instead of crops at two thirds of their size."""
 WARM_UP = 0.03
 CROPS, WHOLE = (Recipe(width_px=256, height_px=192, least_crop=0.6), 16), (Recipe(least_crop=0.6), 8)

@@ -71,7 +71,9 @@ def depth_loss(log_nearness: Tensor, inverse_depth: Tensor) -> Tensor:
     middle = torch.where(known, apart.detach(), float("nan")).flatten(1).nanmedian(dim=1).values
     left = apart - middle[:, None, None]
     too_near = (torch.relu(left) * ~known).sum() / (~known).sum().clamp(min=1)
-    return (left.abs() * known).sum() / known.sum() + 0.3 * too_near + 0.3 * _slopes(left, known)
+    # The scale is free, so something has to hold it: what only has to be farther would push it down for ever.
+    held = 0.01 * given.mean((1, 2)).square().mean()
+    return (left.abs() * known).sum() / known.sum() + 0.3 * too_near + 0.3 * _slopes(left, known) + held
 
 
 def _slopes(left: Tensor, known: Tensor) -> Tensor:

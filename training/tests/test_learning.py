@@ -131,11 +131,14 @@ def test_the_offset_loss_asks_nothing_off_the_walls() -> None:
 
 def test_the_depth_loss_does_not_see_scale_but_sees_a_wrong_order() -> None:
     true = torch.rand(3, 40, 40) * 0.5 + 0.05
-    assert depth_loss((7.0 * true).log(), true) < 1e-4
+    log = true.log() - true.log().mean()
+    assert depth_loss(log, true) < 1e-4
+    assert depth_loss(log + 2.0, true).item() == pytest.approx(0.04, abs=1e-3)  # held near 0, by little
     assert depth_loss(-true.log(), true) > 1.0
     sky = torch.zeros(1, 40, 40)
     sky[:, 20:] = 0.2
     near, far = torch.zeros(1, 40, 40), torch.where(sky > 0, 0.0, -9.0)
+    far = far - far.mean()
     assert depth_loss(far, sky) < 1e-4 < depth_loss(near, sky)
     assert depth_errors((2.0 * true[0] - 1.0).numpy(), true[0].numpy()) == pytest.approx((0.0, 1.0), abs=1e-5)
 
