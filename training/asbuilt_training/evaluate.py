@@ -14,7 +14,7 @@ from asbuilt_training.figures import Figures, figures
 from asbuilt_training.fit import validation
 from asbuilt_training.gallery import write_gallery
 from asbuilt_training.model import ConcreteNet
-from asbuilt_training.shards import Pool
+from asbuilt_training.shards import sources_of
 
 LOG = logging.getLogger(__name__)
 SHOWN = 24
@@ -41,8 +41,8 @@ def run(given: argparse.Namespace) -> int:
     found = {"with geometry": figures(net, with_geometry), "without geometry": figures(net, without)}
     record: dict[str, object] = {name: dataclasses.asdict(one) for name, one in found.items()}
     if given.data is not None:
-        pool = Pool(given.data)
-        record["learned_from"] = {"pictures": pool.refresh(), "sources": pool.sources()}
+        sources = sources_of(given.data)
+        record["learned_from"] = {"pictures": sum(sources.values()), "sources": sources}
     (given.run / "figures.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     for start in range(0, min(SHOWN, len(without)), 6):
         chosen = slice(start, start + 6)

@@ -92,6 +92,15 @@ def read_shard(path: Path) -> Shard:
     return Shard(name=path.name, arrays=arrays)
 
 
+def sources_of(folder: Path) -> dict[str, int]:
+    """Return how many pictures of a folder each generator drew, without reading the pictures."""
+    names: list[str] = []
+    for path in sorted(folder.glob("*.npz")):
+        with np.load(path, allow_pickle=False) as file:
+            names += [str(name) for name in file["source"]]
+    return {name: names.count(name) for name in sorted(set(names))}
+
+
 class Pool:
     """All pictures of a folder, in memory; shards that are written later are found by `refresh`."""
 
@@ -105,11 +114,6 @@ class Pool:
             if path.name not in self._shards:
                 self._shards[path.name] = read_shard(path)
         return sum(len(shard) for shard in self._shards.values())
-
-    def sources(self) -> dict[str, int]:
-        """Return how many pictures each generator drew."""
-        names = [str(name) for shard in self._shards.values() for name in shard.arrays["source"]]
-        return {name: names.count(name) for name in sorted(set(names))}
 
     def pictures(self, rng: np.random.Generator | None = None) -> Iterator[Picture]:
         """Yield each picture once: in order of the files, or shuffled."""

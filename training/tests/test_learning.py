@@ -16,7 +16,7 @@ from asbuilt_training.loader import collate  # noqa: E402
 from asbuilt_training.losses import class_loss, depth_loss, offset_loss  # noqa: E402
 from asbuilt_training.model import ConcreteNet  # noqa: E402
 from asbuilt_training.samples import Recipe, centre_offsets, plain_sample, training_sample  # noqa: E402
-from asbuilt_training.shards import Picture, Pool, read_shard  # noqa: E402
+from asbuilt_training.shards import Picture, Pool, read_shard, sources_of  # noqa: E402
 from asbuilt_training.stereo import stereo_of  # noqa: E402
 
 HEIGHT, WIDTH = 96, 128
@@ -184,5 +184,5 @@ def test_shards_that_come_later_are_found(tmp_path: Path) -> None:
     pool = Pool(tmp_path)
     assert pool.refresh() == 2
     _write_shard(tmp_path / "b.npz", 3)
-    assert pool.refresh() == 5 and pool.sources() == {"test": 5}
+    assert pool.refresh() == 5 and sources_of(tmp_path) == {"test": 5}
     assert len(list(pool.pictures(np.random.default_rng(0)))) == 5
