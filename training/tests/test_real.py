@@ -160,9 +160,10 @@ def test_by_pixel_a_network_answers_also_what_it_is_not_sure_of() -> None:
 def test_depth_that_is_right_up_to_scale_and_shift_has_no_error() -> None:
     truth = np.linspace(2.0, 20.0, 200).reshape(10, 20)
     truth[0, 0] = np.nan
-    errors = depth_errors(7.0 / truth - 3.0, truth)
-    assert errors.abs_rel == pytest.approx(0.0, abs=1e-9)
-    assert (errors.within, errors.pixels) == (1.0, 199)
+    for scale in (7.0, 1e-15):
+        errors = depth_errors(scale / truth - 3.0 * scale, truth)
+        assert errors.abs_rel == pytest.approx(0.0, abs=1e-9)
+        assert (errors.within, errors.pixels) == (1.0, 199)
 
 
 def test_a_flat_guess_says_the_mean_inverse_depth() -> None:

@@ -29,6 +29,7 @@ def depth_errors(relative: Map, true_depth_m: Map) -> DepthErrors:
     """
     known = np.isfinite(true_depth_m) & np.isfinite(relative)
     truth, guess = true_depth_m[known], relative[known]
+    guess = (guess - guess.mean()) / max(float(guess.std()), 1e-30)  # a network's own scale may be tiny
     design = np.column_stack([guess, np.ones_like(guess)])
     fitted = design @ np.linalg.lstsq(design, 1.0 / truth, rcond=None)[0]
     depth = 1.0 / np.maximum(fitted, 0.5 / truth.max())
