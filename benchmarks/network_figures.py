@@ -73,6 +73,16 @@ class Tally:
             self.both += int(np.count_nonzero(concrete & said))
             self.either += int(np.count_nonzero(concrete | said))
 
+    def join(self, other: Tally) -> None:
+        """Take in what was made of further photos."""
+        for kind in KINDS:
+            self.hits[kind] += other.hits[kind]
+            self.wanted[kind] += other.wanted[kind]
+        self.overlaps += other.overlaps
+        self.borders_px += other.borders_px
+        self.both += other.both
+        self.either += other.either
+
     def _match(self, found: Sequence[Instance], things: Sequence[TrueThing]) -> None:
         free = [thing for thing in things if not thing.ignored]
         ignored = [thing for thing in things if thing.ignored]

@@ -25,7 +25,7 @@ from asbuilt_synthetic.truth import pixel_truth
 from asbuilt_synthetic.twins_scene import twin_scene
 from numpy.typing import NDArray
 from sites import SAMPLE, benchmark_folder
-from twins import CYCLES_SEEDS, twin_folder
+from twins import twin_folder
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
@@ -145,9 +145,9 @@ def drawn_shots(seeds: tuple[int, ...]) -> Iterator[Shot]:
                 yield shot_of(prepared, photos, rows["owner"][k].astype(np.int32), rows["depth_m"][k], kinds, name)
 
 
-def sample_shots(stations: tuple[int, ...] = tuple(range(STATIONS))) -> Iterator[Shot]:
+def sample_shots(stations: tuple[int, ...], visits: tuple[int, ...] = VISITS) -> Iterator[Shot]:
     """Give the shipped sample's path-traced pairs."""
-    for visit in VISITS:
+    for visit in visits:
         scene = true_scene(SAMPLE_SEED, visit)
         prepared = rectification(rig_of(scene.rig))
         for station in (scene.stations[k] for k in stations):
@@ -155,7 +155,7 @@ def sample_shots(stations: tuple[int, ...] = tuple(range(STATIONS))) -> Iterator
             yield _photographed(scene, station, prepared, folder, f"{station.name}_")
 
 
-def twin_shots(seeds: tuple[int, ...] = CYCLES_SEEDS) -> Iterator[Shot]:
+def twin_shots(seeds: tuple[int, ...]) -> Iterator[Shot]:
     """Give path-traced pairs of specimens on open ground."""
     for seed in seeds:
         scene = twin_scene(seed)

@@ -8,30 +8,25 @@ python benchmarks/networks.py --quick                        four pairs of the s
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from network_figures import KINDS, DepthTally, Tally, true_things
-from network_pictures import REPORTING_SEEDS, Shot, drawn_shots, sample_shots, twin_shots
+from network_figures import KINDS, DepthTally, Tally
+from network_judge import NETWORK, QUICK_PARTS, UNSEEN, Cards, all_parts, judge
+from network_pictures import REPORTING_SEEDS, sample_shots
 from sites import ROOT
 from table import Line, line, options, report, told
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.vision.agreement import agree
-from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.networks.bundled import bundled_card
 from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
 from asbuilt_bim.vision.networks.mirrored import answers
-from asbuilt_bim.vision.scene import read_scene
-from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 
 LEAST_PAIRS = 200
@@ -46,42 +41,6 @@ layout: yolo-seg
 input: {width_px: 320, height_px: 320, resize: letterbox, pad_value: 114}
 classes: [{id: 72, name: refrigerator, label: wall}, {id: 0, name: person, label: other}]
 """
-UNSEEN = "unseen sites"
-GEOMETRY, NETWORK, BLIND, AGREED = "geometry alone", "network", "network without geometry", "network and geometry"
-PIXELS, BLIND_PIXELS = "network, class by pixel", "network without geometry, class by pixel"
-
-
-@dataclass(kw_only=True)
-class Judged:
-    """What all ways made of some pairs."""
-
-    masks: dict[str, Tally] = field(default_factory=dict)
-    depth: DepthTally = field(default_factory=DepthTally)
-    pairs: int = 0
-
-    def add(self, shot: Shot, loaded: LoadedNetwork | None, depths: NetworkDepth | None) -> None:
-        """Run every way of segmenting, and relative depth, on a pair."""
-        things = true_things(shot)
-        for name, instances in found_by(shot.pair, loaded).items():
-            self.masks.setdefault(name, Tally()).add(instances, things)
-        if depths is not None:
-            self.depth.add(depths.estimate(shot.pair.left), shot)
-        self.pairs += 1
-        print(f"{shot.pair.name} ...", file=sys.stderr, flush=True)
-
-
-def found_by(pair: RectifiedPair, loaded: LoadedNetwork | None) -> dict[str, list[Instance]]:
-    """Return what every way of segmenting finds in a pair."""
-    stereo = depth_map(pair, SemiGlobalMatcher())
-    scene = read_scene(pair, stereo)
-    found = {GEOMETRY: segment_scene(pair, scene)}
-    if loaded is not None:
-        whole = NetworkSegmenter(loaded=loaded)
-        pixel = NetworkSegmenter(loaded=replace(loaded, card=replace(loaded.card, class_by="pixel")))
-        found[NETWORK], found[BLIND] = whole.segment(pair, stereo), whole.segment(pair, None)
-        found[PIXELS], found[BLIND_PIXELS] = pixel.segment(pair, stereo), pixel.segment(pair, None)
-        found[AGREED] = list(agree(pair, scene, stereo, whole, GeometricOptions()).instances)
-    return found
 
 
 def mask_lines(where: str, name: str, tally: Tally, pairs: int, judged: bool) -> list[Line]:
@@ -171,15 +130,6 @@ def least_seconds(works: dict[str, Callable[[], object]]) -> dict[str, float]:
     return least
 
 
-def cards(args: argparse.Namespace) -> tuple[LoadedNetwork | None, NetworkDepth | None]:
-    """Open the networks to be judged: those named, else those shipped, none with --geometry."""
-    if args.geometry:
-        return None, None
-    segment = args.segment or bundled_card("segment")
-    depth = args.depth or bundled_card("depth")
-    return load(segment, "segment"), NetworkDepth(loaded=load(depth, "depth"))
-
-
 def main() -> int:
     """Run the benchmark; return the exit code."""
     parser = options(__doc__.splitlines()[0])
@@ -187,29 +137,22 @@ def main() -> int:
     parser.add_argument("--depth", type=Path, help="another relative-depth network's card")
     parser.add_argument("--geometry", action="store_true", help="without any network")
     parser.add_argument("--seeds", type=int, nargs="+", default=REPORTING_SEEDS, help="of the pairs to look at")
+    parser.add_argument("--workers", type=int, default=2)
     args = parser.parse_args()
-    loaded, depths = cards(args)
-    sets: dict[str, Iterable[Shot]] = {"sample": sample_shots((0, 3))}
-    if not args.quick:
-        sets = {
-            UNSEEN: drawn_shots(tuple(args.seeds)),
-            "path-traced sample": sample_shots(),
-            "path-traced specimens": twin_shots(),
-        }
+    chosen = Cards(
+        segment=None if args.geometry else args.segment or bundled_card("segment"),
+        depth=None if args.geometry else args.depth or bundled_card("depth"),
+    )
+    parts = QUICK_PARTS if args.quick else all_parts(tuple(args.seeds))
     lines: list[Line] = []
-    pair: RectifiedPair | None = None
-    for where, shots in sets.items():
-        judged = Judged()
-        for shot in shots:
-            judged.add(shot, loaded, depths)
-            pair = shot.pair
+    for where, judged in judge(parts, chosen, args.workers).items():
         counts = where == UNSEEN and tuple(args.seeds) == REPORTING_SEEDS
         for name, tally in judged.masks.items():
             lines += mask_lines(where, name, tally, judged.pairs, counts and name == NETWORK)
         lines += depth_lines(where, judged.depth, counts)
-    assert pair is not None
+    (shot,) = sample_shots((0,), (0,))
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
-        lines += cost_lines(pair, loaded, depths, Path(scratch))
+        lines += cost_lines(shot.pair, *chosen.opened(), Path(scratch))
     return report("Walls, columns and relative depth by the shipped networks", lines, args)
 
 

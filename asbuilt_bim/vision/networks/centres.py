@@ -34,8 +34,8 @@ MOST_PILES = 64
 """More things than this in one photo are noise: the highest piles count."""
 MOST_VOTES = 6000
 """Votes that the piles' middles and widths are measured by."""
-PASSED_ON = 2
-"""Times that a vote is passed on by the pixel that it falls on."""
+PASSED_ON = 1
+"""Times that a vote is passed on by the pixel that it falls on; further rounds gain nothing."""
 ROUNDS = 2
 """Times that pixels choose among the piles; from the second on by the piles' widths too: large things scatter more."""
 

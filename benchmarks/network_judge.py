@@ -1,0 +1,125 @@
+"""Runs every way of segmenting, and relative depth, on pairs with truth: part by part, in several processes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from network_figures import DepthTally, Tally, true_things
+from network_pictures import Shot, drawn_shots, sample_shots, twin_shots
+from twins import CYCLES_SEEDS
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.vision.agreement import agree
+from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
+from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.scene import read_scene
+from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+
+UNSEEN = "unseen sites"
+GEOMETRY, NETWORK, BLIND, AGREED = "geometry alone", "network", "network without geometry", "network and geometry"
+PIXELS, BLIND_PIXELS = "network, class by pixel", "network without geometry, class by pixel"
+SAMPLE, SPECIMENS = "path-traced sample", "path-traced specimens"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """Some pairs of a set: of the drawn sites or specimens the seeds, of the sample the stations."""
+
+    where: str
+    numbers: tuple[int, ...]
+
+    def shots(self) -> Iterator[Shot]:
+        """Give the part's pairs."""
+        return {UNSEEN: drawn_shots, SAMPLE: sample_shots, SPECIMENS: twin_shots}[self.where](self.numbers)
+
+
+QUICK_PARTS = (Part(where=SAMPLE, numbers=(0, 3)),)
+
+
+def all_parts(seeds: tuple[int, ...]) -> tuple[Part, ...]:
+    """Return all that is judged, long parts first."""
+    return (
+        Part(where=SAMPLE, numbers=(0, 1, 2, 3, 4)),
+        Part(where=SPECIMENS, numbers=CYCLES_SEEDS[:4]),
+        Part(where=SPECIMENS, numbers=CYCLES_SEEDS[4:]),
+        *(Part(where=UNSEEN, numbers=(seed,)) for seed in seeds),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cards:
+    """The networks to be judged, None for geometry alone."""
+
+    segment: Path | None
+    depth: Path | None
+
+    def opened(self) -> tuple[LoadedNetwork | None, NetworkDepth | None]:
+        """Open both, once a process."""
+        return (
+            load(self.segment, "segment") if self.segment else None,
+            NetworkDepth(loaded=load(self.depth, "depth")) if self.depth else None,
+        )
+
+
+def judge(parts: Sequence[Part], cards: Cards, workers: int) -> dict[str, Judged]:
+    """Judge all parts; return what came of each set, in the order of its first part."""
+    found: dict[str, Judged] = {UNSEEN: Judged()} if any(part.where == UNSEEN for part in parts) else {}
+    with ProcessPoolExecutor(max_workers=workers) as pool:
+        for part, judged in zip(parts, pool.map(judged_part, parts, [cards] * len(parts)), strict=True):
+            found.setdefault(part.where, Judged()).join(judged)
+    return found
+
+
+def judged_part(part: Part, cards: Cards) -> Judged:
+    """Judge one part. Runs in a worker process."""
+    loaded, depths = cards.opened()
+    judged = Judged()
+    for shot in part.shots():
+        judged.add(shot, loaded, depths)
+    return judged
+
+
+@dataclass(kw_only=True)
+class Judged:
+    """What all ways made of some pairs."""
+
+    masks: dict[str, Tally] = field(default_factory=dict)
+    depth: DepthTally = field(default_factory=DepthTally)
+    pairs: int = 0
+
+    def add(self, shot: Shot, loaded: LoadedNetwork | None, depths: NetworkDepth | None) -> None:
+        """Run every way of segmenting, and relative depth, on a pair."""
+        things = true_things(shot)
+        for name, instances in found_by(shot.pair, loaded).items():
+            self.masks.setdefault(name, Tally()).add(instances, things)
+        if depths is not None:
+            self.depth.add(depths.estimate(shot.pair.left), shot)
+        self.pairs += 1
+        print(f"{shot.pair.name} ...", file=sys.stderr, flush=True)
+
+    def join(self, other: Judged) -> None:
+        """Take in what was made of further pairs."""
+        for name, tally in other.masks.items():
+            self.masks.setdefault(name, Tally()).join(tally)
+        self.depth.errors += other.depth.errors
+        self.depth.close += other.depth.close
+        self.pairs += other.pairs
+
+
+def found_by(pair: RectifiedPair, loaded: LoadedNetwork | None) -> dict[str, list[Instance]]:
+    """Return what every way of segmenting finds in a pair."""
+    stereo = depth_map(pair, SemiGlobalMatcher())
+    scene = read_scene(pair, stereo)
+    found = {GEOMETRY: segment_scene(pair, scene)}
+    if loaded is not None:
+        whole = NetworkSegmenter(loaded=loaded)
+        pixel = NetworkSegmenter(loaded=replace(loaded, card=replace(loaded.card, class_by="pixel")))
+        found[NETWORK], found[BLIND] = whole.segment(pair, stereo), whole.segment(pair, None)
+        found[PIXELS], found[BLIND_PIXELS] = pixel.segment(pair, stereo), pixel.segment(pair, None)
+        found[AGREED] = list(agree(pair, scene, stereo, whole, GeometricOptions()).instances)
+    return found
