@@ -85,8 +85,10 @@ def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera) -> list[Floa
     tilt = np.tan(np.arccos(np.clip(left.minor_px / left.major_px, 0.2, 0.995)))
     across = left.angle_rad + np.pi / 2  # a circle is foreshortened along the minor axis
     lean = tilt * np.array([np.cos(across), np.sin(across)])
+    # tilts count from the ray to the disc: from the optical axis both would lie on one side, away from the middle
+    facing = -(left.centre - [camera.cx_px, camera.cy_px]) / camera.f_px
     base = [left.x_px, left.y_px, disparity, np.log(radius)]
-    return [np.array([*base, *(sign * lean)]) for sign in (1.0, -1.0)]
+    return [np.array([*base, *(facing + sign * lean)]) for sign in (1.0, -1.0)]
 
 
 def _normal(parameters: FloatArray) -> FloatArray:

@@ -180,9 +180,13 @@ def test_an_ellipse_is_found_among_foreign_points() -> None:
     assert found[1][:55].all() and found[1][55:].sum() < 5
 
 
-def test_a_circle_in_space_is_recovered_from_exact_outlines() -> None:
-    centre, radius = np.array([0.4, -0.3, 4.0]), 0.15
-    normal = np.array([0.4, 0.1, -1.0]) / np.linalg.norm([0.4, 0.1, -1.0])
+@pytest.mark.parametrize("x_m", [-1.6, 0.4, 1.8])
+@pytest.mark.parametrize("lean", [0.7, 0.4, 0.1, -0.2, -0.6])
+def test_a_circle_in_space_is_recovered_from_exact_outlines_wherever_it_stands_and_leans(
+    x_m: float, lean: float
+) -> None:
+    centre, radius = np.array([x_m, -0.3, 4.0]), 0.15
+    normal = np.array([lean, 0.1, -1.0]) / np.linalg.norm([lean, 0.1, -1.0])
     u = np.cross(normal, [0.0, 1.0, 0.0])
     u /= np.linalg.norm(u)
     turn = np.linspace(0.0, 2 * np.pi, 80, endpoint=False)[:, None]
