@@ -27,6 +27,13 @@ MOST_CHANGE = 0.35
 """A radius that silhouettes would change by more isn't this column's."""
 ROUGH_SHARE = 0.03
 """What the stereo circle's radius is worth: the matcher bends a mantle flatter or rounder by some per cent."""
+CORE = 0.6
+"""Share of a column's half width round its axis where heights are read: further out the mantle turns away."""
+BAND_PX = 4.0
+SOLID_SHARE = 0.5
+SOLID_BANDS = 3
+USUAL_PERCENT = 75.0
+"""Concrete fills its width: bands of this height that a mask fills to less, or fewer in a row, are starter bars."""
 MOST_GAP = 0.08
 """The stereo circle is good to this share of its radius: the matcher bends it a little flatter or rounder."""
 
@@ -54,12 +61,13 @@ def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> Round
     d = disparity_of_circle(better, x)
     axis_x = better.f_px * better.x_m / better.z_m
     half = better.f_px * better.radius_m / better.z_m
-    core = np.isfinite(d) & (np.abs(x - axis_x) < 0.6 * half)
+    core = np.isfinite(d) & (np.abs(x - axis_x) < CORE * half)
     if np.count_nonzero(core) < 50:
         return None
     below = level.y_px[rows, columns][core] * level.baseline_m / d[core]
-    top, foot = _ends(below, columns[core])
     pixel_m = better.z_m / better.f_px
+    solid = solid_heights(below / pixel_m, 2.0 * CORE * half)
+    top, foot = _ends(below[solid], columns[core][solid])
     return RoundFit(
         circle=better, radius_sigma_m=radius_sigma, distance_sigma_m=distance_sigma, top_m=top, foot_m=foot,
         height_sigma_m=1.5 * pixel_m,
@@ -190,6 +198,24 @@ def _distance(bench: Workbench, direction: float, sine: float, start_m: float, m
     return middle, float(
         np.hypot(scatter / np.sqrt(max(inner.sum() / 150.0, 1.0)), 0.03 * middle / np.median(d[inner]))
     )
+
+
+def solid_heights(below_px: FloatArray, width_px: float) -> BoolArray:
+    """Say which pixels, by their heights (N,) in pixels, lie where a mask is solid over a width, or just beside.
+
+    Starter bars and their hoops stand over a column's pour line at the column's own depth, and its mask runs up into
+    them; but they leave gaps. A column that something hides in part is held to what most of its heights show.
+    """
+    band = np.floor((below_px - below_px.min()) / BAND_PX).astype(np.intp)
+    count = np.bincount(band)
+    if len(count) < SOLID_BANDS:
+        return np.ones(len(band), dtype=bool)
+    usual = min(width_px * BAND_PX, float(np.percentile(count, USUAL_PERCENT)))
+    runs = np.convolve(count >= SOLID_SHARE * usual, np.ones(SOLID_BANDS), "valid") == SOLID_BANDS
+    # a run's own bands, and one beside each end: an end may lie anywhere in its band
+    solid = np.convolve(runs, np.ones(SOLID_BANDS + 2), "full")[1 : len(count) + 1] > 0
+    inside: BoolArray = solid[band]
+    return inside if inside.any() else np.ones(len(band), dtype=bool)
 
 
 def _ends(below: FloatArray, columns: NDArray[np.intp]) -> tuple[float, float]:
