@@ -11,9 +11,10 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from asbuilt_training.classes import CLASSES, COLUMN, IGNORED, WALL
 from asbuilt_training.loader import collate
-from asbuilt_training.model import CLASSES, COLUMN, WALL, network_inputs
-from asbuilt_training.samples import IGNORED, Sample
+from asbuilt_training.model import network_inputs
+from asbuilt_training.samples import Sample
 
 FAR_M = 100.0
 """Depth is judged up to here; beyond, and in the sky, only the order near-far is asked for."""

@@ -21,11 +21,12 @@ from asbuilt_bim.errors import AsBuiltError
 from torch.nn import functional
 
 from asbuilt_training.averaged import Averaged
+from asbuilt_training.classes import CLASSES
 from asbuilt_training.export import WIDTH_PX, write_segmenter
 from asbuilt_training.folded import Segmenter, read_segmenter
 from asbuilt_training.loader import collate
 from asbuilt_training.losses import OFFSET_WEIGHT, class_loss, offset_loss
-from asbuilt_training.model import CLASSES, network_inputs
+from asbuilt_training.model import network_inputs
 from asbuilt_training.own_labels import OwnLabels, read_labels
 from asbuilt_training.samples import Recipe, training_sample
 from asbuilt_training.shards import Picture

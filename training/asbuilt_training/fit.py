@@ -20,13 +20,14 @@ import numpy as np
 import torch
 
 from asbuilt_training.averaged import Averaged
+from asbuilt_training.classes import CLASSES, IGNORED
 from asbuilt_training.curves import Row, plot, write_csv
 from asbuilt_training.figures import figures
 from asbuilt_training.gallery import write_gallery
 from asbuilt_training.loader import Batch, Loader
 from asbuilt_training.losses import DEPTH_WEIGHT, OFFSET_WEIGHT, class_loss, depth_loss, offset_loss
-from asbuilt_training.model import CLASSES, ConcreteNet, network_inputs
-from asbuilt_training.samples import IGNORED, Recipe, Sample, plain_sample
+from asbuilt_training.model import ConcreteNet, network_inputs
+from asbuilt_training.samples import Recipe, Sample, plain_sample
 from asbuilt_training.shards import Pool
 
 LOG = logging.getLogger(__name__)

@@ -9,9 +9,10 @@ import numpy as np
 import torch
 from torch.nn import functional
 
+from asbuilt_training.classes import IGNORED
 from asbuilt_training.loader import collate
 from asbuilt_training.model import ConcreteNet, network_inputs
-from asbuilt_training.samples import IGNORED, Sample
+from asbuilt_training.samples import Sample
 
 # RGB: background stays as photographed.
 PAINT = np.array(

@@ -6,9 +6,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from asbuilt_training.model import COLUMN, WALL
+from asbuilt_training.classes import COLUMN, IGNORED, WALL
 
-IGNORED = 255
 DICE_WEIGHT = 0.7
 OFFSET_WEIGHT = 0.3
 DEPTH_WEIGHT = 0.5

@@ -13,8 +13,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-CLASSES = ("background", "wall", "column", "slab or beam", "formwork", "other")
-WALL, COLUMN = 1, 2
+from asbuilt_training.classes import CLASSES
+
 STRIDE = 2
 """The outputs are at half the input's size."""
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from asbuilt_training.classes import CLASSES
+
 TEMPLATE = Path(__file__).with_name("model_card.md.in")
-_CLASSES = ("wall", "column", "slab or beam", "formwork", "other")
 
 
 def model_card(
@@ -43,10 +44,10 @@ def model_card(
 
 
 def _table(figures: Mapping[str, Any]) -> str:
-    rows = ["| IoU | pictures | concrete | " + " | ".join(_CLASSES) + " |", "|" + "---|" * 8]
+    rows = ["| IoU | pictures | concrete | " + " | ".join(CLASSES[1:]) + " |", "|" + "---|" * 8]
     for name in ("with geometry", "without geometry"):
         one = figures[name]
-        shares = [one["concrete_iou"], *(one["iou"][k] for k in _CLASSES)]
+        shares = [one["concrete_iou"], *(one["iou"][k] for k in CLASSES[1:])]
         rows.append(f"| {name} | {one['pictures']} | " + " | ".join(f"{v:.3f}" for v in shares) + " |")
     blind = figures["without geometry"]
     rows.append(

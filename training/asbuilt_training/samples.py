@@ -10,13 +10,12 @@ from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
 from asbuilt_bim.vision.networks.geometry_input import geometry_channels
 
 from asbuilt_training.augment import cut_out, disturbed
+from asbuilt_training.classes import CONCRETE
 from asbuilt_training.shards import Picture
 from asbuilt_training.stereo import stereo_of
 
 OFFSET_UNIT_PX = 32.0
 """Offsets are given in units of this many input pixels: numbers near one."""
-IGNORED = 255
-CONCRETE = (1, 2)
 BORDER_WEIGHT = 2
 """Pixels at a border count this many times more: they are few, and areas are decided there."""
 

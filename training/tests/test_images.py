@@ -8,13 +8,14 @@ import pytest
 from asbuilt_synthetic.meshes import box
 
 from asbuilt_training.__main__ import main
+from asbuilt_training.classes import BACKGROUND, COLUMN, OTHER, SLAB, WALL
 from asbuilt_training.images import looks, shards
 from asbuilt_training.images.cameras import views
 from asbuilt_training.images.draw import HEIGHT_PX, WIDTH_PX, View, draw
 from asbuilt_training.images.elements import column, erect, slab, wall
 from asbuilt_training.images.real_ifc import ifc_files, shapes
 from asbuilt_training.images.stage import Stage
-from asbuilt_training.images.things import BACKGROUND, COLUMN, OTHER, SLAB, WALL, Place, Thing, numbered
+from asbuilt_training.images.things import Place, Thing, numbered
 from asbuilt_training.images.yards import yard_place
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[3] / "shared/data"))

@@ -8,9 +8,9 @@ import numpy as np
 from asbuilt_synthetic.model import FloatArray
 from asbuilt_synthetic.rig import rotation
 
+from asbuilt_training.classes import COLUMN, CONCRETE, WALL
 from asbuilt_training.images.draw import WIDTH_PX, View, rays
 from asbuilt_training.images.stage import Stage
-from asbuilt_training.images.things import COLUMN, CONCRETE_ELEMENTS, WALL
 
 Rng = np.random.Generator
 _CANDIDATES = 48
@@ -22,7 +22,7 @@ _LEAST_SHARE, _MOST_SHARE = 0.03, 0.92
 
 def views(stage: Stage, count: int, rng: Rng) -> Iterator[View]:
     """Yield up to `count` views of a stage, half as many without concrete; fewer where no camera finds a place."""
-    bare = not np.isin(stage.kind, CONCRETE_ELEMENTS).any()
+    bare = not np.isin(stage.kind, CONCRETE).any()
     for _ in range(count // 2 if bare else count):
         how = str(rng.choice(["on foot", "far", "odd"], p=[0.6, 0.25, 0.15]))
         empty = rng.random() < 0.08
@@ -123,7 +123,7 @@ def _is_worth(stage: Stage, view: View, empty: bool, rng: Rng) -> bool:
     kind = np.where(triangle >= 0, stage.kind[stage.tracer.body[triangle]], 0)
     if (t < 0.5).mean() > 0.02:
         return False
-    share = np.isin(kind, CONCRETE_ELEMENTS).mean()
+    share = np.isin(kind, CONCRETE).mean()
     if empty or not stage.instance.any():
         return bool(share < 0.02 and (triangle >= 0).mean() > 0.3)
     if share > 0.7 and rng.random() < 0.6:

@@ -11,7 +11,8 @@ from asbuilt_synthetic.meshes import Part, box, join, pose_2d, transform
 from asbuilt_synthetic.reinforcement import bars, formwork
 from asbuilt_synthetic.solids import poured
 
-from asbuilt_training.images.things import COLUMN, FORMWORK, OTHER, SLAB, WALL, Thing, of_kind
+from asbuilt_training.classes import COLUMN, FORMWORK, OTHER, SLAB, WALL
+from asbuilt_training.images.things import Thing, of_kind
 
 Rng = np.random.Generator
 WIDEST_COLUMN_M = 1.0  # what is wider is a wall to those who measure

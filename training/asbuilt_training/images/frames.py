@@ -7,8 +7,9 @@ from itertools import count, pairwise
 import numpy as np
 from asbuilt_synthetic.meshes import Part, box, join, tube
 
+from asbuilt_training.classes import BACKGROUND, FORMWORK, OTHER
 from asbuilt_training.images.elements import a_column, column, erect, slab, some_openings, wall
-from asbuilt_training.images.things import BACKGROUND, FORMWORK, OTHER, Thing, of_kind
+from asbuilt_training.images.things import Thing, of_kind
 
 Rng = np.random.Generator
 

@@ -9,10 +9,11 @@ import numpy as np
 from asbuilt_synthetic.meshes import Part, box, circle, join, lathe, lump, prism, tube
 from asbuilt_synthetic.people import person
 
+from asbuilt_training.classes import BACKGROUND, CONCRETE, OTHER, SLAB
 from asbuilt_training.images.elements import form, slab, turned, wall
 from asbuilt_training.images.machines import crane, digger, lorry
 from asbuilt_training.images.surroundings import tree
-from asbuilt_training.images.things import BACKGROUND, CONCRETE_ELEMENTS, OTHER, SLAB, Thing, of_kind
+from asbuilt_training.images.things import Thing, of_kind
 
 Rng = np.random.Generator
 Maker = Callable[[Rng], list[Thing]]
@@ -22,7 +23,7 @@ def strewn(things: Sequence[Thing], centre_xy: np.ndarray, reach_m: float, rng: 
     """Place loose things about a centre, clear of the walls and columns and of each other."""
     boxes = [
         (t.part.vertices_m[:, :2].min(0), t.part.vertices_m[:, :2].max(0))
-        for t in things if t.kind in CONCRETE_ELEMENTS and t.part.vertices_m[:, 2].min() < 1.0
+        for t in things if t.kind in CONCRETE and t.part.vertices_m[:, 2].min() < 1.0
     ]  # fmt: skip
     taken: list[tuple[np.ndarray, float]] = []
     out: list[Thing] = []

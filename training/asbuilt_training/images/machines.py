@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from asbuilt_synthetic.meshes import Part, box, join, tube
 
-from asbuilt_training.images.things import OTHER, Thing, of_kind
+from asbuilt_training.classes import OTHER
+from asbuilt_training.images.things import Thing, of_kind
 
 Rng = np.random.Generator
 

@@ -13,19 +13,10 @@ import numpy as np
 from asbuilt_synthetic.meshes import Part
 from asbuilt_synthetic.model import FloatArray, IntArray
 
+from asbuilt_training.classes import BACKGROUND, COLUMN, CONCRETE, OTHER, SLAB, WALL
 from asbuilt_training.images.loose import strewn
 from asbuilt_training.images.surroundings import surroundings
-from asbuilt_training.images.things import (
-    BACKGROUND,
-    COLUMN,
-    CONCRETE_ELEMENTS,
-    OTHER,
-    SLAB,
-    WALL,
-    Place,
-    Thing,
-    numbered,
-)
+from asbuilt_training.images.things import Place, Thing, numbered
 
 Rng = np.random.Generator
 # Files whose licences allow use in what is shipped (MIT, CC BY 4.0, MPL-2.0), and that hold walls worth a look.
@@ -95,7 +86,7 @@ def shapes(path: Path) -> tuple[Shape, ...]:
 
 def _kind(kind: int, v: FloatArray, t: IntArray) -> int:
     """Take a class back where the shape is not such: thin skins, lying walls, steel sections are not cast."""
-    if kind not in CONCRETE_ELEMENTS:
+    if kind not in CONCRETE:
         return kind
     if np.ptp(v[:, 2]) < 0.4:
         return OTHER

@@ -11,16 +11,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from asbuilt_training.classes import CONCRETE, IGNORED, OTHER
 from asbuilt_training.images.cameras import views
 from asbuilt_training.images.develop import develop
 from asbuilt_training.images.draw import Layers, View, draw
 from asbuilt_training.images.looks import pool
 from asbuilt_training.images.places import places
 from asbuilt_training.images.stage import Stage
-from asbuilt_training.images.things import CONCRETE_ELEMENTS, OTHER
 
 SEEDS_A_POOL = 8  # patterns are baked anew after so many seeds
-IGNORED = 255
 _LEAST_PX = 24  # smaller instances can't be learned from
 _BASELINES_M = (0.08, 0.5)
 Renderer = Callable[[Stage, View, np.random.Generator], Layers]
@@ -118,7 +117,7 @@ def _learnable(kind: np.ndarray, instance: np.ndarray) -> tuple[np.ndarray, np.n
     loose = (kind == OTHER).astype(np.float32)
     thin = (loose > 0) & (cv2.boxFilter(loose, -1, (3, 3), normalize=False) <= 3)
     small = np.flatnonzero(np.bincount(instance.ravel()) < _LEAST_PX)
-    specks = np.isin(instance, small) & np.isin(kind, CONCRETE_ELEMENTS)
+    specks = np.isin(instance, small) & np.isin(kind, CONCRETE)
     kind[thin | specks] = IGNORED
     instance[specks] = 0
     return kind, instance

@@ -12,8 +12,9 @@ from asbuilt_synthetic.progress import Progress, progress
 from asbuilt_synthetic.reinforcement import reinforcement
 from asbuilt_synthetic.solids import poured
 
+from asbuilt_training.classes import BACKGROUND, COLUMN, FORMWORK, OTHER, SLAB, WALL
 from asbuilt_training.images.surroundings import surroundings
-from asbuilt_training.images.things import BACKGROUND, COLUMN, FORMWORK, OTHER, SLAB, WALL, Place, Thing, numbered
+from asbuilt_training.images.things import Place, Thing, numbered
 
 _OF_CLASS = {"IfcWall": WALL, "IfcColumn": COLUMN, "IfcSlab": SLAB}
 _BACKGROUND = ("Ground", "House", "Windows", "Window frames", "Eaves", "Trunk", "Crown", "Heap")

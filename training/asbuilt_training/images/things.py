@@ -9,9 +9,7 @@ import numpy as np
 from asbuilt_synthetic.meshes import Part
 from asbuilt_synthetic.model import FloatArray
 
-BACKGROUND, WALL, COLUMN, SLAB, FORMWORK, OTHER = range(6)
-KINDS = ("background", "wall", "column", "slab or beam", "formwork", "other")
-CONCRETE_ELEMENTS = (WALL, COLUMN)
+from asbuilt_training.classes import CONCRETE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,7 +31,7 @@ class Place:
     @property
     def middle_m(self) -> FloatArray:
         """The middle (3,) of the walls and columns, or of everything near where there are none."""
-        own = [t.part.vertices_m for t in self.things if t.kind in CONCRETE_ELEMENTS]
+        own = [t.part.vertices_m for t in self.things if t.kind in CONCRETE]
         points = np.concatenate(own or [t.part.vertices_m for t in self.things if np.ptp(t.part.vertices_m) < 60])
         return np.asarray((points.min(0) + points.max(0)) / 2)
 
@@ -48,6 +46,6 @@ def numbered(things: Sequence[Thing]) -> tuple[Thing, ...]:
     fresh: dict[int, int] = {}
     out = []
     for t in things:
-        number = fresh.setdefault(t.instance, len(fresh) + 1) if t.kind in CONCRETE_ELEMENTS else 0
+        number = fresh.setdefault(t.instance, len(fresh) + 1) if t.kind in CONCRETE else 0
         out.append(Thing(part=t.part, kind=t.kind, instance=number))
     return tuple(out)

@@ -8,11 +8,12 @@ from itertools import count, pairwise
 import numpy as np
 from asbuilt_synthetic.meshes import box
 
+from asbuilt_training.classes import BACKGROUND
 from asbuilt_training.images.elements import a_column, erect, slab, some_openings, turned, wall
 from asbuilt_training.images.frames import frame
 from asbuilt_training.images.loose import strewn
 from asbuilt_training.images.surroundings import surroundings
-from asbuilt_training.images.things import BACKGROUND, Place, Thing, numbered, of_kind
+from asbuilt_training.images.things import Place, Thing, numbered, of_kind
 
 Rng = np.random.Generator
 
