@@ -185,6 +185,16 @@ def agreement(left: FloatArray, right: FloatArray) -> FloatArray:
     return same
 
 
+def edge_share(left: FloatArray, right: FloatArray, texture_grey: float = 2.0) -> FloatArray:
+    """Return, per place across (T,), the share of profiles (S, T) that vote for an edge there, mean of both photos.
+
+    Each photo is asked alone: beyond an outer edge lies another background in each.
+    """
+    both = [_votes(one, one, texture_grey).mean(axis=0) for one in (left, right)]
+    share: FloatArray = 0.5 * (both[0] + both[1])
+    return share
+
+
 def _votes(left: FloatArray, right: FloatArray, texture_grey: float) -> FloatArray:
     """Return 0..1 per profile place: the weaker gradient of both photos, against the face's texture."""
     agreed = agreement(left, right)

@@ -11,22 +11,17 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
-from asbuilt_bim.geometry.round_piece import LEAST_RADIUS_M, MOST_RADIUS_M, Circle, disparity_of_circle
+from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
 from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.outline import Outline
-from asbuilt_bim.measure.silhouettes import Touching, chord_plane, facing_plane, find_silhouettes, touch_silhouettes
+from asbuilt_bim.measure.round_circle import fit_circle
+from asbuilt_bim.measure.silhouettes import chord_plane, facing_plane
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, rings_area_m2
 from asbuilt_bim.vision.segment import Instance
 
 ARC_POINTS = 24
-STEREO_REACH = 0.3
-"""How far off, in radii, a silhouette is looked for that isn't near: the stereo circle may be a seventh too narrow."""
-MOST_CHANGE = 0.35
-"""A radius that silhouettes would change by more isn't this column's."""
-ROUGH_SHARE = 0.03
-"""What the stereo circle's radius is worth: the matcher bends a mantle flatter or rounder by some per cent."""
 CORE = 0.6
 """Share of a column's half width round its axis where heights are read: further out the mantle turns away."""
 BAND_PX = 4.0
@@ -34,8 +29,6 @@ SOLID_SHARE = 0.5
 SOLID_BANDS = 3
 USUAL_PERCENT = 75.0
 """Concrete fills its width: bands of this height that a mask fills to less, or fewer in a row, are starter bars."""
-MOST_GAP = 0.08
-"""The stereo circle is good to this share of its radius: the matcher bends it a little flatter or rounder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +41,7 @@ class RoundFit:
     top_m: float  # below the camera (negative: above)
     foot_m: float
     height_sigma_m: float
+    proven: bool  # the mantle is seen to end on both sides of the circle
 
 
 def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundFit | None:
@@ -56,7 +50,8 @@ def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> Round
     if rows.size < 150:
         return None
     level = bench.scene.level
-    better, radius_sigma, distance_sigma = _from_silhouettes(bench, circle, mask)
+    found = fit_circle(bench, circle, mask)
+    better = found.circle
     x = level.x_px[rows, columns]
     d = disparity_of_circle(better, x)
     axis_x = better.f_px * better.x_m / better.z_m
@@ -69,8 +64,8 @@ def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> Round
     solid = solid_heights(below / pixel_m, 2.0 * CORE * half)
     top, foot = _ends(below[solid], columns[core][solid])
     return RoundFit(
-        circle=better, radius_sigma_m=radius_sigma, distance_sigma_m=distance_sigma, top_m=top, foot_m=foot,
-        height_sigma_m=1.5 * pixel_m,
+        circle=better, radius_sigma_m=found.radius_sigma_m, distance_sigma_m=found.distance_sigma_m, top_m=top,
+        foot_m=foot, height_sigma_m=1.5 * pixel_m, proven=found.proven,
     )  # fmt: skip
 
 
@@ -106,7 +101,7 @@ def round_face(
         covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
         height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),
         cut_by_frame=seen.cut_by_frame, occluded=seen.occluded, flatness_rms_m=_roundness(bench, fit.circle, mask),
-        instance=number,
+        instance=number, open_edge=not fit.proven,
     )  # fmt: skip
 
 
@@ -143,61 +138,9 @@ def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
     )
 
 
-def _from_silhouettes(bench: Workbench, circle: Circle, mask: BoolArray) -> tuple[Circle, float, float]:
-    """Return the circle that the silhouettes of both photos touch; the stereo circle where they don't hold one."""
-    half_px = circle.f_px * circle.radius_m / circle.z_m
-    touching = _touching(bench, circle, mask, 7.0, 3.0)
-    if touching is None:
-        touching = _touching(bench, circle, mask, STEREO_REACH * half_px, 0.5 * STEREO_REACH * half_px)
-    if touching is None:
-        return circle, ROUGH_SHARE * circle.radius_m + 0.005, 0.02
-    better = touching.circle
-    spread = np.sqrt(np.diag(touching.covariance)) * max(1.0, touching.misfit)
-    # two silhouettes alone that the stereo circle contradicts are likely somebody else's edges: half the gap is doubt
-    gap = abs(better.radius_m - circle.radius_m)
-    doubt = 0.5 * gap if len(touching.used) < 3 and gap > MOST_GAP * circle.radius_m else 0.0
-    forward = np.array([better.x_m, better.z_m]) / np.hypot(better.x_m, better.z_m)
-    along = float(np.sqrt(forward @ touching.covariance[:2, :2] @ forward)) * max(1.0, touching.misfit)
-    return better, float(np.hypot(spread[2], doubt)), along
-
-
 def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
     """Return q (3,) of the upright plane that touches the column's near side."""
     return facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
-
-
-def _touching(bench: Workbench, start: Circle, mask: BoolArray, reach_px: float, prior_px: float) -> Touching | None:
-    """Look for silhouettes round the stereo circle, then close to where the first fit has them."""
-    circle, touching = start, None
-    for reach, prior in ((reach_px, prior_px), (3.0, 1.0)):
-        seen = find_silhouettes(bench, circle, mask, reach, prior)
-        away = float(np.hypot(circle.x_m, circle.z_m))
-        direction = float(np.arctan2(circle.x_m, circle.z_m))
-        distance, sigma = _distance(bench, direction, min(circle.radius_m / away, 0.5), away, mask)
-        touching = touch_silhouettes(circle, seen, distance, sigma)
-        if touching is None or not LEAST_RADIUS_M < touching.circle.radius_m < MOST_RADIUS_M:
-            return None
-        circle = touching.circle
-    return touching if abs(circle.radius_m / start.radius_m - 1.0) < MOST_CHANGE else None
-
-
-def _distance(bench: Workbench, direction: float, sine: float, start_m: float, mask: BoolArray) -> tuple[float, float]:
-    """Fit the axis' distance to the disparities inside, direction and radius / distance being known; with its sigma."""
-    level = bench.scene.level
-    known = mask & level.measured
-    x, d = level.x_px[known], level.d_px[known]
-    f, b = level.view.f_px, level.baseline_m
-    unit = Circle(x_m=float(np.sin(direction)), z_m=float(np.cos(direction)), radius_m=sine, f_px=f, baseline_m=b)
-    at_one = disparity_of_circle(unit, x)  # scales with 1 / distance
-    inner = np.isfinite(at_one) & (np.abs(np.arctan(x / f) - direction) < 0.75 * np.arcsin(sine))
-    if np.count_nonzero(inner) < 50:
-        return start_m, 0.02
-    distances = at_one[inner] / d[inner]
-    middle = float(np.median(distances))
-    scatter = 1.4826 * float(np.median(np.abs(distances - middle)))
-    return middle, float(
-        np.hypot(scatter / np.sqrt(max(inner.sum() / 150.0, 1.0)), 0.03 * middle / np.median(d[inner]))
-    )
 
 
 def solid_heights(below_px: FloatArray, width_px: float) -> BoolArray:

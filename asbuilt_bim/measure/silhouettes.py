@@ -6,15 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import Gradients, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline import ALONE_SIGMA_PX, ALONE_STRENGTH, LEAST_STRENGTH, image_direction
-
-IndexArray = NDArray[np.intp]
 
 MOST_AT_FRAME = 0.3
 """A side that the photo's end cuts on this share of its rows isn't seen."""
@@ -69,7 +66,7 @@ def find_silhouettes(
         if np.mean(bench.frame[rows, columns]) > MOST_AT_FRAME:
             continue
         for eye_m, slopes, along, valid in photos:
-            line = _expected(bench, circle, eye_m, rows, side)
+            line = expected_side(bench, circle, eye_m, mask, side)
             if not _inside(line, valid):
                 continue
             settled = _settled(slopes, line, along, reach_px, prior_px)
@@ -141,8 +138,12 @@ def _solve(
     return circle, np.asarray(covariance, dtype=np.float64), np.asarray(own, dtype=np.float64)
 
 
-def _expected(bench: Workbench, circle: Circle, eye_m: FloatArray, rows: IndexArray, side: int) -> Line:
-    """Return the side of the circle as a line in the photo taken from `eye_m`, its normal pointing off the column."""
+def expected_side(bench: Workbench, circle: Circle, eye_m: FloatArray, mask: BoolArray, side: int) -> Line:
+    """Return the side of the circle as a line in the photo taken from `eye_m`, its normal pointing off the column.
+
+    It runs as far as the mask (H, W) does in the left photo.
+    """
+    rows = np.flatnonzero(mask.any(axis=1))
     camera, view = bench.pair.camera, bench.scene.level.view
     dx, dz = circle.x_m - eye_m[0], circle.z_m - eye_m[1]
     bearing = np.arctan2(dx, dz) + side * np.arcsin(min(circle.radius_m / float(np.hypot(dx, dz)), 0.9))

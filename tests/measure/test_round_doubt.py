@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from asbuilt_bim.geometry.round_piece import Circle
-from asbuilt_bim.measure import round as round_column
-from asbuilt_bim.measure.round import _from_silhouettes
+from asbuilt_bim.measure import round_circle
+from asbuilt_bim.measure.mantle import MantleEnd
+from asbuilt_bim.measure.round_circle import RoundCircle, fit_circle
 from asbuilt_bim.measure.silhouettes import Silhouette, touch_silhouettes
 
 COLUMN = Circle(x_m=0.3, z_m=6.0, radius_m=0.2, f_px=1000.0, baseline_m=0.25)
@@ -67,27 +69,53 @@ def test_radius_sigma_holds_in_monte_carlo() -> None:
     assert 0.8 < float(np.std(pulls)) < 1.2
 
 
-def fitted(monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]]) -> tuple[float, float]:
-    """Fit with what is seen within a reach (px); returns radius and its sigma."""
-    monkeypatch.setattr(round_column, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
-    monkeypatch.setattr(round_column, "_distance", lambda *_: (DISTANCE_M, 0.003))
-    circle, sigma, _ = _from_silhouettes(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
-    return circle.radius_m, sigma
+def fitted(
+    monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]], end: MantleEnd | None
+) -> RoundCircle:
+    """Fit with what is seen within a reach (px), and with a mantle that ends as told off every circle."""
+    monkeypatch.setattr(round_circle, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
+    monkeypatch.setattr(round_circle, "_distance", lambda *_: (DISTANCE_M, 0.003))
+    monkeypatch.setattr(round_circle, "_mantle_ends", lambda *_: [end, end])
+    return fit_circle(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
 
 
-def test_silhouettes_far_from_the_stereo_circle_are_found_on_a_second_look(monkeypatch: pytest.MonkeyPatch) -> None:
-    radius, sigma = fitted(monkeypatch, lambda reach: [] if reach == 7.0 else silhouettes())
-    assert radius == pytest.approx(0.2, abs=1e-6)
-    assert sigma < 0.0007
+PLAIN = MantleEnd(offset_px=0.0, strength=0.8, beyond=0.8, within=0.1)
 
 
-def test_two_silhouettes_that_stereo_contradicts_are_doubted_by_half_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
-    radius, sigma = fitted(monkeypatch, lambda reach: silhouettes(both=False))
-    assert radius == pytest.approx(0.2, abs=1e-6)
-    assert sigma == pytest.approx(0.015, rel=0.01)
+def test_silhouettes_where_the_mantle_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = fitted(monkeypatch, lambda reach: silhouettes(), PLAIN)
+    assert found.proven
+    assert found.circle.radius_m == pytest.approx(0.2, abs=1e-6)
+    assert found.radius_sigma_m < 0.0007
+
+
+@pytest.mark.parametrize(
+    "end",
+    [None, replace(PLAIN, offset_px=4.0), replace(PLAIN, beyond=0.2, strength=0.3)],
+    ids=["not in the right photo", "the mantle goes on", "the same on both sides"],
+)
+def test_silhouettes_that_the_mantle_does_not_end_on_are_doubted(
+    monkeypatch: pytest.MonkeyPatch, end: MantleEnd | None
+) -> None:
+    found = fitted(monkeypatch, lambda reach: silhouettes(both=False), end)
+    assert not found.proven
+    assert found.circle.radius_m == pytest.approx(0.2, abs=1e-6)
+    assert found.radius_sigma_m == pytest.approx(0.015, rel=0.01)
+
+
+def test_only_where_the_mantle_was_not_found_are_silhouettes_looked_for_far_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    far: list[float] = []
+    for end in (PLAIN, None):
+        reaches: list[float] = []
+        fitted(monkeypatch, lambda reach, to=reaches: to.append(reach) or silhouettes(), end)  # type: ignore[misc]
+        far.append(reaches[0])
+    assert far == [3.0, 7.0]
 
 
 def test_without_silhouettes_the_stereo_circle_is_told_as_rough_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    radius, sigma = fitted(monkeypatch, lambda reach: [])
-    assert radius == STEREO.radius_m
-    assert sigma == pytest.approx(0.03 * 0.17 + 0.005)
+    found = fitted(monkeypatch, lambda reach: [], PLAIN)
+    assert not found.proven
+    assert found.circle.radius_m == STEREO.radius_m
+    assert found.radius_sigma_m == pytest.approx(0.03 * 0.17 + 0.005)
