@@ -23,6 +23,8 @@ MOST_SAMPLES = 400
 TURN_STEPS = 13
 TURNED_SIGN = 0.7
 """What an edge counts that is dark to light in one photo and light to dark in the other: chance makes such ones too."""
+SHARE_GREY = 2.0
+"""The gradient that counts half: grain of concrete between two profiles."""
 CREST_STEPS = 13
 """An edge's profile is some 3 px wide after the sensor's and our own blur."""
 
@@ -185,13 +187,9 @@ def agreement(left: FloatArray, right: FloatArray) -> FloatArray:
     return same
 
 
-def edge_share(left: FloatArray, right: FloatArray, texture_grey: float = 2.0) -> FloatArray:
-    """Return, per place across (T,), the share of profiles (S, T) that vote for an edge there, mean of both photos.
-
-    Each photo is asked alone: beyond an outer edge lies another background in each.
-    """
-    both = [_votes(one, one, texture_grey).mean(axis=0) for one in (left, right)]
-    share: FloatArray = 0.5 * (both[0] + both[1])
+def edge_share(left: Float32Array, right: Float32Array) -> FloatArray:
+    """Return, per place across (T,), the share of profiles (S, T) where both photos' gradients vote for an edge."""
+    share: FloatArray = _votes(left.astype(np.float64), right.astype(np.float64), SHARE_GREY).mean(axis=0)
     return share
 
 

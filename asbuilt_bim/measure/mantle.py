@@ -28,6 +28,8 @@ FOREIGN_SIGMAS, LEAST_SIGMA_GREY = 3.0, 0.5
 EDGE_WORTH_PX = 12.0
 """An edge over a side's whole length weighs as much as so many pixels of mantle: an even sky looks alike in both."""
 BLUR_PX = 1.5
+LEAST_PARTING, PLAIN_STRENGTH = 0.25, 0.4
+"""An end is plain where a quarter more of its length differs beyond than within, or where 0.4 of it shows an edge."""
 LEAST_PAIRED = 0.7
 LEAST_BANDS = 4
 
@@ -43,6 +45,16 @@ class MantleEnd:
     strength: float
     beyond: float
     within: float
+
+    @property
+    def parts(self) -> bool:
+        """Say whether the photos differ much more beyond than within."""
+        return self.beyond - self.within > LEAST_PARTING
+
+    @property
+    def plain(self) -> bool:
+        """Say whether the mantle plainly ends here: the photos part, or show an edge."""
+        return self.parts or self.strength > PLAIN_STRENGTH
 
 
 def mantle_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray) -> MantleEnd | None:
@@ -65,9 +77,10 @@ def mantle_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray) 
         return None
     left = sample(bench.grey_levels[0], x, y)
     apart = [np.where(paired, left - sample(bench.grey_levels[1], u, y), np.nan) for u in there]
-    foreign = _foreign(np.stack(apart), across <= -reach)
-    rise_left, rise_right = (sample(s, u, y) for s, u in ((bench.slopes.left_x, x), (bench.slopes.right_x, there[-1])))
-    edges = edge_share(rise_left.astype(np.float64), rise_right.astype(np.float64))
+    foreign = foreign_share(np.stack(apart), across <= -reach, BAND)
+    # each photo is asked alone: beyond an outer edge lies another background in each
+    rises = [sample(s, u, y) for s, u in ((bench.slopes.left_x, x), (bench.slopes.right_x, there[-1]))]
+    edges = np.mean([edge_share(rise, rise) for rise in rises], axis=0)
     return _parting(foreign, edges, across, reach)
 
 
@@ -86,13 +99,14 @@ def _disparities(bench: Workbench, circle: Circle, at: FloatArray, chord: FloatA
     return flat, found
 
 
-def _foreign(apart: FloatArray, core: BoolArray) -> FloatArray:
-    """Return, per place across (T,), the share of bands where the photos differ by more than they do in the core.
+def foreign_share(apart: FloatArray, core: BoolArray, band: int) -> FloatArray:
+    """Return, per place across (T,), the share of bands where the photos differ by more than in the core.
 
-    `apart` (K, S, T) are the differences as K disparities give them, the mantle's last: the least one counts.
+    A band is the mean of `band` profiles. `apart` (K, S, T) are the differences as K disparities give them, the
+    mantle's last: the least one counts.
     """
-    count = apart.shape[1] // BAND
-    bands = apart[:, : count * BAND].reshape(len(apart), count, BAND, -1).mean(axis=2)  # NaN where not in both photos
+    count = apart.shape[1] // band
+    bands = apart[:, : count * band].reshape(len(apart), count, band, -1).mean(axis=2)  # NaN where not in both photos
     inner = bands[-1][:, core]
     inner = inner[np.isfinite(inner)]
     middle = median(inner) if inner.size else 0.0
@@ -110,9 +124,13 @@ def _parting(foreign: FloatArray, edges: FloatArray, across: FloatArray, reach: 
     like = np.cumsum(1.0 - 2.0 * foreign) * STEP_PX
     score = np.where(np.abs(across) <= reach, like + EDGE_WORTH_PX * edges, -np.inf)
     best = int(np.argmax(score))
-    off = across - across[best]
-    beside = [foreign[(side * off > BLUR_PX) & (side * off < BESIDE_PX)] for side in (1.0, -1.0)]
-    return MantleEnd(
-        offset_px=float(across[best]), strength=float(edges[best]),
-        beyond=float(beside[0].mean()), within=float(beside[1].mean()),
-    )  # fmt: skip
+    beyond, within = shares_beside(foreign, across - across[best])
+    return MantleEnd(offset_px=float(across[best]), strength=float(edges[best]), beyond=beyond, within=within)
+
+
+def shares_beside(foreign: FloatArray, off_px: FloatArray) -> tuple[float, float]:
+    """Return the mean foreign shares beyond and within an end from which the places lie `off_px` (T,) away."""
+    beyond, within = (
+        float(foreign[(side * off_px > BLUR_PX) & (side * off_px < BESIDE_PX)].mean()) for side in (1.0, -1.0)
+    )
+    return beyond, within

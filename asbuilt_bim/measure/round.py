@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
@@ -17,18 +16,12 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.outline import Outline
 from asbuilt_bim.measure.round_circle import fit_circle
+from asbuilt_bim.measure.round_ends import find_ends
 from asbuilt_bim.measure.silhouettes import chord_plane, facing_plane
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, rings_area_m2
 from asbuilt_bim.vision.segment import Instance
 
 ARC_POINTS = 24
-CORE = 0.6
-"""Share of a column's half width round its axis where heights are read: further out the mantle turns away."""
-BAND_PX = 4.0
-SOLID_SHARE = 0.5
-SOLID_BANDS = 3
-USUAL_PERCENT = 75.0
-"""Concrete fills its width: bands of this height that a mask fills to less, or fewer in a row, are starter bars."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,31 +34,20 @@ class RoundFit:
     top_m: float  # below the camera (negative: above)
     foot_m: float
     height_sigma_m: float
-    proven: bool  # the mantle is seen to end on both sides of the circle
+    proven: bool  # the mantle is seen to end on all four sides
 
 
 def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundFit | None:
     """Fit the circle on silhouettes and disparities; None where the mask shows no round column."""
-    rows, columns = np.nonzero(mask)
-    if rows.size < 150:
+    if np.count_nonzero(mask) < 150:
         return None
-    level = bench.scene.level
     found = fit_circle(bench, circle, mask)
-    better = found.circle
-    x = level.x_px[rows, columns]
-    d = disparity_of_circle(better, x)
-    axis_x = better.f_px * better.x_m / better.z_m
-    half = better.f_px * better.radius_m / better.z_m
-    core = np.isfinite(d) & (np.abs(x - axis_x) < CORE * half)
-    if np.count_nonzero(core) < 50:
+    ends = find_ends(bench, found.circle, mask)
+    if ends is None:
         return None
-    below = level.y_px[rows, columns][core] * level.baseline_m / d[core]
-    pixel_m = better.z_m / better.f_px
-    solid = solid_heights(below / pixel_m, 2.0 * CORE * half)
-    top, foot = _ends(below[solid], columns[core][solid])
     return RoundFit(
-        circle=better, radius_sigma_m=found.radius_sigma_m, distance_sigma_m=found.distance_sigma_m, top_m=top,
-        foot_m=foot, height_sigma_m=1.5 * pixel_m, proven=found.proven,
+        circle=found.circle, radius_sigma_m=found.radius_sigma_m, distance_sigma_m=found.distance_sigma_m,
+        top_m=ends.top_m, foot_m=ends.foot_m, height_sigma_m=ends.height_sigma_m, proven=found.proven and ends.proven,
     )  # fmt: skip
 
 
@@ -141,35 +123,6 @@ def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
 def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
     """Return q (3,) of the upright plane that touches the column's near side."""
     return facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
-
-
-def solid_heights(below_px: FloatArray, width_px: float) -> BoolArray:
-    """Say which pixels, by their heights (N,) in pixels, lie where a mask is solid over a width, or just beside.
-
-    Starter bars and their hoops stand over a column's pour line at the column's own depth, and its mask runs up into
-    them; but they leave gaps. A column that something hides in part is held to what most of its heights show.
-    """
-    band = np.floor((below_px - below_px.min()) / BAND_PX).astype(np.intp)
-    count = np.bincount(band)
-    if len(count) < SOLID_BANDS:
-        return np.ones(len(band), dtype=bool)
-    usual = min(width_px * BAND_PX, float(np.percentile(count, USUAL_PERCENT)))
-    runs = np.convolve(count >= SOLID_SHARE * usual, np.ones(SOLID_BANDS), "valid") == SOLID_BANDS
-    # a run's own bands, and one beside each end: an end may lie anywhere in its band
-    solid = np.convolve(runs, np.ones(SOLID_BANDS + 2), "full")[1 : len(count) + 1] > 0
-    inside: BoolArray = solid[band]
-    return inside if inside.any() else np.ones(len(band), dtype=bool)
-
-
-def _ends(below: FloatArray, columns: NDArray[np.intp]) -> tuple[float, float]:
-    """Return top and foot: medians over the columns of pixels of each one's first and last, half a pixel further."""
-    order = np.argsort(columns, kind="stable")
-    _, starts, counts = np.unique(columns[order], return_index=True, return_counts=True)
-    values = below[order]
-    top = np.minimum.reduceat(values, starts)
-    foot = np.maximum.reduceat(values, starts)
-    half = 0.5 * float(np.median((foot - top) / np.maximum(counts, 1)))
-    return float(np.median(top)) - half, float(np.median(foot)) + half
 
 
 def _roundness(bench: Workbench, circle: Circle, mask: BoolArray) -> float:

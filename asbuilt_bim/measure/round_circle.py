@@ -22,10 +22,7 @@ ROUGH_SHARE = 0.03
 LOOKS = 2
 """A mantle drawn too wide turns away too late, and looks foreign before its end: the second look is from nearer."""
 MOST_OFF_PX = 2.0
-LEAST_PARTING = 0.25
-PLAIN_STRENGTH = 0.4
-"""A silhouette holds where the mantle ends within 2 px of it, and beyond it the photos differ over a quarter more of
-its length than inside, or else show an edge plainly."""
+"""A silhouette holds where the mantle plainly ends within 2 px of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,9 +57,7 @@ def fit_circle(bench: Workbench, start: Circle, mask: BoolArray) -> RoundCircle:
 
 def _holds(end: MantleEnd | None) -> bool:
     """Say whether a mantle's end, looked for from the fitted circle, proves that circle's side."""
-    if end is None or abs(end.offset_px) > MOST_OFF_PX:
-        return False
-    return end.beyond - end.within > LEAST_PARTING or end.strength > PLAIN_STRENGTH
+    return end is not None and end.plain and abs(end.offset_px) <= MOST_OFF_PX
 
 
 def _mantle_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> list[MantleEnd | None]:

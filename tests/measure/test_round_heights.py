@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from asbuilt_bim.measure.round import solid_heights
+from asbuilt_bim.geometry.level import level_view, levelled_map, pixel_rays
+from asbuilt_bim.geometry.round_piece import Circle
+from asbuilt_bim.measure.edges import gradients
+from asbuilt_bim.measure.round_ends import RoundEnds, find_ends, solid_heights
+from asbuilt_bim.vision.stereo import grey
+
+from .box_world import Quad, Round, World, make_camera, photograph
 
 WIDTH = 30
+COLUMN = Circle(x_m=0.15, z_m=5.0, radius_m=0.2, f_px=900.0, baseline_m=0.25)
+TOP_M, FOOT_M = -0.45, 0.4
+PIXEL_M = COLUMN.z_m / COLUMN.f_px
 
 
 def pixels(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -53,3 +64,43 @@ def test_a_column_half_hidden_over_its_whole_height_keeps_it_and_loses_its_bars(
 def test_a_mask_of_a_few_rows_is_taken_as_it_is() -> None:
     rows, _ = pixels(column_with_bars(10, 18, bars=(), hoops=()))
     assert solid_heights(rows, float(WIDTH)).all()
+
+
+def ends_of(mask_top_m: float, mask_foot_m: float, foot_m: float = FOOT_M) -> RoundEnds:
+    """Photograph a column on the ground before a wall; read its ends from a mask that ends elsewhere."""
+    world = World()
+    world.ground(foot_m)
+    world.rounds.append(Round(name="", x=COLUMN.x_m, z=COLUMN.z_m, radius=0.2, top=TOP_M, bottom=foot_m, seed=44))
+    wall = [np.array(v) for v in ((-4.0, -3.0, 9.0), (8.0, 0.0, 0.0), (0.0, 4.0, 0.0))]
+    world.quads.append(Quad(name="", corner=wall[0], u=wall[1], v=wall[2], grey=110.0, seed=9))
+    pair, _ = photograph(world, make_camera(320, 200, COLUMN.f_px), supersample=2)
+    left, right, camera = grey(pair.left), grey(pair.right), pair.camera
+    rays = pixel_rays(camera.width_px, camera.height_px, camera.f_px, camera.cx_px, camera.cy_px)
+    level = levelled_map(
+        np.full(left.shape, 45.0), np.ones(left.shape), level_view((0.0, -1.0, 0.0), 900.0), rays, 0.25
+    )
+    front_m = COLUMN.z_m - COLUMN.radius_m
+    below = rays[..., 1] * front_m
+    mask = (below > mask_top_m) & (below < mask_foot_m) & (np.abs(rays[..., 0] * 5.0 - COLUMN.x_m) < COLUMN.radius_m)
+    bench = SimpleNamespace(
+        pair=pair, grey_levels=(left, right), slopes=gradients(left, right, pair.valid_right),
+        scene=SimpleNamespace(level=level),
+    )  # fmt: skip
+    found = find_ends(bench, COLUMN, mask)  # type: ignore[arg-type]
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("off_px", [-4.0, 0.0, 4.0])
+def test_top_and_foot_are_the_edges_that_both_photos_show_though_the_mask_ends_elsewhere(off_px: float) -> None:
+    found = ends_of(TOP_M + off_px * PIXEL_M, FOOT_M + off_px * PIXEL_M)
+    assert found.top_m == pytest.approx(TOP_M, abs=0.7 * PIXEL_M)
+    assert found.foot_m == pytest.approx(FOOT_M, abs=0.7 * PIXEL_M)
+    assert found.height_sigma_m < 1.5 * PIXEL_M
+    assert found.proven
+
+
+def test_a_column_whose_mask_breaks_off_before_the_photo_ends_has_no_proven_foot() -> None:
+    found = ends_of(TOP_M, 0.3, foot_m=0.9)
+    assert not found.proven
+    assert found.height_sigma_m >= 3.0 * PIXEL_M
