@@ -17,7 +17,7 @@ from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.geometric import GeometricOptions, Opinion, instance_of_pieces, neutral_of, piece_groups
 from asbuilt_bim.vision.scene import Scene
-from asbuilt_bim.vision.segment import Instance, Refuter, Segmenter
+from asbuilt_bim.vision.segment import Instance, Refuter, Segmenter, SurfaceSegmenter
 
 HOLDS = 0.5
 """An opinion is about a piece when it covers at least this share of the piece's pixels."""
@@ -48,13 +48,16 @@ def agree(
     - A network that says "this is something else" (formwork, a hoarding) is believed: unknown is no harm, a wrong
       wall is.
     """
-    seen = network.segment(pair, depth)
+    if isinstance(network, SurfaceSegmenter):
+        seen = network.segment_on(pair, depth, scene)
+    else:
+        seen = network.segment(pair, depth)
     others = network.refuted(pair) if isinstance(network, Refuter) else ()
     held = _holders(scene, [*(one.mask for one in seen), *others])
     found: list[Instance] = []
     spoken: set[int] = set()
     neutral = neutral_of(pair)
-    for group in _divided(piece_groups(scene.pieces), held):
+    for group in _groups(piece_groups(scene.pieces), held):
         holder = held[group[0]]
         if holder is not None and holder >= len(seen):
             continue
@@ -85,18 +88,24 @@ def _holders(scene: Scene, masks: Sequence[BoolArray]) -> list[int | None]:
     return [int(best[k]) if shares[best[k], k] >= HOLDS else None for k in range(count)]
 
 
-def _divided(groups: Sequence[Sequence[int]], held: Sequence[int | None]) -> list[list[int]]:
-    """Cut groups of pieces where the opinion on them changes."""
-    divided: list[list[int]] = []
+def _groups(groups: Sequence[Sequence[int]], held: Sequence[int | None]) -> list[list[int]]:
+    """Return pieces by the thing that holds them, across what stands between; those that none holds as they were."""
+    found: list[list[int]] = []
+    of_thing: dict[int, list[int]] = {}
     for group in groups:
-        runs: list[list[int]] = [[group[0]]]
-        for number in group[1:]:
-            if held[number] == held[runs[-1][-1]]:
-                runs[-1].append(number)
+        before: int | None = None
+        for number in group:
+            holder = held[number]
+            if holder is not None and holder not in of_thing:
+                found.append(of_thing.setdefault(holder, []))
+            elif holder is None and before != number - 1:
+                found.append([])
+            if holder is not None:
+                of_thing[holder].append(number)
             else:
-                runs.append([number])
-        divided += runs
-    return divided
+                found[-1].append(number)
+                before = number
+    return found
 
 
 def _alone(pair: RectifiedPair, seen: Sequence[Instance], spoken: set[int], name: str) -> tuple[Rejection, ...]:

@@ -8,6 +8,7 @@ from typing import Literal, Protocol, runtime_checkable
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.scene import Scene
 
 InstanceClass = Literal["wall", "column"]
 
@@ -29,6 +30,15 @@ class Refuter(Protocol):
 
     def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
         """Return masks bool (H, W) of what is something else: formwork, hoardings, people, machines."""
+        ...
+
+
+@runtime_checkable
+class SurfaceSegmenter(Protocol):
+    """What a segmenter may have beside: it tells things apart by the photo's surfaces; version 1 of the interface."""
+
+    def segment_on(self, pair: RectifiedPair, depth: DepthMap | None, scene: Scene) -> list[Instance]:
+        """Return the instances as `Segmenter.segment` does, the photo's surfaces being known."""
         ...
 
 

@@ -145,3 +145,14 @@ def test_two_of_the_networks_instances_divide_what_geometry_holds_for_one(
     network = FakeNetwork([said(column & (scene.labels == n), "column", 0.6 + 0.1 * k) for k, n in enumerate(numbers)])
     found = [i for i in both(pair, scene, network).instances if (i.mask & column).any()]
     assert sorted(i.score for i in found) == pytest.approx([0.6, 0.7])
+
+
+def test_surfaces_that_one_of_the_networks_things_holds_are_one_instance_also_beside_each_other(
+    pair: RectifiedPair, scene: Scene, alone: list[Instance]
+) -> None:
+    across = mask_at(alone, COLUMN) | mask_at(alone, WALL)
+    found = both(pair, scene, FakeNetwork([said(across, "wall")])).instances
+    held = [one for one in found if one.source == "geometry and fake"]
+    assert len(held) == 1
+    assert held[0].mask[COLUMN]
+    assert held[0].mask[WALL]

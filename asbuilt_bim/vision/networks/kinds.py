@@ -9,18 +9,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
-from asbuilt_bim.vision.networks.geometry_input import geometry_of_pair, no_geometry
+from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
 from asbuilt_bim.vision.networks.mirrored import answers
-from asbuilt_bim.vision.networks.picture import input_of
+from asbuilt_bim.vision.networks.picture import Fit, input_of
+from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.session import Network, open_network
 from asbuilt_bim.vision.networks.sighting import Sighting
+from asbuilt_bim.vision.scene import NOTHING, Scene
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import SIXTEENTHS, disparity_sigma
 
@@ -82,22 +85,24 @@ class NetworkSegmenter:
         return self.loaded.card.name
 
     def sightings(
-        self, image: ByteImage, measured: tuple[RectifiedPair, DepthMap] | None = None
+        self, image: ByteImage, measured: tuple[RectifiedPair, DepthMap] | None = None, scene: Scene | None = None
     ) -> list[tuple[Meaning, Sighting]]:
         """Return all that the network sees in a BGR photo, also what is no concrete, the surest first; disjoint.
 
-        `measured` is the pair whose left photo this is, with its depth, for a network that takes geometry.
+        `measured` is the pair whose left photo this is, with its depth, for a network that takes geometry; `scene` its
+        surfaces, which help to tell what is one thing.
         """
         card = self.loaded.card
         picture, fit = input_of(image, card.input)
         pictures: tuple[Float32Array, ...] = (picture,)
-        geometry: Float32Array | None = None
+        relief: Relief | None = None
         if card.geometry is not None:
             geometry = geometry_of_pair(*measured, fit) if measured is not None else no_geometry(fit)
             pictures = (picture, geometry[None])
+            relief = _relief(geometry, measured[0], scene, fit) if measured is not None else None
         found: list[tuple[Meaning, Sighting]] = []
         taken = np.zeros(image.shape[:2], dtype=bool)
-        for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit, geometry):
+        for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit, relief):
             mask = one.mask & ~taken
             meaning = card.meaning(one.number)
             if meaning is None or np.count_nonzero(mask) < LEAST_PIXELS:
@@ -109,8 +114,14 @@ class NetworkSegmenter:
 
     def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
         """Return the walls and columns, masks in pixels of the rectified left photo, integers being pixel centres."""
-        self._last[:] = [pair, self.sightings(pair.left, (pair, depth) if depth is not None else None)]
-        found = self._seen(pair)
+        return self._instances(pair, self.sightings(pair.left, (pair, depth) if depth is not None else None))
+
+    def segment_on(self, pair: RectifiedPair, depth: DepthMap | None, scene: Scene) -> list[Instance]:
+        """Return the walls and columns with the photo's surfaces known; `SurfaceSegmenter`, version 1."""
+        return self._instances(pair, self.sightings(pair.left, (pair, depth) if depth is not None else None, scene))
+
+    def _instances(self, pair: RectifiedPair, found: list[tuple[Meaning, Sighting]]) -> list[Instance]:
+        self._last[:] = [pair, found]
         return [instance_of(one, meaning, self.name) for meaning, one in found if meaning != "other"]
 
     def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
@@ -123,6 +134,18 @@ class NetworkSegmenter:
             self._last[:] = [pair, self.sightings(pair.left)]
         found: list[tuple[Meaning, Sighting]] = self._last[1]
         return found
+
+
+def _relief(geometry: Float32Array, pair: RectifiedPair, scene: Scene | None, fit: Fit) -> Relief | None:
+    """Return what stereo says of each pixel of the input, of its geometry (5, h, w); None where it says nothing."""
+    if not geometry[4].any():
+        return None
+    surface: NDArray[np.int16] | None = None
+    if scene is not None:
+        upright = np.where(scene.labels < len(scene.pieces), scene.labels, np.int16(NOTHING))
+        surface = fit.to_input(upright, NOTHING)
+    inverse = geometry[0] * np.float32(1.0 / NEAR_M)
+    return Relief(inverse_depth_per_m=inverse, f_px=pair.camera.f_px * fit.scale_x, surface=surface)
 
 
 def instance_of(sighting: Sighting, meaning: Meaning, source: str) -> Instance:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -18,51 +16,6 @@ SAME_PLANE = 0.08
 LEAST_PART = 0.04
 """A part of fewer of the thing's pixels is noise."""
 LEAST_PIXELS = 12
-LEAST_CONTACT = 0.3
-"""Things that touch along less than this share of the smaller one's extent are beside each other, not one."""
-ON_PLANE = 0.04
-"""A plane runs on in another thing when it gives that one's 1/Z within this share, and the other's plane its own."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Surface:
-    """What is measured of a thing: columns, rows and 1 (M, 3) of its pixels, their 1/Z (M,), the plane through them."""
-
-    at: NDArray[np.float64]
-    values: NDArray[np.float64]
-    plane: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, own: BoolArray, inverse: Float32Array) -> _Surface:
-        """Fit a thing's plane in 1/Z, by least squares ."""
-        rows, columns = np.nonzero(own)
-        at = np.stack([columns, rows, np.ones(len(rows))], axis=1).astype(np.float64)
-        values = inverse[rows, columns].astype(np.float64)
-        plane = np.asarray(np.linalg.lstsq(at, values, rcond=None)[0], dtype=np.float64)
-        return cls(at=at, values=values, plane=plane)
-
-    @property
-    def extent(self) -> float:
-        """Return the larger side of the thing's box in pixels."""
-        return float(np.ptp(self.at[:, :2], axis=0).max()) + 1.0 if len(self.at) else 0.0
-
-    def miss(self, plane: NDArray[np.float64]) -> float:
-        """Return the median share by which a plane misses the thing."""
-        return float(np.median(np.abs(self.at @ plane - self.values) / self.values)) if len(self.at) else np.inf
-
-    def runs_on_in(self, other: _Surface) -> bool:
-        """Say whether both lie on one plane."""
-        return max(self.miss(other.plane), other.miss(self.plane)) < ON_PLANE
-
-
-def _contacts(number: NDArray[np.int32], count: int) -> NDArray[np.int64]:
-    """Return (N, N), upper half, how many pairs of neighbouring pixels two things have."""
-    found = np.zeros((count, count), dtype=np.int64)
-    for one, other in ((number[:, :-1], number[:, 1:]), (number[:-1], number[1:])):
-        apart = (one != other) & (one >= 0) & (other >= 0)
-        low, high = np.minimum(one[apart], other[apart]), np.maximum(one[apart], other[apart])
-        np.add.at(found, (low, high), 1)
-    return found
 
 
 def layers(number: NDArray[np.int32], inverse_depth: Float32Array) -> NDArray[np.int32]:
@@ -85,25 +38,6 @@ def layers(number: NDArray[np.int32], inverse_depth: Float32Array) -> NDArray[np
             cut[window][own[window] & (surface == part)] = count
             count += 1
     return cut
-
-
-def continued(number: NDArray[np.int32], inverse_depth: Float32Array) -> NDArray[np.int32]:
-    """Return `number` (h, w) with things made one that touch without a step and lie on one plane; 1/Z as in `layers`.
-
-    Votes that scatter cut a large wall to pieces; what stereo sees run on is one thing.
-    """
-    known = inverse_depth > 0.0
-    calm = known & ~_jumps(inverse_depth, known)
-    count = int(number.max()) + 1
-    touching = _contacts(np.where(calm, number, -1), count)
-    surfaces = {thing: _Surface.of((number == thing) & calm, inverse_depth) for thing in range(count)}
-    into = np.arange(count)
-    for one, other in sorted(zip(*np.nonzero(touching), strict=True), key=lambda pair: -touching[pair]):
-        a, b = surfaces[int(one)], surfaces[int(other)]
-        if touching[one, other] < LEAST_CONTACT * min(a.extent, b.extent) or not a.runs_on_in(b):
-            continue
-        into[into == into[other]] = into[one]
-    return np.where(number >= 0, into[number], -1).astype(np.int32)
 
 
 def _jumps(inverse: Float32Array, known: BoolArray) -> BoolArray:

@@ -14,22 +14,21 @@ from numpy.typing import NDArray
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import NetworkCard
 from asbuilt_bim.vision.networks.picture import Fit
+from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
 from asbuilt_bim.vision.networks.things import read_things
 
 
-def read_sightings(
-    outputs: Outputs, card: NetworkCard, fit: Fit, geometry: Float32Array | None = None
-) -> list[Sighting]:
+def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None = None) -> list[Sighting]:
     """Read a segmenter's outputs by its card's layout; only classes that the card names, the surest first.
 
-    `geometry` (5, h, w) of the input, where it was given, helps to tell things apart that stand behind each other.
+    `relief` of the input, where there is stereo, helps to tell what is one thing.
 
     Raises:
         NetworkError: the outputs haven't the shapes of the layout.
     """
     if card.layout == "centres":
-        found = read_things(outputs, card, fit, geometry)
+        found = read_things(outputs, card, fit, relief)
     else:
         found = _READERS[card.layout](outputs, card, fit)
     return sorted((s for s in found if s.mask.any()), key=lambda s: -s.score)[: card.most_instances]

@@ -38,6 +38,16 @@ class Fit:
             cv2.remap(small, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=np.float32
         )
 
+    def to_input(self, labels: NDArray[np.int16], outside: int) -> NDArray[np.int16]:
+        """Carry labels (H, W) of the photo to the input's size, the nearest to each pixel; `outside` beside it."""
+        width, height = self.input_size
+        columns = np.floor((np.arange(width) + 0.5 - self.offset_x_px) / self.scale_x).astype(np.intp)
+        rows = np.floor((np.arange(height) + 0.5 - self.offset_y_px) / self.scale_y).astype(np.intp)
+        across, down = (columns >= 0) & (columns < labels.shape[1]), (rows >= 0) & (rows < labels.shape[0])
+        found = np.full((height, width), outside, dtype=np.int16)
+        found[np.ix_(down, across)] = labels[np.ix_(rows[down], columns[across])]
+        return found
+
     def part_to_photo(
         self, small: Float32Array, box: Sequence[int], step: tuple[float, float]
     ) -> tuple[slice, slice, Float32Array]:

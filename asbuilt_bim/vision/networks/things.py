@@ -7,21 +7,24 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
-from asbuilt_bim.vision.networks.centres import grouped
-from asbuilt_bim.vision.networks.layers import continued, layers
+from asbuilt_bim.vision.networks.centres import Things, grouped
+from asbuilt_bim.vision.networks.kinship import joined
+from asbuilt_bim.vision.networks.layers import layers
+from asbuilt_bim.vision.networks.parts import described, gaps, numbered_parts
 from asbuilt_bim.vision.networks.picture import Fit
+from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
 
 LEAST_LIKELY = 1e-3
 """A likelihood counts as no less: a few sure pixels mustn't decide for a whole thing."""
 
 
-def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, geometry: Float32Array | None) -> list[Sighting]:
+def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None) -> list[Sighting]:
     """Read logits (1, C, h, w) and offsets (1, 2, h, w): to the middle of the thing, in units of the card's pixels.
 
     The class of a wall or column is decided for the whole thing; with `class_by: pixel` each pixel has its own, and the
-    thing is divided. Classes that are something else give one sighting each, over all their pixels. `geometry`
-    (5, H, W) of the network's input, if there is one, tells apart what stands one behind the other.
+    thing is divided. Classes that are something else give one sighting each, over all their pixels. `relief` of
+    the network's input, if there is stereo, tells apart what stands one behind the other and joins what runs on.
 
     Raises:
         NetworkError: the outputs haven't these shapes.
@@ -35,10 +38,8 @@ def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, geometry: Float32
     wall, column = (likely[_numbers(card, meaning, len(likely))].sum(axis=0) for meaning in ("wall", "column"))
     inside = wall + column - np.float32(0.5)
     arrows = offsets[0] * (card.offset_px / np.array(step)[:, None, None])
-    things = grouped(inside > 0.0, arrows.astype(np.float32))
-    if geometry is not None and geometry[4].any():
-        inverse = _shrunk(geometry[0], inside.shape)
-        things = things.renumbered(layers(continued(things.number, inverse), inverse))
+    small = relief.shrunk(inside.shape) if relief is not None else None
+    things = _of_parts(grouped(inside > 0.0, arrows.astype(np.float32)), arrows.astype(np.float32), wall, column, small)
     if card.class_by == "pixel":
         things = things.renumbered(np.where(things.number >= 0, 2 * things.number + (column > wall), -1))
     leads = things.lead()
@@ -61,10 +62,21 @@ def _likelihoods(logits: Float32Array) -> Float32Array:
     return np.asarray(raised / raised.sum(axis=0), dtype=np.float32)
 
 
-def _shrunk(large: Float32Array, shape: tuple[int, ...]) -> Float32Array:
-    """Return a map at a coarser grid, by its nearest values: means would lie between two surfaces."""
-    rows, columns = ((np.arange(n) * whole) // n for n, whole in zip(shape, large.shape, strict=True))
-    return np.ascontiguousarray(large[np.ix_(rows, columns)])
+def _of_parts(
+    things: Things, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
+) -> Things:
+    """Return things cut to parts of one surface and one class, and these joined by the odds that they are one thing."""
+    number = things.number if relief is None else layers(things.number, relief.inverse_depth_per_m)
+    key = 2 * number + (column > wall)
+    if relief is not None and relief.surface is not None:
+        key = key * (int(relief.surface.max()) + 2) + relief.surface + 1
+    number = numbered_parts(np.where(number >= 0, key, -1).astype(np.int32))
+    height, width = number.shape
+    votes = arrows + np.stack(np.meshgrid(np.arange(width), np.arange(height))).astype(np.float32)
+    against = np.log(np.maximum(wall, LEAST_LIKELY)) - np.log(np.maximum(column, LEAST_LIKELY))
+    parts = described(number, votes, against, relief)
+    group = joined(parts, gaps(number, len(parts)), relief.f_px if relief is not None else 1.0)
+    return things.renumbered(np.append(group, -1)[number].astype(np.int32))
 
 
 def _verdict(likely: Float32Array, card: NetworkCard) -> tuple[int, float]:
