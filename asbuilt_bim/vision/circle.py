@@ -6,12 +6,12 @@ makes that exact, uses one shape for both photos, and gives the covariance of wh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.vision.ellipse import Ellipse, conic_distance, ellipse_of
 
@@ -20,6 +20,7 @@ _ROBUST_ROUNDS = 2
 _CAUCHY = 1.5  # spreads: an outline errs along whole arcs where what lies behind changes
 _LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
+_HELD = 1e8  # information on a radius that is held
 _POINTS_PER_OBSERVATION = 10.0
 """Edge points 1.2 px apart share JPEG's blocks (8 px of brightness, 16 of colour) and err together: ten are one."""
 
@@ -46,14 +47,18 @@ def fit_circle(
     right: Ellipse,
     camera: RectifiedCamera,
     sigma_px: FloatArray | None = None,
+    held_m: float | None = None,
 ) -> SpaceCircle | None:
     """Fit the circle whose pictures run through both outlines (N, 2) and (M, 2); None where the fit fails.
 
     An ellipse leaves two tilts open; both are tried, and the one that both photos agree on is taken. `sigma_px`
-    (N + M,) says how sure the points are against each other; they are alike where it isn't given.
+    (N + M,) says how sure the points are against each other; they are alike where it isn't given. A radius that is
+    `held_m` stays as it is: foreign points can't shrink the circle.
     """
     trust = np.ones(len(left_edge) + len(right_edge)) if sigma_px is None else np.median(sigma_px) / sigma_px
-    fits = [_descend(start, left_edge, right_edge, camera, trust) for start in _starts(left, right, camera)]
+    free = np.array([True, True, True, held_m is None, True, True])
+    starts = _starts(left, right, camera, held_m)
+    fits = [_descend(start, left_edge, right_edge, camera, trust, free) for start in starts]
     good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
     if not good:
         return None
@@ -61,14 +66,15 @@ def fit_circle(
     for _ in range(_ROBUST_ROUNDS):
         spread = max(1.4826 * float(np.median(np.abs(trust * residual))), _LEAST_SPREAD_PX)
         weight = trust / np.sqrt(1.0 + (trust * residual / (_CAUCHY * spread)) ** 2)
-        parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, weight)
+        parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, weight, free)
     if not np.all(np.isfinite(parameters)):
         return None
     freedom = max(len(residual) - len(parameters), 1)
     off = trust * residual
     variance = float(off @ off) / freedom * _POINTS_PER_OBSERVATION
     # The tilt of a disc seen from the front is nearly free; a weak prior (about a radian) keeps the inverse finite.
-    information = jacobian.T @ jacobian / max(variance, 1e-6) + np.diag([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
+    prior = np.diag([0.0, 0.0, 0.0, 0.0 if held_m is None else _HELD, 1.0, 1.0])
+    information = jacobian.T @ jacobian / max(variance, 1e-6) + prior
     return SpaceCircle(
         centre_px=frozen(parameters[:2]),
         disparity_px=float(parameters[2]),
@@ -79,9 +85,19 @@ def fit_circle(
     )
 
 
-def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera) -> list[FloatArray]:
+def guessed_circle(ellipse: Ellipse, disparity_px: float, radius_m: float, camera: RectifiedCamera) -> SpaceCircle:
+    """Return a circle of a told radius about where an ellipse of the left photo and a disparity place one."""
+    right = replace(ellipse, x_px=ellipse.x_px - disparity_px)
+    parameters = _starts(ellipse, right, camera, radius_m)[0]
+    return SpaceCircle(
+        centre_px=frozen(parameters[:2]), disparity_px=disparity_px, radius_m=radius_m,
+        normal=frozen(_normal(parameters)), covariance=frozen(np.eye(4)), rms_px=0.0,
+    )  # fmt: skip
+
+
+def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera, radius_m: float | None) -> list[FloatArray]:
     disparity = left.x_px - right.x_px
-    radius = left.major_px * camera.baseline_m / disparity
+    radius = radius_m or left.major_px * camera.baseline_m / disparity
     tilt = np.tan(np.arccos(np.clip(left.minor_px / left.major_px, 0.2, 0.995)))
     across = left.angle_rad + np.pi / 2  # a circle is foreshortened along the minor axis
     lean = tilt * np.array([np.cos(across), np.sin(across)])
@@ -130,14 +146,13 @@ def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray
 
 
 def _descend(
-    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera, weight: FloatArray | None = None
+    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera, scale: FloatArray, free: BoolArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return parameters (6,), their Jacobian and the plain residual at the least weighted squares.
 
-    Levenberg-Marquardt; `weight` (N + M,) multiplies the residuals.
+    Levenberg-Marquardt; `scale` (N + M,) multiplies the residuals; parameters that aren't `free` (6,) stay.
     """
     parameters, damping = start, 1e-3
-    scale = np.ones(len(left) + len(right)) if weight is None else weight
 
     def weighted(at: FloatArray) -> FloatArray:
         return scale * _residual(at, left, right, camera)
@@ -145,10 +160,10 @@ def _descend(
     residual = weighted(parameters)
     jacobian = np.zeros((len(residual), 6))
     for _ in range(_ROUNDS):
-        for column, step in enumerate(_STEPS):
+        for column in np.flatnonzero(free):
             moved = parameters.copy()
-            moved[column] += step
-            jacobian[:, column] = (weighted(moved) - residual) / step
+            moved[column] += _STEPS[column]
+            jacobian[:, column] = (weighted(moved) - residual) / _STEPS[column]
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
         tried = parameters + change

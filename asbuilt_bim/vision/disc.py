@@ -50,7 +50,10 @@ class RedDisc:
     rms_px: float
     support: float
     filled: float
+    astray: float  # share of the outline that has its edge elsewhere
+    overrun: float  # share of the outline that has none: what is beyond is as red
     redness: float  # 0..1, the median of the inside: a disc in shade keeps it, its reflection doesn't
+    uneven: float  # what the inside's redness differs by, relative
     patch: Patch
 
 
@@ -101,38 +104,37 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
     if patch.light.size == 0:
         return None
     edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
+    sides = _Sides(inside=is_on, outside=is_on)
     tolerance = _tolerance_px(ellipse)
     for reach_share in (0.3, 0.3, 0.25):
-        edge = _edge(patch, ellipse, reach_px(ellipse, reach_share))
+        edge, sides = _edge(patch, ellipse, reach_px(ellipse, reach_share))
         is_seen = np.isfinite(edge[:, 0])
         fitted = robust_ellipse(edge[is_seen], max(tolerance, 0.2 * reach_px(ellipse, reach_share)))
         if fitted is None or not _plausible(fitted[0], blob):
             return None
         ellipse = fitted[0]
         is_on = _on_outline(edge, ellipse)
-    return _judged(ellipse, edge, is_on, patch, FIRST_SUPPORT)
+    return _judged(ellipse, edge, is_on, sides, patch, FIRST_SUPPORT, 1.0)
 
 
-def followed(disc: RedDisc, ellipse: Ellipse, blur_px: float, slack: float) -> RedDisc | None:
-    """Follow a disc's outline again, along an ellipse that both photos agree on; None where it isn't there.
+def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float) -> RedDisc | None:
+    """Follow a disc's outline along an ellipse that both photos agree on; None where less than `least` of it is there.
 
     Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first.
     """
-    patch, reach = disc.patch, reach_px(ellipse, 0.25)
+    reach = reach_px(ellipse, 0.25)
     points, outward = _outline(ellipse)
     placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px)
-    is_red = _parts_red(patch, points, outward, reach)
-    edge = np.where(is_red[:, None], placed.points + patch.corner, np.nan)
-    return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), patch, MIN_SUPPORT, placed.sigma_px)
+    sides = _sides(patch, points, outward, reach)
+    edge = np.where(sides.differ[:, None], placed.points + patch.corner, np.nan)
+    return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), sides, patch, least, slack, placed.sigma_px)
 
 
-def some_profiles(disc: RedDisc, ellipse: Ellipse) -> FloatArray:
+def some_profiles(patch: Patch, ellipse: Ellipse) -> FloatArray:
     """Return profiles (N, S, 3) across a disc's outline, enough of them to say what the lens's blur is."""
     points, outward = _outline(ellipse)
     some = slice(None, None, _SOME)
-    return profiles_across(
-        disc.patch.planes, (points - disc.patch.corner)[some], outward[some], reach_px(ellipse, 0.25)
-    )
+    return profiles_across(patch.planes, (points - patch.corner)[some], outward[some], reach_px(ellipse, 0.25))
 
 
 def reach_px(ellipse: Ellipse, share: float) -> float:
@@ -144,8 +146,10 @@ def _judged(
     ellipse: Ellipse,
     edge: FloatArray,
     is_on: BoolArray,
+    sides: _Sides,
     patch: Patch,
     least_support: float,
+    slack: float,
     sigma_px: FloatArray | None = None,
 ) -> RedDisc | None:
     """Return the disc where enough of its outline and inside is seen, None otherwise."""
@@ -158,12 +162,14 @@ def _judged(
     trust = 1.0 / sigma**2
     rms = float(np.sqrt(np.sum(trust * ellipse.distance_px(edge) ** 2) / np.sum(trust)))
     is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * (1.0 - support)
-    if filled < LEAST_FILLED or is_printed or rms > _tolerance_px(ellipse):
+    if filled < LEAST_FILLED or is_printed or rms > slack * _tolerance_px(ellipse):
         return None
-    red = float(np.median(patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]))
+    inside = patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
+    red = float(np.median(inside))
     return RedDisc(
         ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
-        redness=red, patch=patch,
+        astray=float(np.mean(sides.differ & ~is_on)), overrun=float(np.mean(sides.inside & ~sides.outside & ~is_on)),
+        redness=red, uneven=float(np.median(np.abs(inside - red))) / max(red, 1e-6), patch=patch,
     )  # fmt: skip
 
 
@@ -202,24 +208,41 @@ def _plausible(ellipse: Ellipse, blob: RedBlob) -> bool:
     )
 
 
-def _edge(patch: Patch, ellipse: Ellipse, reach: float) -> FloatArray:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Sides:
+    """Of each point (N,) of an outline: is the `inside` red, is the `outside` less so."""
+
+    inside: BoolArray
+    outside: BoolArray
+
+    @property
+    def differ(self) -> BoolArray:
+        return self.inside & self.outside
+
+
+def _edge(patch: Patch, ellipse: Ellipse, reach: float) -> tuple[FloatArray, _Sides]:
     """Return edge points (N, 2) round the ellipse; NaN where the inside isn't red or the outside is just as red."""
     points, outward = _outline(ellipse)
     edges = find_edges(patch.light, points - patch.corner, outward, reach)
-    return np.where(_parts_red(patch, points, outward, reach)[:, None], edges.points + patch.corner, np.nan)
+    sides = _sides(patch, points, outward, reach)
+    return np.where(sides.differ[:, None], edges.points + patch.corner, np.nan), sides
+
+
+def points_round(ellipse: Ellipse) -> int:
+    """Return how many points of an outline are looked at."""
+    return int(np.clip(ellipse.perimeter_px / EDGE_SPACING_PX, 32, _MAX_EDGE_POINTS))
 
 
 def _outline(ellipse: Ellipse) -> tuple[FloatArray, FloatArray]:
-    return ellipse.outline(int(np.clip(ellipse.perimeter_px / EDGE_SPACING_PX, 32, _MAX_EDGE_POINTS)))
+    return ellipse.outline(points_round(ellipse))
 
 
-def _parts_red(patch: Patch, points: FloatArray, outward: FloatArray, reach: float) -> BoolArray:
+def _sides(patch: Patch, points: FloatArray, outward: FloatArray, reach: float) -> _Sides:
     """Say of which points (N, 2) of an outline the inside is red and the outside less so."""
     just_inside = _at(patch.red, points - patch.corner - 0.6 * reach * outward)
     just_outside = _at(patch.red, points - patch.corner + 0.6 * reach * outward)
     typical = float(np.median(just_inside))
-    is_red: BoolArray = (just_inside > 0.5 * typical) & (just_outside < 0.8 * just_inside)
-    return is_red
+    return _Sides(inside=just_inside > 0.5 * typical, outside=just_outside < 0.8 * just_inside)
 
 
 def _at(picture: Float32Array, points: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.disc import find_discs
+from asbuilt_bim.vision.target_odds import LEAST_ODDS, log_odds
 from asbuilt_bim.vision.target_pairing import (
     Pairing,
     TargetOptions,
@@ -17,8 +18,10 @@ from asbuilt_bim.vision.target_pairing import (
     is_clear,
     likeliest,
     pairings,
+    sharpened,
     size_fits,
 )
+from asbuilt_bim.vision.target_search import sought
 from asbuilt_bim.vision.target_words import absent, doubt, not_it, off_row, several, twin
 
 __all__ = ["TargetOptions", "TargetSighting", "find_target"]
@@ -59,24 +62,39 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     lefts, rights = find_discs(pair.left), find_discs(pair.right)
     found = pairings(lefts, rights, pair.camera, options.diameter_m)
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
-    right_size = [p for p in level if size_fits(p.circle, options)]
+    right_size = _likely(level, options)
+    if not right_size and options.diameter_m is not None:
+        right_size = _likely(sought(pair, lefts, rights, options.diameter_m), options)
     if right_size:
         likely = likeliest(right_size)
         if len(likely) > 1 and options.diameter_m is None:
             return None, (several(pair, likely, options),)
         chosen = max(likely, key=lambda p: p.circle.disparity_px)
         twins = tuple(twin(pair, p, chosen) for p in right_size if p is not chosen and (p in likely or is_clear(p)))
-        others = tuple(not_it(pair, p, options) for p in level if p not in right_size and is_clear(p))
+        others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
         return _sighting(chosen, pair.camera, options), (*doubt(pair, chosen, options), *twins, *others)
-    if level:
-        return None, tuple(not_it(pair, p, options) for p in level)
-    if found:
+    wrong_size = [p for p in level if not size_fits(p.circle, options)]
+    if wrong_size:
+        return None, tuple(not_it(pair, p, options) for p in wrong_size)
+    if found and not level:
         return None, (off_row(pair, found[0], options),)
     return None, absent(pair, clear_ones(lefts), clear_ones(rights), options)
 
 
+def _likely(found: list[Pairing], options: TargetOptions) -> list[Pairing]:
+    """Return those of the target's size that are likelier it than not, one for each place, the likeliest first."""
+    odds = [(log_odds(p, options.diameter_m), p) for p in found if size_fits(p.circle, options)]
+    kept: list[Pairing] = []
+    for how_likely, one in sorted(odds, key=lambda item: -item[0]):
+        is_new = all(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) > p.left.ellipse.major_px for p in kept)
+        if how_likely > LEAST_ODDS and is_new:
+            kept.append(one)
+    return kept
+
+
 def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -> TargetSighting:
-    circle, ellipse = found.circle, found.left.ellipse
+    ellipse, diameter_m = found.left.ellipse, 2.0 * found.circle.radius_m
+    circle = sharpened(found.circle, options)
     disparity = circle.disparity_px
     depth = camera.f_px * camera.baseline_m / disparity
     sigma_px = float(np.hypot(np.sqrt(circle.covariance[2, 2]), options.bias_sigma_px))
@@ -90,5 +108,5 @@ def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -
         depth_m=depth,
         depth_sigma_m=depth / disparity * sigma_px,
         range_m=float(depth * np.linalg.norm(ray)),
-        diameter_m=2.0 * circle.radius_m,
+        diameter_m=diameter_m,
     )

@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
 from asbuilt_bim.vision.disc import MIN_SUPPORT, RedDisc, followed, some_profiles
+from asbuilt_bim.vision.disc_patch import Patch
 from asbuilt_bim.vision.edge_model import likely_blur
+from asbuilt_bim.vision.ellipse import Ellipse
 
 _CLEAR_SUPPORT = 0.85
 PALE = 0.66
@@ -17,11 +20,16 @@ PALE = 0.66
 _SMALLEST, _LARGEST = 0.55, 1.35
 """Of the told diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
 _MOST_UNSURE = 0.02  # of the diameter; a disc whose size is less sure can't be told from other things by its size
+_MADE_TO = 0.006  # of the diameter, one sigma: discs are made to 1 %, and an outline leans by 0.1 px all round
 _MOST_UNSURE_DEPTH = 0.012  # relative: the distance is asked to 1 %, and discs within 10 m give it to 0.5 %
 _OFF_ROW_PX = 1.5  # no circle makes such a pair: it is kept to say that the rig was knocked
-_SHRUNK = 0.04  # of the told diameter: less and it may be the target's as it is
-_SLACK = (2.0, 2.0, 1.0, 1.0)
-"""The first outlines lean by a pixel where what is behind is dark or bright; they must not choose what is seen next."""
+_OF_ANOTHER_SIZE = 0.15  # of the told diameter: so far off, and not to be held at it, it needn't be known closer
+_HELD_FAIRLY = 0.04  # of the told diameter: where it comes out further off, it was wrong to hold it
+_ROUNDS = ((3.0, 0.35), (2.0, 0.4), (1.0, 0.45), (1.0, MIN_SUPPORT))
+"""Slack and least support: the first outlines lean where what is behind is dark or bright, or where something covers
+them; they must not choose what is seen next."""
+
+_STILL_PX = 0.05  # a round that moves the circle by less ends the following
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +54,14 @@ class Pairing:
     right: RedDisc
     circle: SpaceCircle
 
+    def has_about(self, left: Ellipse, right: Ellipse) -> bool:
+        """Say whether both outlines are nearly these: followed, they would lead here."""
+        near = 0.1 * self.left.ellipse.major_px
+        return all(
+            np.abs([*(mine.ellipse.centre - other.centre), mine.ellipse.minor_px - other.minor_px]).max() < near
+            for mine, other in ((self.left, left), (self.right, right))
+        )
+
 
 def pairings(
     lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera, told_m: float | None = None
@@ -57,65 +73,80 @@ def pairings(
             a, b = left.ellipse, right.ellipse
             near_row = abs(a.y_px - b.y_px) < 2.0 + 0.1 * a.major_px
             alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
-            if (
-                near_row
-                and alike
-                and a.x_px - b.x_px > 1.0
-                and (pairing := _paired(left, right, camera, told_m)) is not None
-            ):
-                found.append(pairing)
+            is_known = any(is_clear(p) and p.has_about(a, b) for p in found)
+            if near_row and alike and a.x_px - b.x_px > 1.0 and not is_known:
+                found.extend(_paired(left, right, camera, told_m))
     return found
 
 
-def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: float | None) -> Pairing | None:
+def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: float | None) -> list[Pairing]:
     """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
 
-    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide. The
-    cover's own edge may bound a smaller ellipse: then one of the told size about the same place is tried as a guide,
-    and what is fitted from there on is free to come out as it likes.
+    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide, and
+    better still, mostly, one of the told size about the same place. Where that doesn't show a clear disc both are
+    tried, and what comes out is weighed later.
     """
-    circle = _circle(left, right, camera)
+    circle = circle_of(left, right, camera)
     if circle is None:
-        return None
+        return []
     diameter_m = 2.0 * circle.radius_m
     off_row = abs(left.ellipse.y_px - right.ellipse.y_px) > _OFF_ROW_PX
     if off_row or (told_m is not None and not _SMALLEST * told_m < diameter_m < _LARGEST * told_m):
         return _as_found(left, right, circle)
-    best = _followed(left, right, circle, camera)
-    if told_m is None or diameter_m > (1.0 - _SHRUNK) * told_m:
-        return best
-    again = _followed(left, right, replace(circle, radius_m=0.5 * told_m), camera)
-    return again if again is not None and abs(2.0 * again.circle.radius_m / told_m - 1.0) < _SHRUNK else best
+    patches = (left.patch, right.patch)
+    found: list[Pairing] = []
+    if told_m is not None:
+        told = follow(patches, replace(circle, radius_m=0.5 * told_m), camera, 0.5 * told_m)
+        if told is not None and abs(2.0 * told.circle.radius_m / told_m - 1.0) < _HELD_FAIRLY:
+            if is_clear(told):
+                return [told]
+            found.append(told)
+        elif abs(diameter_m / told_m - 1.0) > _OF_ANOTHER_SIZE:
+            return _as_found(left, right, circle)
+    free = follow(patches, circle, camera)
+    return [*found, free] if free is not None else found
 
 
-def _followed(left: RedDisc, right: RedDisc, circle: SpaceCircle, camera: RectifiedCamera) -> Pairing | None:
-    """Follow both outlines along a circle's pictures and fit again, a few times; None where they aren't there."""
+def follow(
+    patches: tuple[Patch, Patch], circle: SpaceCircle, camera: RectifiedCamera, held_m: float | None = None
+) -> Pairing | None:
+    """Follow both outlines along a circle's pictures and fit again, a few times; None where they aren't there.
+
+    While the outlines are followed the radius may be `held_m`, so that a cover's edge can't shrink the circle; what is
+    returned is fitted without that.
+    """
     best: Pairing | None = None
     blur_px: float | None = None
-    for slack in _SLACK:
-        guides = outlines_of(circle, camera)
-        if guides[0] is None or guides[1] is None:
+    for slack, least in _ROUNDS:
+        guide, other = outlines_of(circle, camera)
+        if guide is None or other is None:
             break
         if blur_px is None:
             # the same lens at the same distance: one blur for both photos
-            blur_px = likely_blur([some_profiles(left, guides[0]), some_profiles(right, guides[1])])
-        again = followed(left, guides[0], blur_px, slack), followed(right, guides[1], blur_px, slack)
-        if again[0] is None or again[1] is None:
-            break
-        left, right = again[0], again[1]
-        fitted = _circle(left, right, camera)
+            blur_px = likely_blur([some_profiles(patches[0], guide), some_profiles(patches[1], other)])
+        left = followed(patches[0], guide, blur_px, slack, least)
+        right = followed(patches[1], other, blur_px, slack, least)
+        if left is None or right is None:
+            return None
+        fitted = circle_of(left, right, camera, held_m)
         if fitted is None:
-            break
+            return None
+        moved = float(np.hypot(*(fitted.centre_px - circle.centre_px))) + abs(fitted.disparity_px - circle.disparity_px)
         circle = fitted
         best = Pairing(left=left, right=right, circle=circle)
+        if slack == 1.0 and moved < _STILL_PX and min(left.support, right.support) >= MIN_SUPPORT:
+            break
+    if best is not None and held_m is not None:
+        fitted = circle_of(best.left, best.right, camera)
+        best = replace(best, circle=fitted) if fitted is not None else None
     return best if best is not None and _fits(best) else None
 
 
-def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> Pairing | None:
-    """Return what is no target, but worth a word."""
+def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> list[Pairing]:
+    """Return what is no target, but may be worth a word."""
     found = Pairing(left=left, right=right, circle=circle)
     is_one = circle.rms_px < 0.5 + 0.02 * left.ellipse.major_px
-    return found if is_one and min(left.support, right.support) >= MIN_SUPPORT else None
+    return [found] if is_one and min(left.support, right.support) >= MIN_SUPPORT else []
 
 
 def _fits(found: Pairing) -> bool:
@@ -125,9 +156,12 @@ def _fits(found: Pairing) -> bool:
     return circle.rms_px < 0.25 + 0.01 * found.left.ellipse.major_px and unsure < _MOST_UNSURE_DEPTH
 
 
-def _circle(left: RedDisc, right: RedDisc, camera: RectifiedCamera) -> SpaceCircle | None:
+def circle_of(
+    left: RedDisc, right: RedDisc, camera: RectifiedCamera, held_m: float | None = None
+) -> SpaceCircle | None:
+    """Return the circle in space that makes both outlines; its radius stays where it is `held_m`."""
     sigma = np.concatenate([left.sigma_px, right.sigma_px])
-    return fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera, sigma)
+    return fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera, sigma, held_m)
 
 
 def is_clear(found: Pairing) -> bool:
@@ -152,6 +186,35 @@ def size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
         return options.smallest_m <= diameter <= options.largest_m
     unsure = min(2.0 * diameter_sigma(circle), _MOST_UNSURE * options.diameter_m)
     return abs(diameter - options.diameter_m) <= options.diameter_tolerance * options.diameter_m + unsure
+
+
+def sharpened(circle: SpaceCircle, options: TargetOptions) -> SpaceCircle:
+    """Return a circle that takes the told diameter for what it is: one more observation of what the outlines show.
+
+    It weighs little where they are sharp; in dusk or far away it halves what the distance errs by. A diameter that is
+    in doubt isn't used: then the disc is another, or the rig was knocked, and the photos speak for themselves.
+    Reference: Kalman 1960, for one observation.
+    """
+    if options.diameter_m is None or in_doubt(circle, options):
+        return circle
+    spread = circle.covariance[:, 3]
+    gain = spread / (spread[3] + _MADE_TO**2)
+    change = gain * np.log(0.5 * options.diameter_m / circle.radius_m)
+    return replace(
+        circle,
+        centre_px=frozen(circle.centre_px + change[:2]),
+        disparity_px=circle.disparity_px + float(change[2]),
+        radius_m=circle.radius_m * float(np.exp(change[3])),
+        covariance=frozen(circle.covariance - np.outer(gain, spread)),
+    )
+
+
+def in_doubt(circle: SpaceCircle, options: TargetOptions) -> bool:
+    """Say whether the told diameter comes out wrong by more than measuring it does."""
+    if options.diameter_m is None:
+        return False
+    off = abs(2.0 * circle.radius_m / options.diameter_m - 1.0)
+    return off > options.diameter_doubt + 2.0 * diameter_sigma(circle) / options.diameter_m
 
 
 def likeliest(found: list[Pairing]) -> list[Pairing]:
