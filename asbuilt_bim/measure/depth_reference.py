@@ -26,10 +26,13 @@ class DepthReference:
     png: bytes  # 16 bit: disparity in 1/64 px of full size, 0 = not measured, 65535 = sky (further than anything)
     sigma_png: bytes  # 8 bit: sigma in 1/32 px of full size
     scale: int
+    beyond_png: bytes = b""  # as `png`: what is seen past thin dark things; empty where nobody looked
 
 
-def pack(depth: DepthMap, sky: BoolArray) -> DepthReference:
+def pack(depth: DepthMap, sky: BoolArray, beyond_px: Float32Array | None = None) -> DepthReference:
     """Compress a depth map; `sky` (H, W) marks what is further than anything.
+
+    `beyond_px` (H, W) is the disparity past thin things, NaN not found, 0 sky; its blocks keep their middle pixel.
 
     Each block keeps the lower median of its measured disparities, a value that was measured, not a mean across an edge;
     a block with under half of its pixels measured counts as not measured, and as sky where sky is the most of it.
@@ -49,7 +52,8 @@ def pack(depth: DepthMap, sky: BoolArray) -> DepthReference:
     coded = np.where(measured, np.clip(np.round(np.where(measured, median, 0.0) * DISPARITY_STEPS), 1, SKY - 1), 0)
     coded = np.where(heaven & ~measured, SKY, coded).astype(np.uint16)
     sigma_coded = np.clip(np.round(np.where(measured, sigma, 0.0) * SIGMA_STEPS), 0, 255).astype(np.uint8)
-    return DepthReference(png=_png(coded), sigma_png=_png(sigma_coded), scale=scale)
+    beyond = b"" if beyond_px is None else _png(_coded(_middles(beyond_px, scale)))
+    return DepthReference(png=_png(coded), sigma_png=_png(sigma_coded), scale=scale, beyond_png=beyond)
 
 
 def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
@@ -59,13 +63,31 @@ def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
 
     Raises: ValueError where the bytes are no picture.
     """
-    coded = _read(reference.png, "disparity")
+    disparity = _decoded(_read(reference.png, "disparity"))
     sigma = _read(reference.sigma_png, "sigma").astype(np.float32) / np.float32(SIGMA_STEPS)
+    sigma = np.maximum(sigma, np.float32(1.0 / SIGMA_STEPS))
+    return disparity, sigma.astype(np.float32), reference.scale
+
+
+def unpack_beyond(reference: DepthReference) -> Float32Array | None:
+    """Return the disparity past thin things (h, w) as `unpack` does the other; None where nobody looked.
+
+    Raises: ValueError where the bytes are no picture.
+    """
+    return _decoded(_read(reference.beyond_png, "disparity past bars")) if reference.beyond_png else None
+
+
+def _coded(disparity: Float32Array) -> NDArray[np.uint16]:
+    steps = np.clip(np.round(np.nan_to_num(disparity) * DISPARITY_STEPS), 1, SKY - 1)
+    steps = np.where(np.isfinite(disparity), steps, 0)
+    return np.where(disparity == 0.0, SKY, steps).astype(np.uint16)
+
+
+def _decoded(coded: NDArray[np.uint16]) -> Float32Array:
     disparity = coded.astype(np.float32) / np.float32(DISPARITY_STEPS)
     disparity[coded == 0] = np.nan
     disparity[coded == SKY] = 0.0
-    sigma = np.maximum(sigma, np.float32(1.0 / SIGMA_STEPS))
-    return disparity, sigma.astype(np.float32), reference.scale
+    return disparity
 
 
 def _blocks(image: NDArray[np.floating], scale: int, fill: float) -> NDArray[np.float32]:
@@ -75,6 +97,11 @@ def _blocks(image: NDArray[np.floating], scale: int, fill: float) -> NDArray[np.
     padded[:height, :width] = image
     h, w = padded.shape[0] // scale, padded.shape[1] // scale
     return padded.reshape(h, scale, w, scale).transpose(0, 2, 1, 3).reshape(h, w, scale * scale)
+
+
+def _middles(image: Float32Array, scale: int) -> Float32Array:
+    rows, columns = (np.minimum(np.arange(scale // 2, n + scale // 2, scale), n - 1) for n in image.shape)
+    return image[np.ix_(rows, columns)]
 
 
 def _png(image: NDArray[np.uint16] | NDArray[np.uint8]) -> bytes:

@@ -22,6 +22,7 @@ from asbuilt_bim.measure.scale import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
 from asbuilt_bim.vision.agreement import Agreed, agree
+from asbuilt_bim.vision.beyond import disparity_beyond
 from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.depth_paper import Inversion
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
@@ -213,7 +214,8 @@ def _measure(
     else:
         found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks)
     watch.lap("faces")
-    reference, picture = pack(stereo, sky), thumbnail(pair)
+    reference = pack(stereo, sky, disparity_beyond(pair, sky))
+    picture = thumbnail(pair)
     watch.lap("pack")
     measurement = StationMeasurement(
         station=seen.photos.name,

@@ -30,6 +30,9 @@ from asbuilt_bim.progress.trust import (
 )
 from asbuilt_bim.progress.whole import Checked, check_whole
 
+SECOND_LOOK = 0.3
+"""What is only seen open past bars counts less than what another station sees built, plainly and without bars."""
+
 OVERLAP_M = 1e-6
 """Sample boxes are grown by this, so that neighbours join without a crack."""
 
@@ -87,14 +90,15 @@ def gather(
         hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER)
         near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options)
         hidden |= before_it
-        behind |= seen_through(samples, evidence, outlined | near, options)
-        passed = evidence.own == Verdict.BEHIND
+        behind |= seen_through(samples, evidence, outlined | near, options) | evidence.through
+        near, outlined = near & ~evidence.through, outlined & ~evidence.through
+        passed = (evidence.own == Verdict.BEHIND) | evidence.surely_through
         bars = (passed | (evidence.own == Verdict.NEAR)) & ~(outlined | near | hidden)
         behind = large_enough(samples, behind, passed, options.min_face_m2, bars)
         there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
         weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
         built += np.where(there, weight, 0.0)
-        opened += np.where(behind, weight, 0.0)
+        opened += np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0)
         before |= hidden
         if np.any(there | behind):
             decided_by[view.pose.station] = there | behind

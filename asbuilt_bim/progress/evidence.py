@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -13,10 +13,11 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.transform import apply, inverse, rotate, unit
 from asbuilt_bim.match.score import point_sigma_m
-from asbuilt_bim.measure.depth_reference import unpack
+from asbuilt_bim.measure.depth_reference import unpack, unpack_beyond
 from asbuilt_bim.progress.colour import ConcreteColour, concrete_colour
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.register.pose import PlacedStation, StationPose
+from asbuilt_bim.vision.beyond import BEYOND_SIGMA_PX
 
 RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
 """A sample's own reference pixel and eight round it, in units of the margin."""
@@ -26,6 +27,14 @@ FEWEST, DISSENT = 5, 1
 
 FEWEST_PAST = 3
 """Where something stands before the others, so many must be seen past it, the sample's own among them, and agree."""
+
+
+EVEN_PX = 5.0
+"""A ring is 18 px high in a photo of 1280: over it the ground's disparity changes by 3 px, give or take its noise."""
+
+FRAME = 0.02
+"""Of the width, which a lens's distortion bends a rectified photo's border in. What stands so far left that the right
+photo doesn't show it can only be taken for something farther, by a look that doesn't ask how sure it is."""
 
 
 class Verdict(IntEnum):
@@ -42,13 +51,17 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StationView:
-    """A placed station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels."""
+    """A placed station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels.
+
+    `beyond_px` (h, w) is the same with bars and other thin things taken out of the photos.
+    """
 
     pose: StationPose
     camera: RectifiedCamera
     disparity_px: Float32Array
     sigma_px: Float32Array
     scale: int
+    beyond_px: Float32Array | None = None
     colour: ConcreteColour | None = None
 
 
@@ -59,7 +72,8 @@ class Evidence:
     `own` is what the sample's own pixel says, whatever its neighbours do, and `offset_m` (N,) how far before the design
     its surface stands; `common_m` (N,) is the part of that which all samples err by alike, by the rig and the pose.
     `drop_m` (N,) is how far the line of sight falls within the tolerance: lower over its foot, a surface can't be told
-    from the ground behind it. `tinted` says where it can't be concrete.
+    from the ground behind it. `tinted` says where it can't be concrete, `through` where one sees past it between bars,
+    `surely_through` where what is seen there is even: a matcher that still sees bars answers with shreds of depths.
     """
 
     verdict: NDArray[np.uint8]
@@ -69,6 +83,8 @@ class Evidence:
     common_m: FloatArray
     drop_m: FloatArray
     tinted: BoolArray
+    through: BoolArray
+    surely_through: BoolArray
 
 
 def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
@@ -80,6 +96,7 @@ def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
         disparity_px=disparity,
         sigma_px=sigma,
         scale=scale,
+        beyond_px=unpack_beyond(placed.measurement.depth_ref),
         colour=concrete_colour(placed.measurement, matched),
     )
 
@@ -93,7 +110,8 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
     left_from_world = inverse(view.pose.world_from_left)
     points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
     verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
-    own, tinted = verdict.copy(), np.zeros(len(points), dtype=bool)
+    own = verdict.copy()
+    tinted, through, even = (np.zeros(len(points), dtype=bool) for _ in range(3))
     sigma, offset, common, drop = (np.full(len(points), np.inf) for _ in range(4))
     pixels = view.camera.project(points)
     asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
@@ -105,14 +123,20 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
         towards = unit(points_m[asked] - view.pose.world_from_left[:3, 3])
         steepness = -towards[:, 2] / np.abs(np.sum(towards * normals[asked], axis=1))
         drop[asked] = np.maximum(steepness, 0.0) * (options.building_tolerance_m + options.sigmas * ring.sigma_m)
+        if view.beyond_px is not None:
+            bare = replace(view, disparity_px=view.beyond_px, sigma_px=np.full_like(view.beyond_px, BEYOND_SIGMA_PX))
+            past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+            through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
+            even[asked] = past.range_px <= EVEN_PX
         if view.colour is not None:
             tinted[asked] = ~view.colour.fits(pixels[asked])
     near = verdict == Verdict.NEAR
     verdict[near & tinted] = Verdict.OTHER
     verdict[near & ~tinted & (options.sigmas * sigma > options.max_blur_m)] = Verdict.NOT_MEASURED
     return Evidence(
-        verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted
-    )
+        verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted,
+        through=through, surely_through=through & even,
+    )  # fmt: skip
 
 
 def _faced(
@@ -127,6 +151,14 @@ def _faced(
     return faced
 
 
+def _on_both(view: StationView, points: FloatArray, pixels: FloatArray) -> BoolArray:
+    """Say which points (N, 3) in the left frame, at pixels (N, 2), the right photo shows as well."""
+    camera = view.camera
+    depth = points @ camera.rectified_from_left[2]
+    right: BoolArray = pixels[:, 0] - camera.f_px * camera.baseline_m / depth > FRAME * camera.width_px
+    return right
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Ring:
     """What the pixels round n samples say, (n, 9) votes, and of their own pixels (n,) the rest, in metres."""
@@ -135,6 +167,7 @@ class _Ring:
     sigma_m: FloatArray
     offset_m: FloatArray
     common_m: FloatArray
+    range_px: FloatArray  # by how much the nine disparities differ; NaN where not all were measured
 
 
 def _ring(
@@ -169,7 +202,10 @@ def _ring(
     votes[off < -allowed] = Verdict.BEHIND
     votes[off > allowed] = Verdict.BEFORE
     votes[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
-    return _Ring(votes=votes, sigma_m=sigma[:, 0], offset_m=off[:, 0] / px_per_m[:, 0], common_m=common)
+    extent = measured.max(axis=1) - measured.min(axis=1)  # NaN, and so not even, where one is not measured
+    return _Ring(
+        votes=votes, sigma_m=sigma[:, 0], offset_m=off[:, 0] / px_per_m[:, 0], common_m=common, range_px=extent
+    )
 
 
 def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -52,23 +52,38 @@ class SemiGlobalMatcher:
 
     def _semi_global(self, left: Float32Array, right: Float32Array, pair: RectifiedPair) -> Float32Array:
         camera = pair.camera
-        steps = int(np.ceil(camera.f_px * camera.baseline_m / self.nearest_m / 16.0)) * 16
-        steps = min(max(steps, 32), max(16, camera.width_px // 2 // 16 * 16))
-        area = self.block_px**2
-        engine = cv2.StereoSGBM.create(
-            minDisparity=0, numDisparities=steps, blockSize=self.block_px, P1=8 * area, P2=32 * area, disp12MaxDiff=1,
-            preFilterCap=63, uniquenessRatio=5, speckleWindowSize=self.speckle_px, speckleRange=2,
-            mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
-        )  # fmt: skip
-        padded = [
-            cv2.copyMakeBorder(np.clip(img, 0, 255).astype(np.uint8), 0, 0, steps, 0, cv2.BORDER_REPLICATE)
-            for img in (left, right)
-        ]
-        fixed = np.asarray(engine.compute(padded[0], padded[1]))[:, steps:]
-        columns = np.arange(camera.width_px, dtype=np.float32)
-        disparity = fixed.astype(np.float32) / SIXTEENTHS
-        seen = (fixed > 0) & (disparity < columns + 1.0)
-        return np.where(seen, disparity, np.float32(np.nan)).astype(np.float32)
+        steps = disparity_steps(camera.f_px * camera.baseline_m / self.nearest_m, camera.width_px)
+        return semi_global(left, right, steps, self.block_px, self.speckle_px)
+
+
+def disparity_steps(most_px: float, width_px: int) -> int:
+    """Return how many whole disparities are looked through, a multiple of 16, so that `most_px` is among them."""
+    steps = int(np.ceil(most_px / 16.0)) * 16
+    return min(max(steps, 32), max(16, width_px // 2 // 16 * 16))
+
+
+def semi_global(
+    left: Float32Array, right: Float32Array, steps: int, block_px: int = 5, speckle_px: int = 120
+) -> Float32Array:
+    """Match grey pictures (H, W) of 0 to 255; disparity in pixels, NaN where none was found.
+
+    Reference: Hirschmueller 2008, Stereo processing by semiglobal matching and mutual information.
+    """
+    area = block_px**2
+    engine = cv2.StereoSGBM.create(
+        minDisparity=0, numDisparities=steps, blockSize=block_px, P1=8 * area, P2=32 * area, disp12MaxDiff=1,
+        preFilterCap=63, uniquenessRatio=5, speckleWindowSize=speckle_px, speckleRange=2,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )  # fmt: skip
+    padded = [
+        cv2.copyMakeBorder(np.clip(img, 0, 255).astype(np.uint8), 0, 0, steps, 0, cv2.BORDER_REPLICATE)
+        for img in (left, right)
+    ]
+    fixed = np.asarray(engine.compute(padded[0], padded[1]))[:, steps:]
+    columns = np.arange(left.shape[1], dtype=np.float32)
+    disparity = fixed.astype(np.float32) / SIXTEENTHS
+    seen = (fixed > 0) & (disparity < columns + 1.0)
+    return np.where(seen, disparity, np.float32(np.nan)).astype(np.float32)
 
 
 def disparity_sigma(pair: RectifiedPair, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
@@ -108,15 +123,15 @@ def _polished(
     most_sigma_px: float,
 ) -> tuple[Float32Array, Float32Array]:
     """Refine a matcher's disparity in a window (px, steps), and drop what stays a guess or leaves the right photo."""
-    measured = np.isfinite(raw) & pair.valid_left & _lands_inside(raw, pair.valid_right)
+    measured = np.isfinite(raw) & pair.valid_left & lands_inside(raw, pair.valid_right)
     start = np.where(measured, raw, 0.0).astype(np.float32)
     refined, sigma = _refine(left, right, start, measured, *window)
-    measured &= (sigma < most_sigma_px) & _lands_inside(refined, pair.valid_right)
+    measured &= (sigma < most_sigma_px) & lands_inside(refined, pair.valid_right)
     disparity = np.where(measured, refined, np.float32(np.nan)).astype(np.float32)
     return disparity, np.where(measured, sigma, np.float32(np.inf)).astype(np.float32)
 
 
-def _lands_inside(disparity: Float32Array, valid_right: BoolArray) -> BoolArray:
+def lands_inside(disparity: Float32Array, valid_right: BoolArray) -> BoolArray:
     """Say which pixels' partners lie on the right photo, not on its padding."""
     height, width = disparity.shape
     partner = np.round(np.arange(width) - np.nan_to_num(disparity)).astype(np.int32)

@@ -107,8 +107,12 @@ def station(
     faces: Sequence[MeasuredFace] = (),
     unmeasured: FloatArray | None = None,
     picture: FloatArray | None = None,
+    beyond: Sequence[Box] | None = None,
 ) -> PlacedStation:
-    """Return a placed station that sees these boxes; `unmeasured` (H, W) says where depth has no value."""
+    """Return a placed station that sees these boxes, and past thin things those `beyond`.
+
+    `unmeasured` (H, W) says where depth has no value.
+    """
     disparity = cast(world_from_left, boxes)
     valid = disparity > 0.0 if unmeasured is None else (disparity > 0.0) & ~unmeasured.astype(bool)
     depth = DepthMap(
@@ -116,9 +120,10 @@ def station(
         f_px=CAMERA.f_px, baseline_m=CAMERA.baseline_m, method="stereo",
     )  # fmt: skip
     sky = (disparity == 0.0) & (True if unmeasured is None else ~unmeasured.astype(bool))
+    past = None if beyond is None else cast(world_from_left, beyond).astype(np.float32)
     jpeg = b"" if picture is None else bytes(cv2.imencode(".jpg", picture.astype(np.uint8))[1])
     measurement = StationMeasurement(
-        station=name, camera=CAMERA, faces=tuple(faces), target=None, markers=(), depth_ref=pack(depth, sky),
+        station=name, camera=CAMERA, faces=tuple(faces), target=None, markers=(), depth_ref=pack(depth, sky, past),
         vertical=None, rejections=(), seconds={}, left_digest="", right_digest="", thumbnail_jpeg=jpeg,
     )  # fmt: skip
     pose = StationPose(

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.contour import contours
-from asbuilt_bim.measure.depth_reference import pack, unpack
+from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_beyond
 from asbuilt_bim.measure.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.steps import straight_region
 from asbuilt_bim.measure.uncertainty import (
@@ -279,6 +279,20 @@ def test_the_depth_reference_is_small_and_mixes_nothing() -> None:
     assert np.all(disparity[: 60 // scale] == 0.0)
     assert np.isnan(disparity[-(-60 // scale) + 1 : 100 // scale - 1]).all()
     assert sigma[-1, 0] == pytest.approx(0.25)
+
+
+def test_the_disparity_past_thin_things_is_kept_beside_the_other_pixel_for_pixel() -> None:
+    depth, sky = small_depth()
+    beyond = np.where(sky, 0.0, depth.disparity_px / 2.0).astype(np.float32)
+    beyond[200:, :] = np.nan
+    kept = unpack_beyond(pack(depth, sky, beyond))
+    first, _, scale = unpack(pack(depth, sky))
+    assert kept is not None and kept.shape == first.shape
+    both = np.isfinite(kept) & (first > 0.0)
+    assert both.any()
+    np.testing.assert_allclose(kept[both], first[both] / 2.0)
+    assert np.all(kept[: 60 // scale] == 0.0) and np.isnan(kept[-1]).all()
+    assert unpack_beyond(pack(depth, sky)) is None
 
 
 def test_a_damaged_depth_reference_is_named() -> None:

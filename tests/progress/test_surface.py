@@ -244,6 +244,19 @@ def test_starter_bars_over_a_pour_line_are_seen_through() -> None:
     assert one.completion.coverage > 0.9
 
 
+def test_a_cage_whose_gaps_depth_smears_shut_is_open_where_the_second_look_sees_past_its_bars() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    face = measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, 3.0, 2.8))  # the outline runs up into the cage, too
+    smeared = station("A1", POSE, [WALL, BACKDROP, GROUND], [face])
+    assert only(visit(smeared)[0]).state == "complete"
+    looked_past = station("A1", POSE, [WALL, BACKDROP, GROUND], [face], beyond=[half, BACKDROP, GROUND])
+    one = only(visit(looked_past)[0])
+    assert one.state == "part"
+    assert one.completion.best == pytest.approx(0.5, abs=0.06)
+    nothing = station("A1", POSE, [WALL, BACKDROP, GROUND], [face], beyond=[BACKDROP])
+    assert only(visit(nothing)[0]).state == "not started"
+
+
 def test_a_small_face_behind_the_design_by_the_cover_of_its_steel_is_starter_bars() -> None:
     cage = box(0.5, 0.05, 0, 0.4, 0.15, 0.6)
     face = measured("A1/1", POSE, shifted(FRONT, -0.05), polygon.box(0.5, 0.0, 0.9, 0.6))

@@ -34,6 +34,7 @@ def near(chosen: BoolArray, offset_m: FloatArray | float, drop_m: float = 0.0) -
     return Evidence(
         verdict=verdict, sigma_m=np.full(len(U), 0.02), own=verdict, offset_m=offset_m + noise,
         common_m=np.full(len(U), 0.01), drop_m=np.full(len(U), drop_m), tinted=np.zeros(len(U), dtype=bool),
+        through=np.zeros(len(U), dtype=bool), surely_through=np.zeros(len(U), dtype=bool),
     )  # fmt: skip
 
 
