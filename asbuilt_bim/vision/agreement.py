@@ -13,9 +13,11 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.arrays import BoolArray, freeze
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.finer import finer
 from asbuilt_bim.vision.geometric import GeometricOptions, Opinion, instance_of_pieces, neutral_of, piece_groups
+from asbuilt_bim.vision.given_masks import box_of
 from asbuilt_bim.vision.scene import Scene
 from asbuilt_bim.vision.segment import Instance, Refuter, Segmenter, SurfaceSegmenter
 
@@ -57,6 +59,7 @@ def agree(
     found: list[Instance] = []
     spoken: set[int] = set()
     neutral = neutral_of(pair)
+    taken = np.zeros(scene.labels.shape, dtype=bool)
     for group in _groups(piece_groups(scene.pieces), held):
         holder = held[group[0]]
         if holder is not None and holder >= len(seen):
@@ -67,6 +70,8 @@ def agree(
             continue
         if holder is not None:
             spoken.add(holder)
+            instance = _finer(instance, seen[holder], pair, scene, taken)
+        taken |= instance.mask
         source = f"geometry and {network.name}" if holder is not None else "geometry alone"
         score = instance.score if holder is not None else ALONE * instance.score
         found.append(replace(instance, source=source, score=score))
@@ -106,6 +111,14 @@ def _groups(groups: Sequence[Sequence[int]], held: Sequence[int | None]) -> list
                 found[-1].append(number)
                 before = number
     return found
+
+
+def _finer(instance: Instance, other: Instance, pair: RectifiedPair, scene: Scene, taken: BoolArray) -> Instance:
+    """Return an instance with its border where both opinions and the photo's edges say; no other surface is touched."""
+    upright = (scene.labels >= 0) & (scene.labels < len(scene.pieces))
+    mask = finer(instance.mask, other.mask, pair.left) & (instance.mask | ~upright) & ~taken
+    freeze(mask)
+    return replace(instance, mask=mask, box_px=box_of(mask)) if mask.any() else instance
 
 
 def _alone(pair: RectifiedPair, seen: Sequence[Instance], spoken: set[int], name: str) -> tuple[Rejection, ...]:
