@@ -22,6 +22,7 @@ from asbuilt_bim.measure.scale import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
 from asbuilt_bim.vision.agreement import Agreed, agree
+from asbuilt_bim.vision.bars import without_bars
 from asbuilt_bim.vision.beyond import disparity_beyond
 from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.depth_paper import Inversion
@@ -206,8 +207,11 @@ def _measure(
         watch.lap("depth network")
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
     marks = marks_mask(pair.valid_left.shape, seen.markers, target)
+    if options.method != "paper":
+        scene = without_bars(scene, pair, marks)
+    bars = scene.labels == scene.bars_label
     agreed = _instances(pair, scene, stereo, options, instruments)
-    instances = without_boards([without_sky(one, sky) for one in agreed.instances], marks)
+    instances = without_boards([without_sky(one, sky | bars) for one in agreed.instances], marks)
     watch.lap("instances")
     if options.method == "paper":
         found = paper_faces(pair, depth, instances, options.faces)

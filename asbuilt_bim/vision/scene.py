@@ -33,7 +33,10 @@ class SceneOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scene:
-    """Surfaces of one photo; `labels` int16 (H, W): the upright piece, len(pieces) + i for floor i, -1 nothing."""
+    """Surfaces of one photo; `labels` int16 (H, W): the upright piece, len(pieces) + i for floor i, -1 nothing.
+
+    `bars_label` stands for bars, which are no surface, where they were told from concrete.
+    """
 
     vertical: Vertical | None
     level: LevelledMap
@@ -41,6 +44,11 @@ class Scene:
     floors: tuple[Floor, ...]
     labels: NDArray[np.int16]
     sizes: NDArray[np.int64]  # pixels of each upright piece
+
+    @property
+    def bars_label(self) -> int:
+        """Return the label of starter bars and cages: the first that no surface has."""
+        return len(self.pieces) + len(self.floors)
 
     def mask(self, piece: int) -> BoolArray:
         """Return the pixels (H, W) of one upright piece."""
