@@ -68,7 +68,7 @@ class _Votes:
     window: tuple[slice, slice]
     closed: BoolArray
     vote: IntArray
-    elsewhere: BoolArray  # measured, and not on the piece
+    on_it: BoolArray  # measured on the piece
     structure: Float32Array
     below_m: FloatArray  # below the camera
     px_per_m: float
@@ -93,7 +93,7 @@ def without_bars(scene: Scene, pair: RectifiedPair, marks: BoolArray) -> Scene:
         part = labels[votes.window]
         part[(part == number) & (votes.below_m < line_m)] = NOTHING
         over = votes.closed & (part == NOTHING) & (votes.below_m < line_m - DOUBT_PX / votes.px_per_m)
-        part[over & ~votes.elsewhere] = scene.bars_label
+        part[over & votes.on_it] = scene.bars_label
     freeze(labels)
     sizes = np.bincount(labels[(labels >= 0) & (labels < len(scene.pieces))], minlength=len(scene.pieces))
     return replace(scene, labels=labels, sizes=sizes)
@@ -139,13 +139,13 @@ def _votes(scene: Scene, number: int, looks: _Looks, marks: BoolArray) -> _Votes
     like_bars = _like_bars(judged, looks, window, px_per_m)
     vote = np.where(judged & like_bars, 1, np.where(judged & _wider(own, thin), -1, 0))
     with np.errstate(invalid="ignore"):
-        elsewhere = level.measured[window] & ~(np.abs(level.d_px[window] - d) < OFF_PX)
+        on_it = level.measured[window] & (np.abs(level.d_px[window] - d) < OFF_PX)
     structure = np.abs(looks.slope[window]) + np.nan_to_num(looks.difference[window], nan=looks.usual)
     return _Votes(
         window=window,
         closed=closed,
         vote=vote,
-        elsewhere=elsewhere,
+        on_it=on_it,
         structure=structure.astype(np.float32),
         below_m=level.y_px[window] * level.baseline_m / np.where(np.isfinite(d), d, middle),
         px_per_m=px_per_m,

@@ -111,10 +111,18 @@ def test_concrete_is_no_bars_whatever_marks_it(marks: str) -> None:
     assert np.array_equal(face, MASK)
 
 
-def test_bars_that_stand_before_the_foot_of_a_face_do_not_take_the_concrete_behind_them_away() -> None:
-    layers = [BEHIND, (MASK, grain(2, 8.0), FACE_PX), (uprights((POUR, FOOT)), STEEL, FACE_PX + 6)]
-    face, _ = without(layers)
+def test_a_reflection_in_wet_concrete_is_no_bars_though_the_photos_disagree_on_it() -> None:
+    mirrored = (area((TOP, POUR), (LEFT, RIGHT)), grain(4, 25.0), BEHIND_PX)
+    face, _ = without([BEHIND, (MASK, grain(2, 8.0), FACE_PX), mirrored])
     assert np.array_equal(face, MASK)
+
+
+@pytest.mark.parametrize("line", [TOP, TOP + 30])
+def test_bars_that_stand_before_the_foot_of_a_face_do_not_take_the_concrete_behind_them_away(line: int) -> None:
+    concrete = (area((line, FOOT), (LEFT, RIGHT)), grain(2, 8.0), FACE_PX)
+    own, before = (uprights((TOP, line)), STEEL, FACE_PX), (uprights((line + 30, FOOT)), STEEL, FACE_PX + 6)
+    face, _ = without([BEHIND, concrete, own, before])
+    assert face[line + 3 : FOOT, LEFT:RIGHT].all()
 
 
 def test_print_on_a_board_does_not_speak() -> None:
