@@ -6,6 +6,7 @@ makes that exact, uses one shape for both photos, and gives the covariance of wh
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,16 +49,17 @@ def fit_circle(
     camera: RectifiedCamera,
     sigma_px: FloatArray | None = None,
     held_m: float | None = None,
+    start: SpaceCircle | None = None,
 ) -> SpaceCircle | None:
     """Fit the circle whose pictures run through both outlines (N, 2) and (M, 2); None where the fit fails.
 
-    An ellipse leaves two tilts open; both are tried, and the one that both photos agree on is taken. `sigma_px`
-    (N + M,) says how sure the points are against each other; they are alike where it isn't given. A radius that is
-    `held_m` stays as it is: foreign points can't shrink the circle.
+    An ellipse leaves two tilts open; without a `start` both are tried, and the one that both photos agree on is taken.
+    `sigma_px` (N + M,) says how sure the points are against each other; they are alike where it isn't given. A radius
+    that is `held_m` stays as it is: foreign points can't shrink the circle.
     """
     trust = np.ones(len(left_edge) + len(right_edge)) if sigma_px is None else np.median(sigma_px) / sigma_px
     free = np.array([True, True, True, held_m is None, True, True])
-    starts = _starts(left, right, camera, held_m)
+    starts = _starts(left, right, camera, held_m) if start is None else [_parameters(start)]
     fits = [_descend(start, left_edge, right_edge, camera, trust, free) for start in starts]
     good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
     if not good:
@@ -121,27 +123,31 @@ def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camer
 
 def outlines_of(circle: SpaceCircle, camera: RectifiedCamera) -> tuple[Ellipse | None, Ellipse | None]:
     """Return a circle's pictures in the left and the right photo; None where one is no ellipse."""
-    lean = circle.normal[:2] / -circle.normal[2]
-    parameters = np.array([*circle.centre_px, circle.disparity_px, np.log(circle.radius_m), *lean])
-    left, right = (ellipse_of(conic) for conic in _conics(parameters, camera))
+    left, right = (ellipse_of(conic) for conic in _conics(_parameters(circle), camera))
     return left, right
+
+
+def _parameters(circle: SpaceCircle) -> FloatArray:
+    lean = circle.normal[:2] / -circle.normal[2]
+    return np.array([*circle.centre_px, circle.disparity_px, np.log(circle.radius_m), *lean])
 
 
 def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
     """Return the circle's pictures (3, 3) in both photos."""
-    x, y, disparity = parameters[:3]
-    depth = camera.f_px * camera.baseline_m / disparity
-    centre = depth * np.array([(x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px, 1.0])
-    normal = _normal(parameters)
-    u = unit(np.cross(normal, [0.0, 1.0, 0.0]))
-    v = np.cross(normal, u)
-    radius = np.exp(parameters[3])
-    K = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-    backs = []
-    for shift in (0.0, camera.baseline_m):
-        plane = K @ np.stack([radius * u, radius * v, centre - [shift, 0.0, 0.0]], axis=-1)
-        backs.append(np.linalg.inv(plane / depth))
-    left, right = (back.T @ np.diag([1.0, 1.0, -1.0]) @ back for back in backs)
+    x, y, disparity = parameters[:3].tolist()
+    across, down = (x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px
+    nx, ny, nz = _normal(parameters).tolist()
+    level = math.hypot(nx, nz)
+    ux, uz = -nz / level, nx / level  # u is level; v = normal x u
+    share = math.exp(parameters[3]) * disparity / (camera.f_px * camera.baseline_m)  # radius over depth
+    planes = np.empty((2, 3, 3))
+    for plane, shift in zip(planes, (0.0, disparity / camera.f_px), strict=True):
+        plane[:, 0] = share * ux, 0.0, share * uz
+        plane[:, 1] = share * ny * uz, share * (nz * ux - nx * uz), -share * ny * ux
+        plane[:, 2] = across - shift, down, 1.0
+    planes[:, 0] = camera.f_px * planes[:, 0] + camera.cx_px * planes[:, 2]
+    planes[:, 1] = camera.f_px * planes[:, 1] + camera.cy_px * planes[:, 2]
+    left, right = (back[:2].T @ back[:2] - np.outer(back[2], back[2]) for back in np.linalg.inv(planes))
     return left, right
 
 

@@ -32,6 +32,8 @@ MOST_HOLE = 0.06
 """Of the inside: what is covered reaches the outline; a hole that doesn't is a print on a sign."""
 MOST_INSIDE = 4.0
 """A cover hides outline where it hides inside: a bar twice as much of the inside, so more is a print near the rim."""
+_BLURS_REACHED, _MOST_REACHED = 1.7, 0.5
+"""A profile shorter than the blur has no ends; to half the minor half axis it has nothing but the disc inside."""
 _BLURRED_ENDS = 3
 """Edge points next to a covered stretch of the outline that are left out: the cover's own edge bends them."""
 
@@ -122,7 +124,7 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
 
     Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first.
     """
-    reach = reach_px(ellipse, 0.25)
+    reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     points, outward = _outline(ellipse)
     placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px)
     sides = _sides(patch, points, outward, reach)

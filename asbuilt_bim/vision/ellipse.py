@@ -68,10 +68,9 @@ def conic_distance(conic: FloatArray, points: FloatArray) -> FloatArray:
 
     Reference: Sampson 1982.
     """
-    homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=-1)
-    product = homogeneous @ conic
-    value = np.sum(product * homogeneous, axis=-1)
-    slope = 2.0 * np.linalg.norm(product[:, :2], axis=-1)
+    product = points @ conic[:2] + conic[2]
+    value = product[:, 0] * points[:, 0] + product[:, 1] * points[:, 1] + product[:, 2]
+    slope = 2.0 * np.hypot(product[:, 0], product[:, 1])
     distance: FloatArray = value / np.maximum(slope, 1e-12)
     return distance
 

@@ -9,7 +9,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
-from asbuilt_bim.vision.disc import MIN_SUPPORT, RedDisc, followed, some_profiles
+from asbuilt_bim.vision.disc import FIRST_SUPPORT, MIN_SUPPORT, RedDisc, followed, some_profiles
 from asbuilt_bim.vision.disc_patch import Patch
 from asbuilt_bim.vision.edge_model import likely_blur
 from asbuilt_bim.vision.ellipse import Ellipse
@@ -25,11 +25,10 @@ _MOST_UNSURE_DEPTH = 0.012  # relative: the distance is asked to 1 %, and discs 
 _OFF_ROW_PX = 1.5  # no circle makes such a pair: it is kept to say that the rig was knocked
 _OF_ANOTHER_SIZE = 0.15  # of the told diameter: so far off, and not to be held at it, it needn't be known closer
 _HELD_FAIRLY = 0.04  # of the told diameter: where it comes out further off, it was wrong to hold it
-_ROUNDS = ((3.0, 0.35), (2.0, 0.4), (1.0, 0.45), (1.0, MIN_SUPPORT))
+_ROUNDS = ((3.0, 0.35), (2.0, 0.4), (2.0, 0.45), (2.0, 0.45), (1.0, 0.45), (1.0, 0.45))
 """Slack and least support: the first outlines lean where what is behind is dark or bright, or where something covers
-them; they must not choose what is seen next."""
-
-_STILL_PX = 0.05  # a round that moves the circle by less ends the following
+them. They must not choose what is seen next, or the circle stays near where it began."""
+_SETTLED_PX = 0.2  # a circle that moves and turns by less needs no further round of the same slack
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +72,7 @@ def pairings(
             a, b = left.ellipse, right.ellipse
             near_row = abs(a.y_px - b.y_px) < 2.0 + 0.1 * a.major_px
             alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
-            is_known = any(is_clear(p) and p.has_about(a, b) for p in found)
+            is_known = any(p.has_about(a, b) for p in found)
             if near_row and alike and a.x_px - b.x_px > 1.0 and not is_known:
                 found.extend(_paired(left, right, camera, told_m))
     return found
@@ -115,12 +114,15 @@ def follow(
     While the outlines are followed the radius may be `held_m`, so that a cover's edge can't shrink the circle; what is
     returned is fitted without that.
     """
-    best: Pairing | None = None
     blur_px: float | None = None
+    left = right = None
+    settled_at = 0.0
     for slack, least in _ROUNDS:
+        if slack == settled_at:
+            continue
         guide, other = outlines_of(circle, camera)
         if guide is None or other is None:
-            break
+            return None
         if blur_px is None:
             # the same lens at the same distance: one blur for both photos
             blur_px = likely_blur([some_profiles(patches[0], guide), some_profiles(patches[1], other)])
@@ -128,18 +130,19 @@ def follow(
         right = followed(patches[1], other, blur_px, slack, least)
         if left is None or right is None:
             return None
-        fitted = circle_of(left, right, camera, held_m)
+        # both tilts are asked while the outlines are not sure
+        fitted = circle_of(left, right, camera, held_m, circle if slack < _ROUNDS[0][0] else None)
         if fitted is None:
             return None
-        moved = float(np.hypot(*(fitted.centre_px - circle.centre_px))) + abs(fitted.disparity_px - circle.disparity_px)
+        moved = np.hypot(*(fitted.centre_px - circle.centre_px)) + abs(fitted.disparity_px - circle.disparity_px)
+        turned = left.ellipse.major_px * float(np.abs(fitted.normal - circle.normal).max())
+        settled_at = slack if moved + turned < _SETTLED_PX else 0.0
         circle = fitted
-        best = Pairing(left=left, right=right, circle=circle)
-        if slack == 1.0 and moved < _STILL_PX and min(left.support, right.support) >= MIN_SUPPORT:
-            break
-    if best is not None and held_m is not None:
-        fitted = circle_of(best.left, best.right, camera)
-        best = replace(best, circle=fitted) if fitted is not None else None
-    return best if best is not None and _fits(best) else None
+    if left is None or right is None or min(left.support, right.support) < FIRST_SUPPORT:
+        return None
+    free = circle if held_m is None else circle_of(left, right, camera, start=circle)
+    found = Pairing(left=left, right=right, circle=free) if free is not None else None
+    return found if found is not None and _fits(found) else None
 
 
 def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> list[Pairing]:
@@ -157,11 +160,15 @@ def _fits(found: Pairing) -> bool:
 
 
 def circle_of(
-    left: RedDisc, right: RedDisc, camera: RectifiedCamera, held_m: float | None = None
+    left: RedDisc,
+    right: RedDisc,
+    camera: RectifiedCamera,
+    held_m: float | None = None,
+    start: SpaceCircle | None = None,
 ) -> SpaceCircle | None:
     """Return the circle in space that makes both outlines; its radius stays where it is `held_m`."""
     sigma = np.concatenate([left.sigma_px, right.sigma_px])
-    return fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera, sigma, held_m)
+    return fit_circle(left.edge, right.edge, left.ellipse, right.ellipse, camera, sigma, held_m, start)
 
 
 def is_clear(found: Pairing) -> bool:
