@@ -52,8 +52,8 @@ class RedDisc:
     rms_px: float
     support: float
     filled: float
-    astray: float  # share of the outline that has its edge elsewhere
-    overrun: float  # share of the outline that has none: what is beyond is as red
+    astray: float  # share of the outline that has its edge further in, or none that fits
+    overrun: float  # share of the outline that has it further out, or none: what is beyond is as red
     redness: float  # 0..1, the median of the inside: a disc in shade keeps it, its reflection doesn't
     uneven: float  # what the inside's redness differs by, relative
     patch: Patch
@@ -158,7 +158,7 @@ def _judged(
     support = float(np.mean(is_on))
     if support < least_support:
         return None
-    kept = _without_ends(is_on)
+    kept, whole = _without_ends(is_on), edge
     edge, sigma = edge[kept], np.ones(int(kept.sum())) if sigma_px is None else sigma_px[kept]
     filled, hole = filled_share(patch, ellipse)
     trust = 1.0 / sigma**2
@@ -166,11 +166,12 @@ def _judged(
     is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * (1.0 - support)
     if filled < LEAST_FILLED or is_printed or rms > slack * _tolerance_px(ellipse):
         return None
+    beyond = sides.inside & ~is_on & (~sides.outside | (ellipse.distance_px(whole) > 0.0))
     inside = patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
     red = float(np.median(inside))
     return RedDisc(
         ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
-        astray=float(np.mean(sides.differ & ~is_on)), overrun=float(np.mean(sides.inside & ~sides.outside & ~is_on)),
+        astray=float(np.mean(sides.differ & ~is_on & ~beyond)), overrun=float(np.mean(beyond)),
         redness=red, uneven=float(np.median(np.abs(inside - red))) / max(red, 1e-6), patch=patch,
     )  # fmt: skip
 

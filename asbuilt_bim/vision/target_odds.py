@@ -15,12 +15,16 @@ import numpy as np
 from asbuilt_bim.vision.disc import RedDisc, points_round
 from asbuilt_bim.vision.target_pairing import Pairing, diameter_sigma
 
-LEAST_ODDS = 5.0
-"""Natural logarithm: of things with odds like that one in 150 is no target. Discs have 7 and more, others -6 to 4."""
+LEAST_ODDS = 4.5
+"""Natural logarithm: of things with odds like that one in 90 is no target. Discs have 7 and more, others -7 to 3."""
 _POINTS_PER_OBSERVATION = 10.0  # neighbours on an outline err together
 _SEEN = 0.35  # of each observation: a disc's edge is on the circle for 90 % of what isn't covered, others' for 63 %
-_ASTRAY = 0.10  # one sigma of the share that has its edge elsewhere, in each photo: covers and noise make some
-_OVERRUN = 2.2  # of each observation that has no edge because what is beyond is as red: 2 % of a disc's, others' 17 %
+_ASTRAY = (
+    0.10  # one sigma of the share that has its edge further in, or none, in each photo: covers and noise make some
+)
+_OVERRUN = (
+    2.2  # of each observation that has no edge here because what is beyond is as red: 2 % of a disc's, others' 17 %
+)
 _BEFORE_RED = 5.0  # but a disc before something as red, rare as it is, loses much of its outline: no more than this
 _EVEN, _UNEVEN = (math.log(0.03), 0.6), (math.log(0.10), 0.7)
 """What the redness inside differs by, as a logarithm: a disc's by noise and dirt, other things' by what they are."""
