@@ -22,6 +22,7 @@ from asbuilt_bim.measure.drafts import filled
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.marks import marks_mask
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces
+from asbuilt_bim.vision.bars import without_bars
 from asbuilt_bim.vision.geometric import segment_scene
 from asbuilt_bim.vision.scene import Scene, read_scene
 from asbuilt_bim.vision.segment import Instance
@@ -94,9 +95,10 @@ def true_rig(truth: dict[str, Any]) -> StereoRig:
 
 def read_twin(twin: TwinPair) -> Read:
     """Match, read the surfaces and find the target."""
-    scene = read_scene(twin.pair, depth_map(twin.pair, SemiGlobalMatcher()))
     target, _ = find_target(twin.pair, TargetOptions(diameter_m=TARGET_DIAMETER_M))
-    return Read(twin=twin, scene=scene, target=target, marks=marks_mask(twin.pair.valid_left.shape, (), target))
+    marks = marks_mask(twin.pair.valid_left.shape, (), target)
+    scene = without_bars(read_scene(twin.pair, depth_map(twin.pair, SemiGlobalMatcher())), twin.pair, marks)
+    return Read(twin=twin, scene=scene, target=target, marks=marks)
 
 
 def measured(read: Read, true_masks: bool) -> StationFaces:
