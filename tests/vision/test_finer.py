@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray
-from asbuilt_bim.vision.finer import finer
+from asbuilt_bim.vision.finer import finer, finer_alone
 
 H, W = 480, 640
 TRUE = np.zeros((H, W), bool)
@@ -63,3 +63,12 @@ def test_an_empty_mask_stays_empty_and_one_at_the_photos_border_is_allowed() -> 
     cut = TRUE.copy()
     cut[:, :300] = True
     assert finer(cut, cut, photo())[110:370, 0].all()
+
+
+def test_a_networks_own_mask_is_drawn_towards_the_edges_too_and_alike_in_a_photo_twice_as_large() -> None:
+    coarse = blunt(TRUE)
+    assert wrong(finer_alone(coarse, photo())) < 0.8 * wrong(coarse)
+    large, twice = (cv2.resize(one, (2 * W, 2 * H), interpolation=cv2.INTER_LINEAR) for one in (photo(), coarse * 1.0))
+    again = cv2.resize(finer_alone(twice > 0.5, np.asarray(large, np.uint8)).view(np.uint8), (W, H)) > 0
+    assert wrong(again) < 0.8 * wrong(coarse)
+    assert not finer_alone(np.zeros_like(TRUE), photo()).any()

@@ -15,6 +15,7 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.finer import finer_alone
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
@@ -103,8 +104,10 @@ class NetworkSegmenter:
         found: list[tuple[Meaning, Sighting]] = []
         taken = np.zeros(image.shape[:2], dtype=bool)
         for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit, relief):
-            mask = one.mask & ~taken
             meaning = card.meaning(one.number)
+            coarse = card.layout == "centres" and meaning != "other"
+            drawn = finer_alone(one.mask, image) if coarse else one.mask
+            mask = drawn & ~taken
             if meaning is None or np.count_nonzero(mask) < LEAST_PIXELS:
                 continue
             taken |= mask
