@@ -31,10 +31,10 @@ from asbuilt_training.samples import Recipe, Sample, plain_sample
 from asbuilt_training.shards import Pool
 
 LOG = logging.getLogger(__name__)
-WHOLE_FROM = 0.62
-"""Share of the run after which whole pictures are learned instead of crops at two thirds of their size."""
+WHOLE_FROM = 0.4
+"""Share of the run after which pictures are learned at their full size instead of two thirds of it."""
 WARM_UP = 0.03
-CROPS, WHOLE = (Recipe(width_px=256, height_px=192, least_crop=0.6), 16), (Recipe(least_crop=0.6), 8)
+CROPS, WHOLE = (Recipe(width_px=256, height_px=192, least_crop=0.6), 16), (Recipe(least_crop=0.8), 8)
 LOOKED_AT = 60
 """Validation pictures that are looked at while it learns, with and without geometry."""
 SEASONED = 300
@@ -106,8 +106,11 @@ class Run:
         (out / "plan.json").write_text(json.dumps(dataclasses.asdict(plan), indent=1) + "\n", encoding="utf-8")
 
     def start_from(self, path: Path) -> None:
-        """Take another run's weights instead of random ones; optimiser and clock begin anew."""
-        weights = torch.load(path, weights_only=True)
+        """Take another run's weights instead of random ones; optimiser and clock begin anew.
+
+        Parts that the other run's network lacked begin as a new network's do.
+        """
+        weights = self.net.state_dict() | torch.load(path, weights_only=True)
         self.net.load_state_dict(weights)
         self.average.net.load_state_dict(weights)
         self.average.updates = SEASONED

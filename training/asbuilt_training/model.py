@@ -2,7 +2,8 @@
 
 Plain 3x3 convolutions rather than depthwise ones: at this size they are faster, on the processors that train it and
 on those that run it, for the same number of multiplications. Its form is that of U-Net (Ronneberger et al. 2015) on a
-residual trunk (He et al. 2016); the offsets are Panoptic-DeepLab's (Cheng et al. 2020).
+residual trunk (He et al. 2016), with self-attention where the map is smallest (Vaswani et al. 2017) and each pixel
+told where in the picture it stands (Liu et al. 2018); the offsets are Panoptic-DeepLab's (Cheng et al. 2020).
 """
 
 from __future__ import annotations
@@ -50,6 +51,35 @@ class Residual(nn.Module):
         return functional.relu(x + self.second(functional.relu(self.first(x))))
 
 
+class Attention(nn.Module):
+    """Every place of a small map asks every other one, in several ways at once.
+
+    Made of 1x1 convolutions, so that its batch norm folds away and its weights keep their names when exported.
+    """
+
+    def __init__(self, channels: int, ways: int = 5) -> None:
+        super().__init__()
+        self.ways = ways
+        self.ask = convolution(channels, 3 * channels, kernel=1)
+        self.tell = nn.Conv2d(channels, channels, 1)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return the same shape (N, C, h, w)."""
+        count, channels, height, width = x.shape
+        parts = self.ask(x).reshape(count, 3, self.ways, channels // self.ways, height * width)
+        query, key, value = parts[:, 0], parts[:, 1], parts[:, 2]
+        heed = (query.transpose(2, 3) @ key * (channels // self.ways) ** -0.5).softmax(dim=3)
+        heard = value @ heed.transpose(2, 3)
+        return x + self.tell(heard.reshape(count, channels, height, width))
+
+
+def places(x: Tensor) -> Tensor:
+    """Return where each pixel of pictures (N, C, h, w) stands, (1, 2, h, w): right and down, from -1 to 1."""
+    ones = torch.ones_like(x[:1, :1])  # counted up rather than spread over a size: that can be traced
+    across, down = ones.cumsum(3) - 1.0, ones.cumsum(2) - 1.0
+    return torch.cat([across / across.max() * 2.0 - 1.0, down / down.max() * 2.0 - 1.0], dim=1)
+
+
 class Trunk(nn.Module):
     """From the picture, and the stereo geometry where there is some, to features at half size."""
 
@@ -59,11 +89,13 @@ class Trunk(nn.Module):
         self.stem = convolution(3, c[0], stride=2)
         # No bias and no batch norm: absent geometry is all zeros, and adds nothing.
         self.geometry_stem = nn.Conv2d(5, c[0], 3, 2, 1, bias=False)
+        self.place_stem = nn.Conv2d(2, c[0], 3, 2, 1, bias=False)
         self.down = nn.ModuleList(convolution(c[i], c[i + 1], stride=2) for i in range(4))
         self.stages = nn.ModuleList(
             nn.Sequential(*(Residual(c[i + 1], dilation=1 if i < 3 else 1 + k) for k in range(size.blocks[i])))
             for i in range(4)
         )
+        self.attention = nn.Sequential(*(Attention(c[4]) for _ in range(2)))
         self.context = nn.Conv2d(c[4], c[4], 1)
         self.narrow = nn.ModuleList(convolution(c[i], d[i], kernel=1) for i in range(4))
         self.reduce = nn.ModuleList(convolution(above, d[i], kernel=1) for i, above in enumerate((*d[1:], c[4])))
@@ -71,12 +103,13 @@ class Trunk(nn.Module):
 
     def forward(self, image: Tensor, geometry: Tensor | None) -> Tensor:
         """Return features (N, C, h/2, w/2) of an image (N, 3, h, w) and its geometry (N, 5, h, w)."""
-        x = self.stem(image)
+        x = self.stem(image) + self.place_stem(places(image))
         x = functional.relu(x if geometry is None else x + self.geometry_stem(geometry))
         levels = [x]
         for down, stage in zip(self.down, self.stages, strict=True):
             x = stage(functional.relu(down(x)))
             levels.append(x)
+        x = self.attention(x)
         x = x + self.context(x.mean((2, 3), keepdim=True))  # what kind of picture it is, told to every pixel
         for level in (3, 2, 1, 0):
             raised = functional.interpolate(
@@ -121,6 +154,9 @@ class ConcreteNet(nn.Module):
         for module in self.modules():
             if isinstance(module, nn.Conv2d) and module not in smooth:
                 nn.init.kaiming_normal_(module.weight, mode="fan_out", nonlinearity="relu")
+        for told in (self.trunk.place_stem, *(layer.tell for layer in self.trunk.attention)):
+            for parameter in told.parameters():
+                nn.init.normal_(parameter, std=1e-4)  # next to nothing: weights without them are a start, too
 
     def forward(self, image: Tensor, geometry: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
         """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2), log of relative inverse depth (N, h/2, w/2)."""

@@ -33,7 +33,7 @@ def test_folding_changes_no_answer() -> None:
     image, geometry = torch.randn(1, 3, 64, 96), torch.randn(1, 5, 64, 96)
     with torch.no_grad():
         for one, other in zip(net(image, geometry), folded(net)(image, geometry), strict=True):
-            assert torch.allclose(one, other, atol=1e-4)
+            assert torch.allclose(one, other, atol=1e-3)
 
 
 def test_both_files_are_written_small_and_come_back(tmp_path: Path) -> None:
