@@ -100,7 +100,7 @@ class NetworkSegmenter:
         if card.geometry is not None:
             geometry = geometry_of_pair(*measured, fit) if measured is not None else no_geometry(fit)
             pictures = (picture, geometry[None])
-            relief = _relief(geometry, measured[0], scene, fit) if measured is not None else None
+            relief = relief_of(geometry, measured[0], scene, fit) if measured is not None else None
         found: list[tuple[Meaning, Sighting]] = []
         taken = np.zeros(image.shape[:2], dtype=bool)
         for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit, relief):
@@ -139,7 +139,7 @@ class NetworkSegmenter:
         return found
 
 
-def _relief(geometry: Float32Array, pair: RectifiedPair, scene: Scene | None, fit: Fit) -> Relief | None:
+def relief_of(geometry: Float32Array, pair: RectifiedPair, scene: Scene | None, fit: Fit) -> Relief | None:
     """Return what stereo says of each pixel of the input, of its geometry (5, h, w); None where it says nothing."""
     if not geometry[4].any():
         return None

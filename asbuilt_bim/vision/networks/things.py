@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
 from asbuilt_bim.vision.networks.centres import Things, grouped
 from asbuilt_bim.vision.networks.kinship import joined
 from asbuilt_bim.vision.networks.layers import layers
-from asbuilt_bim.vision.networks.parts import described, gaps, numbered_parts
+from asbuilt_bim.vision.networks.parts import Part, described, gaps, numbered_parts
 from asbuilt_bim.vision.networks.picture import Fit
 from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
@@ -65,7 +66,19 @@ def _likelihoods(logits: Float32Array) -> Float32Array:
 def _of_parts(
     things: Things, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
 ) -> Things:
-    """Return things cut to parts of one surface and one class, and these joined by the odds that they are one thing."""
+    """Return things cut to parts, and these joined by the odds that they are one thing."""
+    number, parts = parts_of(things, arrows, wall, column, relief)
+    group = joined(parts, gaps(number, len(parts)), relief.f_px if relief is not None else 1.0)
+    return things.renumbered(np.append(group, -1)[number].astype(np.int32))
+
+
+def parts_of(
+    things: Things, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
+) -> tuple[NDArray[np.int32], list[Part]]:
+    """Return the parts of things that are of one surface and one class: their numbers (h, w), and what they are like.
+
+    `arrows` (2, h, w) point to the middle of each pixel's thing, in pixels; `wall` and `column` (h, w) are likelihoods.
+    """
     number = things.number if relief is None else layers(things.number, relief.inverse_depth_per_m)
     key = 2 * number + (column > wall)
     if relief is not None and relief.surface is not None:
@@ -74,9 +87,7 @@ def _of_parts(
     height, width = number.shape
     votes = arrows + np.stack(np.meshgrid(np.arange(width), np.arange(height))).astype(np.float32)
     against = np.log(np.maximum(wall, LEAST_LIKELY)) - np.log(np.maximum(column, LEAST_LIKELY))
-    parts = described(number, votes, against, relief)
-    group = joined(parts, gaps(number, len(parts)), relief.f_px if relief is not None else 1.0)
-    return things.renumbered(np.append(group, -1)[number].astype(np.int32))
+    return number, described(number, votes, against, relief)
 
 
 def _verdict(likely: Float32Array, card: NetworkCard) -> tuple[int, float]:
