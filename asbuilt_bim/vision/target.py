@@ -63,7 +63,8 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     found = pairings(lefts, rights, pair.camera, options.diameter_m)
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     right_size = _likely(level, options)
-    if not right_size and options.diameter_m is not None:
+    off_all_rows = bool(found) and not level
+    if not right_size and not off_all_rows and options.diameter_m is not None:
         right_size = _likely(sought(pair, lefts, rights, options.diameter_m), options)
     if right_size:
         likely = likeliest(right_size)
@@ -76,7 +77,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
     if wrong_size:
         return None, tuple(not_it(pair, p, options) for p in wrong_size)
-    if found and not level:
+    if off_all_rows:
         return None, (off_row(pair, found[0], options),)
     return None, absent(pair, clear_ones(lefts), clear_ones(rights), options)
 

@@ -11,15 +11,20 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import Float32Array, FloatArray
 from asbuilt_bim.vision.circle import SpaceCircle, guessed_circle, outlines_of
-from asbuilt_bim.vision.disc import RedDisc
+from asbuilt_bim.vision.disc import MAX_BLOBS, MIN_ASPECT, MIN_RADIUS_PX, RedDisc
 from asbuilt_bim.vision.disc_patch import cut_patch
-from asbuilt_bim.vision.ellipse import Ellipse
-from asbuilt_bim.vision.red import redness
+from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
+from asbuilt_bim.vision.red import red_blobs, redness
 from asbuilt_bim.vision.target_pairing import Pairing, follow
 
 _FOUND_AGAIN = 0.5  # correlation of the redness in both photos: the same thing before something else
 _NEAREST, _FURTHEST = 1.6, 0.8
 """Of the disparity that an outline's size says: a covered disc looks smaller, one grown together larger."""
+_STRETCHES = (0.5, 0.35)
+"""Of a blob's outline: a disc that half of it belongs to shows one arc of a third at least."""
+_ONE_ARC = 0.95  # of a stretch's points lie on one ellipse
+_OUTLINE_PX = 1.5  # how well a blob's outline is known: it is found in a reduced picture
+_POINTS = 160  # of an outline are looked at
 _MARGIN = 1.2  # of the major half axis: what is matched
 _SAME = 0.06  # of the major half axis: guesses as near as that lead to one place
 
@@ -56,15 +61,36 @@ def _guesses(
 ) -> Iterator[SpaceCircle]:
     """Give circles of the told size about the outlines of either photo, where the other shows the same thing."""
     for side in (0, 1):
-        for disc in discs[side]:
-            expected = 2.0 * pair.camera.baseline_m * disc.ellipse.major_px / told_m
+        for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs(scores[side])):
+            expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / told_m
             range_px = (-_NEAREST * expected, -_FURTHEST * expected)
             if side == 1:
                 range_px = (_FURTHEST * expected, _NEAREST * expected)
-            shift = _found_again(scores[side], scores[1 - side], disc.ellipse, range_px)
+            shift = _found_again(scores[side], scores[1 - side], ellipse, range_px)
             if shift is not None:
-                left = disc.ellipse if side == 0 else replace(disc.ellipse, x_px=disc.ellipse.x_px + shift)
+                left = ellipse if side == 0 else replace(ellipse, x_px=ellipse.x_px + shift)
                 yield guessed_circle(left, abs(shift), 0.5 * told_m, pair.camera)
+
+
+def _arcs(score: Float32Array) -> Iterator[Ellipse]:
+    """Give the ellipses of single arcs of the red blobs' outlines, looked at a stretch at a time.
+
+    A disc before something as red has grown together with it: most of the outline may be the other thing's, but a
+    stretch of it is the disc's alone.
+    """
+    for blob in red_blobs(score, MAX_BLOBS):
+        outline = blob.outline[:: max(1, len(blob.outline) // _POINTS)]
+        size = float(np.sqrt(blob.area_px / np.pi))
+        for share in _STRETCHES:
+            length = int(share * len(outline))
+            for start in range(0, len(outline), max(length // 4, 1)):
+                stretch = outline[np.arange(start, start + length) % len(outline)]
+                fitted = robust_ellipse(stretch, _OUTLINE_PX)
+                if fitted is None or np.mean(fitted[1]) < _ONE_ARC:
+                    continue
+                ellipse = fitted[0]
+                if ellipse.minor_px >= MIN_ASPECT * ellipse.major_px and MIN_RADIUS_PX < ellipse.major_px < size:
+                    yield ellipse
 
 
 def _found_again(

@@ -206,3 +206,9 @@ def test_a_disc_that_has_grown_together_with_something_as_red_behind_it_is_found
     drum = rectangle((0.55, 0.45, 4.6), 0.3, 0.6)
     sighting, _ = find_target(pair_of([drum, disc((0.3, 0.2, 4.0))]), TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_disc_is_found_by_one_arc_of_its_outline_where_most_of_that_is_a_red_boxs() -> None:
+    box = rectangle((0.66, 0.25, 6.8), 0.48, 0.32)
+    sighting, _ = find_target(pair_of([box, disc((0.5, 0.1, 6.0))]), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(6.0, rel=0.005)
