@@ -67,6 +67,12 @@ def test_a_disc_before_something_just_as_red_is_found() -> None:
     assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.01)
 
 
+def test_a_disc_before_a_red_thing_whose_edge_lies_just_beyond_its_own_is_found() -> None:
+    barrel = rectangle((-0.03, 0.03, 6.2), 0.3, 0.3)
+    sighting, _ = find_target(pair_of([barrel, disc((0.05, 0.08, 5.6), bgr=(20, 15, 140))]), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(5.6, rel=0.01)
+
+
 def test_red_things_that_are_no_discs_are_passed_over() -> None:
     things = [
         rectangle((-0.8, 0.2, 4.0), 0.5, 0.8),
