@@ -11,11 +11,10 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
-from asbuilt_bim.vision.stereo import disparity_steps, grey, lands_inside, semi_global
+from asbuilt_bim.vision.stereo import NEAREST_M, disparity_steps, grey, lands_inside, semi_global
 
 THIN_RAD = 0.01
 """What looks thinner than this is taken out: a bar of 25 mm from 2.5 m on. A column of 0.3 m looks so at 30 m."""
-NEAREST_M = 1.5
 SMALLER = 2
 """The photos are halved first: no more detail is asked for, and it takes a quarter of the time."""
 BEYOND_SIGMA_PX = 0.5

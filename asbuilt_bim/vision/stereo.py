@@ -14,6 +14,8 @@ from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.warp import warp_right
 
 SIXTEENTHS = 16.0
+NEAREST_M = 1.5
+"""Nothing that is measured stands nearer than an arm and a board."""
 
 
 class StereoMatcher(Protocol):
@@ -36,7 +38,7 @@ class SemiGlobalMatcher:
     The left border is padded so that the near things at the photo's left edge are measured as well.
     """
 
-    nearest_m: float = 1.5  # nothing that is measured stands nearer than an arm and a board
+    nearest_m: float = NEAREST_M
     block_px: int = 5  # smallest window that bridges the pores of concrete
     refine_window_px: int = 9  # 81 pixels give 0.05 px on concrete; wider smears narrow columns
     refine_steps: int = 2  # the second moves by under 0.05 px
