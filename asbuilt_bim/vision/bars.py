@@ -36,8 +36,6 @@ NARROW_M = 1.05
 STEP_M = 0.02
 LEAST_M, LEAST_M2 = 0.15, 0.01
 """How far bars stand out at least to be told, a window, and what of them is no speckle."""
-SOLID = 3.0
-"""So many times as much concrete ends them: depth runs on over the tips of bars, too."""
 SMOOTH_PX = 0.8
 OFF_PX = 1.5
 DOUBT_PX = 5.0
