@@ -16,6 +16,7 @@ import numpy as np
 from network_pictures import Shot
 from numpy.typing import NDArray
 
+from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.segment import Instance
 
 Mask = NDArray[np.bool_]
@@ -141,6 +142,22 @@ class DepthTally:
         ratio = np.maximum(scale * x + shift, 1.0 / FURTHEST_M) / y  # true over said depth
         self.errors.append(float(np.mean(np.abs(1.0 / ratio - 1.0))))
         self.close.append(float(np.mean(np.maximum(ratio, 1.0 / ratio) < 1.25)))
+
+    def join(self, other: DepthTally) -> None:
+        """Take in what was made of further photos."""
+        self.errors += other.errors
+        self.close += other.close
+
+
+def filled(stereo: DepthMap) -> NDArray[np.float32]:
+    """Return stereo's disparity (H, W), where it has none that of the nearest pixel that has: no network at all."""
+    away = cv2.distanceTransformWithLabels(
+        (~stereo.valid).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    seeds = np.asarray(away[1])
+    of_seed = np.zeros(int(seeds.max()) + 1, dtype=np.float32)
+    of_seed[seeds[stereo.valid]] = stereo.disparity_px[stereo.valid]
+    return of_seed[seeds]
 
 
 def overlap(one: Mask, other: Mask) -> float:

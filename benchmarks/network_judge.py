@@ -8,12 +8,15 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from network_figures import DepthTally, Tally, true_things
+import numpy as np
+from network_figures import DepthTally, Tally, filled, true_things
 from network_pictures import Shot, drawn_shots, sample_shots, twin_shots
+from numpy.typing import NDArray
 from twins import CYCLES_SEEDS
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.vision.agreement import agree
+from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
 from asbuilt_bim.vision.scene import read_scene
@@ -22,6 +25,7 @@ from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 
 UNSEEN = "unseen sites"
 GEOMETRY, NETWORK, BLIND, AGREED = "geometry alone", "network", "network without geometry", "network and geometry"
+ALONE, COMPLETED, FILLED = "depth, photo alone", "depth, photo and stereo", "stereo, its holes filled from beside"
 PIXELS, BLIND_PIXELS = "network, class by pixel", "network without geometry, class by pixel"
 SAMPLE, SPECIMENS = "path-traced sample", "path-traced specimens"
 
@@ -89,16 +93,17 @@ class Judged:
     """What all ways made of some pairs."""
 
     masks: dict[str, Tally] = field(default_factory=dict)
-    depth: DepthTally = field(default_factory=DepthTally)
+    depths: dict[str, DepthTally] = field(default_factory=dict)
     pairs: int = 0
 
     def add(self, shot: Shot, loaded: LoadedNetwork | None, depths: NetworkDepth | None) -> None:
         """Run every way of segmenting, and relative depth, on a pair."""
         things = true_things(shot)
-        for name, instances in found_by(shot.pair, loaded).items():
+        stereo = depth_map(shot.pair, SemiGlobalMatcher())
+        for name, instances in found_by(shot.pair, stereo, loaded).items():
             self.masks.setdefault(name, Tally()).add(instances, things)
-        if depths is not None:
-            self.depth.add(depths.estimate(shot.pair.left), shot)
+        for name, nearness in depths_by(shot.pair, stereo, depths).items():
+            self.depths.setdefault(name, DepthTally()).add(nearness, shot)
         self.pairs += 1
         print(f"{shot.pair.name} ...", file=sys.stderr, flush=True)
 
@@ -106,14 +111,13 @@ class Judged:
         """Take in what was made of further pairs."""
         for name, tally in other.masks.items():
             self.masks.setdefault(name, Tally()).join(tally)
-        self.depth.errors += other.depth.errors
-        self.depth.close += other.depth.close
+        for name, errors in other.depths.items():
+            self.depths.setdefault(name, DepthTally()).join(errors)
         self.pairs += other.pairs
 
 
-def found_by(pair: RectifiedPair, loaded: LoadedNetwork | None) -> dict[str, list[Instance]]:
+def found_by(pair: RectifiedPair, stereo: DepthMap, loaded: LoadedNetwork | None) -> dict[str, list[Instance]]:
     """Return what every way of segmenting finds in a pair."""
-    stereo = depth_map(pair, SemiGlobalMatcher())
     scene = read_scene(pair, stereo)
     found = {GEOMETRY: segment_scene(pair, scene)}
     if loaded is not None:
@@ -122,4 +126,14 @@ def found_by(pair: RectifiedPair, loaded: LoadedNetwork | None) -> dict[str, lis
         found[NETWORK], found[BLIND] = whole.segment(pair, stereo), whole.segment(pair, None)
         found[PIXELS], found[BLIND_PIXELS] = pixel.segment(pair, stereo), pixel.segment(pair, None)
         found[AGREED] = list(agree(pair, scene, stereo, whole, GeometricOptions()).instances)
+    return found
+
+
+def depths_by(pair: RectifiedPair, stereo: DepthMap, depths: NetworkDepth | None) -> dict[str, NDArray[np.float32]]:
+    """Return what every way to depth says of a pair, larger is nearer."""
+    found = {FILLED: filled(stereo)}
+    if depths is not None:
+        found[ALONE] = depths.estimate(pair.left)
+        if depths.completes:
+            found[COMPLETED] = depths.completed(pair, stereo)
     return found

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from network_figures import KINDS, DepthTally, Tally
-from network_judge import NETWORK, QUICK_PARTS, UNSEEN, Cards, all_parts, judge
+from network_judge import FILLED, NETWORK, QUICK_PARTS, UNSEEN, Cards, all_parts, judge
 from network_pictures import REPORTING_SEEDS, sample_shots
 from sites import ROOT
 from table import Line, line, options, report, told
@@ -61,14 +61,12 @@ def mask_lines(where: str, name: str, tally: Tally, pairs: int, judged: bool) ->
     return [*lines, told(f"{where}, {name}: IoU of concrete against the rest", f"{tally.concrete:.3f}", pairs)]
 
 
-def depth_lines(where: str, tally: DepthTally, judged: bool) -> list[Line]:
-    """Return what relative depth came to."""
-    if not tally.errors:
-        return []
+def depth_lines(where: str, name: str, tally: DepthTally, judged: bool) -> list[Line]:
+    """Return what one way to depth came to."""
     error, close, n = float(np.mean(tally.errors)), float(np.mean(tally.close)), len(tally.errors)
     rows = [
-        (f"{where}, depth: AbsRel after scale and shift", f"{error:.3f}", "<= 0.08", error <= 0.08),
-        (f"{where}, depth: ratio under 1.25", f"{close:.3f}", ">= 0.95", close >= 0.95),
+        (f"{where}, {name}: AbsRel after scale and shift", f"{error:.3f}", "<= 0.08", error <= 0.08),
+        (f"{where}, {name}: ratio under 1.25", f"{close:.3f}", ">= 0.95", close >= 0.95),
     ]
     return [
         line(what, figure, limit, n, holds, LEAST_PAIRS) if judged else told(what, figure, n)
@@ -149,7 +147,8 @@ def main() -> int:
         counts = where == UNSEEN and tuple(args.seeds) == REPORTING_SEEDS
         for name, tally in judged.masks.items():
             lines += mask_lines(where, name, tally, judged.pairs, counts and name == NETWORK)
-        lines += depth_lines(where, judged.depth, counts)
+        for name, errors in judged.depths.items():
+            lines += depth_lines(where, name, errors, counts and name != FILLED)
     (shot,) = sample_shots((0,), (0,))
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
         lines += cost_lines(shot.pair, *chosen.opened(), Path(scratch))

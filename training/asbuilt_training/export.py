@@ -21,7 +21,8 @@ from asbuilt_training.model_card import model_card
 from asbuilt_training.samples import OFFSET_UNIT_PX
 
 LOG = logging.getLogger(__name__)
-WIDTH_PX, HEIGHT_PX = 384, 288
+WIDTH_PX, HEIGHT_PX = 512, 384
+"""Larger than the pictures that they learn from, which are made larger by crops: thin and far things gain most."""
 OPSET = 17
 TOLERANCE = 1e-3
 """Most that an exported network's answers may differ from the trained one's; of answers over 1, as a share."""
@@ -79,7 +80,6 @@ def write_segmenter(net: Segmenter, out: Path, name: str, classes: tuple[tuple[i
     image, geometry = torch.randn(1, 3, HEIGHT_PX, WIDTH_PX), torch.randn(1, 5, HEIGHT_PX, WIDTH_PX)
     write_onnx(net, out / f"{name}.onnx", {"image": image, "geometry": geometry}, ["logits", "offsets"])
     card = _card(name, "centres", ["logits", "offsets"]) | {
-        "geometry": {"input": "geometry"},
         "offset_px": OFFSET_UNIT_PX,
         "classes": [{"id": number, "name": what, "label": label} for number, what, label in classes],
         "least_score": 0.5,
@@ -89,7 +89,10 @@ def write_segmenter(net: Segmenter, out: Path, name: str, classes: tuple[tuple[i
 
 def write_depth(net: RelativeDepth, out: Path) -> None:
     """Write depth.onnx and depth.yaml; see `write_segmenter`."""
-    write_onnx(net, out / "depth.onnx", {"image": torch.randn(1, 3, HEIGHT_PX, WIDTH_PX)}, ["depth"])
+    measured = torch.rand(1, 5, HEIGHT_PX, WIDTH_PX)
+    measured[:, 4] = 1.0
+    inputs = {"image": torch.randn(1, 3, HEIGHT_PX, WIDTH_PX), "geometry": measured}
+    write_onnx(net, out / "depth.onnx", inputs, ["depth"])
     _write_card(out / "depth.yaml", _card("depth", "inverse-depth", ["depth"]))
 
 
@@ -124,7 +127,8 @@ def _card(name: str, layout: str, outputs: list[str]) -> dict[str, object]:
             "width_px": WIDTH_PX, "height_px": HEIGHT_PX, "resize": "letterbox", "pad_value": 115, "colour": "rgb",
             "order": "nchw", "divide": 255, "mean": [MEAN] * 3, "std": [STD] * 3,
         },
-        "outputs": {role: role for role in outputs}, "licence": LICENCE, "source": SOURCE,
+        "outputs": {role: role for role in outputs}, "geometry": {"input": "geometry"}, "licence": LICENCE,
+        "source": SOURCE,
     }  # fmt: skip
 
 

@@ -49,9 +49,9 @@ def _table(figures: Mapping[str, Any]) -> str:
         one = figures[name]
         shares = [one["concrete_iou"], *(one["iou"][k] for k in CLASSES[1:])]
         rows.append(f"| {name} | {one['pictures']} | " + " | ".join(f"{v:.3f}" for v in shares) + " |")
-    blind = figures["without geometry"]
-    rows.append(
-        f"\nDepth after scale and shift, up to 100 m: AbsRel {blind['abs_rel']:.3f}, "
-        f"within a factor of 1.25 {100 * blind['delta']:.1f} %.\n"
+    depths = (
+        f"{name} AbsRel {figures[name]['abs_rel']:.3f}, within a factor of 1.25 {100 * figures[name]['delta']:.1f} %"
+        for name in ("with geometry", "without geometry")
     )
+    rows.append(f"\nDepth after scale and shift, up to 100 m: {'; '.join(depths)}.\n")
     return "\n".join(rows)

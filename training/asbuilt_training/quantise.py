@@ -17,7 +17,9 @@ import onnxruntime
 import torch
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
 from onnxruntime.quantization.shape_inference import quant_pre_process
+from torch.nn import functional
 
+from asbuilt_training.export import HEIGHT_PX, WIDTH_PX
 from asbuilt_training.figures import figures
 from asbuilt_training.fit import validation
 from asbuilt_training.loader import collate
@@ -48,7 +50,7 @@ def run(given: argparse.Namespace) -> int:
         prepared = given.out / f"{name}.prepared.onnx"
         quant_pre_process(str(given.networks / f"{name}.onnx"), str(prepared))
         quantize_static(
-            str(prepared), str(given.out / f"{name}.onnx"), _Steps(steps_from, depth=name == "depth"),
+            str(prepared), str(given.out / f"{name}.onnx"), _Steps(steps_from),
             quant_format=QuantFormat.QDQ, per_channel=True, activation_type=QuantType.QUInt8,
             weight_type=QuantType.QInt8,
         )  # fmt: skip
@@ -81,29 +83,37 @@ class Exported:
 
     def __call__(self, image: torch.Tensor, geometry: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Return logits, offsets and the logarithm of relative inverse depth."""
-        picture = np.ascontiguousarray(image.numpy())
+        given = inputs_of(image, geometry)
         begun = time.process_time()
-        logits, offsets = self._segment.run(None, {"image": picture, "geometry": geometry.contiguous().numpy()})
-        (depth,) = self._depth.run(None, {"image": picture})
+        logits, offsets = self._segment.run(None, given)
+        (depth,) = self._depth.run(None, given)
         self.milliseconds += 1000.0 * (time.process_time() - begun)
         self.runs += 1
-        return torch.from_numpy(logits), torch.from_numpy(offsets), torch.from_numpy(np.log(np.maximum(depth, 1e-6)))
+        half = (geometry.shape[2] // 2, geometry.shape[3] // 2)
+        log = torch.from_numpy(np.log(np.maximum(depth, 1e-6)))
+        return torch.from_numpy(logits), torch.from_numpy(offsets), functional.interpolate(log[None], half)[0]
+
+
+def inputs_of(image: torch.Tensor, geometry: torch.Tensor) -> dict[str, Any]:
+    """Return an example's tensors at the size that the exported networks take."""
+    size = (HEIGHT_PX, WIDTH_PX)
+    picture = functional.interpolate(image, size, mode="bilinear", align_corners=False)
+    nearest = functional.interpolate(geometry, size)
+    return {"image": np.ascontiguousarray(picture.numpy()), "geometry": np.ascontiguousarray(nearest.numpy())}
 
 
 class _Steps(CalibrationDataReader):  # type: ignore[misc]
     """The inputs by which the quantiser sets its steps."""
 
-    def __init__(self, samples: list[Sample], *, depth: bool) -> None:
-        self._rows = self._inputs(samples, depth)
+    def __init__(self, samples: list[Sample]) -> None:
+        self._rows = self._inputs(samples)
 
     def get_next(self) -> dict[str, Any] | None:
         """Return the next input, None at the end."""
         return next(self._rows, None)
 
     @staticmethod
-    def _inputs(samples: list[Sample], depth: bool) -> Iterator[dict[str, Any]]:
+    def _inputs(samples: list[Sample]) -> Iterator[dict[str, Any]]:
         for sample in samples:
             batch = collate([sample])
-            image, geometry = network_inputs(batch["image"], batch["geometry"])
-            given = {"image": np.ascontiguousarray(image.numpy())}
-            yield given if depth else given | {"geometry": geometry.contiguous().numpy()}
+            yield inputs_of(*network_inputs(batch["image"], batch["geometry"]))
