@@ -14,6 +14,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import unit
+from asbuilt_bim.vision.circle_arcs import arcs_of, without_foreign_arc
 from asbuilt_bim.vision.ellipse import Ellipse, conic_distance, ellipse_of
 
 _ROUNDS = 25
@@ -65,13 +66,15 @@ def fit_circle(
     if not good:
         return None
     parameters, jacobian, residual = min(good, key=lambda fit: float(np.sum(np.square(trust * fit[2]))))
+    arcs = np.concatenate([arcs_of(left_edge, left), arcs_of(right_edge, right)])
     for _ in range(_ROBUST_ROUNDS):
-        spread = max(1.4826 * float(np.median(np.abs(trust * residual))), _LEAST_SPREAD_PX)
+        trust = trust * without_foreign_arc(trust[:, None] * jacobian[:, free], trust * residual, arcs)
+        spread = max(1.4826 * float(np.median(np.abs(trust * residual)[trust > 0.0])), _LEAST_SPREAD_PX)
         weight = trust / np.sqrt(1.0 + (trust * residual / (_CAUCHY * spread)) ** 2)
         parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, weight, free)
     if not np.all(np.isfinite(parameters)):
         return None
-    freedom = max(len(residual) - len(parameters), 1)
+    freedom = max(int(np.sum(trust > 0.0)) - len(parameters), 1)
     off = trust * residual
     variance = float(off @ off) / freedom * _POINTS_PER_OBSERVATION
     # The tilt of a disc seen from the front is nearly free; a weak prior (about a radian) keeps the inverse finite.
@@ -186,4 +189,4 @@ def _descend(
             damping *= 10.0
             if damping > 1e8:
                 break
-    return parameters, jacobian, residual / scale
+    return parameters, jacobian, _residual(parameters, left, right, camera)

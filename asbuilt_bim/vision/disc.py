@@ -62,7 +62,7 @@ class RedDisc:
 def find_discs(image: ByteImage) -> tuple[RedDisc, ...]:
     """Find the red discs of a photo (BGR), the best supported first; half-hidden or odd shapes are left out."""
     score = redness(image)
-    discs = [disc for blob in red_blobs(score, MAX_BLOBS) if (disc := _disc(image, score, blob)) is not None]
+    discs = [disc for blob in red_blobs(image, score, MAX_BLOBS) if (disc := _disc(image, score, blob)) is not None]
     kept: list[RedDisc] = []
     for disc in sorted(discs, key=lambda d: (-d.support, d.rms_px)):
         if not any(_is_same(disc.ellipse, other.ellipse) for other in kept):

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
 from asbuilt_bim.vision.circle import SpaceCircle, guessed_circle, outlines_of
 from asbuilt_bim.vision.disc import MAX_BLOBS, MIN_ASPECT, MIN_RADIUS_PX, RedDisc
 from asbuilt_bim.vision.disc_patch import cut_patch
@@ -61,7 +61,7 @@ def _guesses(
 ) -> Iterator[SpaceCircle]:
     """Give circles of the told size about the outlines of either photo, where the other shows the same thing."""
     for side in (0, 1):
-        for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs(scores[side])):
+        for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs((pair.left, pair.right)[side], scores[side])):
             expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / told_m
             range_px = (-_NEAREST * expected, -_FURTHEST * expected)
             if side == 1:
@@ -72,13 +72,13 @@ def _guesses(
                 yield guessed_circle(left, abs(shift), 0.5 * told_m, pair.camera)
 
 
-def _arcs(score: Float32Array) -> Iterator[Ellipse]:
+def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
     """Give the ellipses of single arcs of the red blobs' outlines, looked at a stretch at a time.
 
     A disc before something as red has grown together with it: most of the outline may be the other thing's, but a
     stretch of it is the disc's alone.
     """
-    for blob in red_blobs(score, MAX_BLOBS):
+    for blob in red_blobs(image, score, MAX_BLOBS):
         outline = blob.outline[:: max(1, len(blob.outline) // _POINTS)]
         size = float(np.sqrt(blob.area_px / np.pi))
         for share in _STRETCHES:
