@@ -61,12 +61,14 @@ def red_blobs(image: ByteImage, score: Float32Array, limit: int) -> list[RedBlob
     """
     found: list[RedBlob] = []
     step = max(1, score.shape[1] // _WORKING_WIDTH)
-    small, light = score, np.ascontiguousarray(image[..., 2])  # red: what is in another light differs in it most
-    if step > 1:
-        size = (round(score.shape[1] / step), round(score.shape[0] / step))
-        small, light = (cv2.resize(whole, size, interpolation=cv2.INTER_AREA) for whole in (score, light))
+    size = (round(score.shape[1] / step), round(score.shape[0] / step))
+    small = np.asarray(cv2.resize(score, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    # red: what is in another light differs in it most
+    light = np.asarray(
+        cv2.resize(np.ascontiguousarray(image[..., 2]), size, interpolation=cv2.INTER_AREA), dtype=np.uint8
+    )
     for level in LEVELS:
-        for blob in _blobs_at(np.asarray(small, dtype=np.float32), light, level, step):
+        for blob in _blobs_at(small, light, level, step):
             twin = next((i for i, other in enumerate(found) if _are_twins(blob, other)), None)
             if twin is None:
                 found.append(blob)
