@@ -14,6 +14,7 @@ from asbuilt_bim.geometry.floors import Floor, grow_floors
 from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_pixels
 from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.footing import footed
 from asbuilt_bim.vision.roundness import flat_if_flatter
 from asbuilt_bim.vision.vertical import Vertical, find_vertical
 
@@ -77,7 +78,7 @@ def read_scene(pair: RectifiedPair, depth: DepthMap, options: SceneOptions | Non
     upright, slope = upright_pixels(level)
     pieces = [flat_if_flatter(piece, level, pair) for piece in grow_pieces(level, upright, chosen.grow)]
     floors = grow_floors(level, slope)
-    labels = _label(level, pieces, floors, chosen)
+    labels = footed(_label(level, pieces, floors, chosen), level, pieces, floors)
     freeze(labels)
     sizes = np.bincount(labels[(labels >= 0) & (labels < len(pieces))], minlength=len(pieces))
     return Scene(vertical=vertical, level=level, pieces=tuple(pieces), floors=tuple(floors), labels=labels, sizes=sizes)
