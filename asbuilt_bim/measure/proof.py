@@ -1,12 +1,13 @@
 """Does a face end where its outline does? An edge made merely by lost depth or by shade proves nothing.
 
 A side is proven by what is measured just beyond it: another depth, or another surface that meets the face. Where
-nothing is measured a plain edge in the photos stands for it. Where the face itself goes on further out, nothing does.
+nothing is measured a plain edge in the photos stands for it. Where the face itself goes on further out, nothing does;
+nor where a strip labelled otherwise, at the face's own depth, parts it from another piece of its plane.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.outline import FaceEdge, Outline
 from asbuilt_bim.measure.walk import at_places, walk
+from asbuilt_bim.vision.scene import q_of_piece
 from asbuilt_bim.vision.warp import sample
 
 IntArray = NDArray[np.intp]
@@ -41,33 +43,41 @@ STRIP_PX = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 STEP_TIMES, LEAST_STEP_GREY = 3.0, 5.0
 GRAIN_TIMES, GLARE_GREY = 3.0, 250.0
 
-UNKNOWN, PROVEN, GOES_ON = 0, 1, 2
+SAME_PLANE_DEG = 12.0
+"""A surface that lies on the face's plane and is turned from it by less goes on from it: a corner turns by far more."""
+LEAST_KNOWN = 30
+
+UNKNOWN, PROVEN, GOES_ON, MEETS, PARTED = range(5)
 
 
 def is_open(bench: Workbench, outline: Outline, q_px: FloatArray, label: int, narrow_px: float) -> bool:
     """Say whether a side of the face `label` isn't proven to be its end: it may be larger than its outline."""
     p = pixel_plane(q_px, bench.pair.camera)
+    same = _in_one_plane(bench, q_px, label)
     around = sum(float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum()) for ring in outline.rings)
     limit = max(LEAST_SIDE_PX, min(LEAST_SHARE * around, CROSSING_SHARE * narrow_px))
-    for side in _sides(bench, outline, p, label):
+    for side in _sides(bench, outline, p, label, same):
         if side.length_px > limit and side.unproven_px > MOST_UNPROVEN * side.length_px:
+            return True
+        if side.parted_px > limit:
             return True
     return False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Side:
-    """The length of a side, and of what isn't proven of it."""
+    """The length of a side, of what isn't proven of it, and where its plane goes on in another piece."""
 
     length_px: float
     unproven_px: float
+    parted_px: float
 
 
-def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int) -> Iterator[_Side]:
+def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int, same: Sequence[int]) -> Iterator[_Side]:
     """Yield each straight side of the outline, and what of each ring has no line as one."""
     for ring in outline.rings:
         points, normals, steps = walk(ring)
-        state = _beyond(bench, points, normals, p, label)
+        state = _beyond(bench, points, normals, p, label, same)
         framed = at_places(bench.frame, points)
         owner = _owners(outline.edges, points, normals)
         for number in np.unique(owner):
@@ -75,7 +85,10 @@ def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int) -> Ite
             plain = number >= 0 and _is_plain(outline.edges[number])
             plain = plain or _looks_other(bench, points[own], normals[own])
             proven = (state == PROVEN) | framed | ((state == UNKNOWN) & plain)
-            yield _Side(length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()))
+            yield _Side(
+                length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()),
+                parted_px=float(steps[own & (state == PARTED)].sum()),
+            )  # fmt: skip
 
 
 def _is_plain(edge: FaceEdge) -> bool:
@@ -110,6 +123,25 @@ def _looks_other(bench: Workbench, points: FloatArray, normals: FloatArray) -> b
     return bool(GRAIN_TIMES * grain[0] < grain[1] and float(means[1.0].mean()) < GLARE_GREY)
 
 
+def _in_one_plane(bench: Workbench, q_px: FloatArray, label: int) -> list[int]:
+    """Return the other flat pieces that lie on the face's plane: past its side the face goes on in them."""
+    scene, level = bench.scene, bench.scene.level
+    found: list[int] = []
+    for number, piece in enumerate(scene.pieces):
+        if number == label or piece.circle is not None or scene.sizes[number] == 0:
+            continue
+        q = q_of_piece(piece, level)
+        cosine = float(q @ q_px) / float(np.linalg.norm(q) * np.linalg.norm(q_px))
+        if cosine < np.cos(np.radians(SAME_PLANE_DEG)):
+            continue
+        rows, columns = scene.pixels(number)
+        step = level.disparity_px[rows, columns] - level.rays[rows, columns] @ q_px
+        step = step[np.isfinite(step)]
+        if step.size > LEAST_KNOWN and abs(median(step)) < OFF_PX:
+            found.append(number)
+    return found
+
+
 def _owners(edges: tuple[FaceEdge, ...], points: FloatArray, normals: FloatArray) -> IntArray:
     """Return per place (N,) the number of the side that it lies on, -1 for none."""
     owner = np.full(len(points), -1, dtype=np.intp)
@@ -124,8 +156,11 @@ def _owners(edges: tuple[FaceEdge, ...], points: FloatArray, normals: FloatArray
     return owner
 
 
-def _beyond(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, label: int) -> IntArray:
-    """Return per place (N,) what lies beyond: PROVEN to be another surface, the face that GOES_ON, or UNKNOWN.
+def _beyond(
+    bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, label: int, same: Sequence[int]
+) -> IntArray:
+    """Return per place (N,) what lies beyond: PROVEN to be another surface, the face that GOES_ON, PARTED from
+    another piece of its plane, or UNKNOWN.
 
     Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
     in it, and what is measured past it speaks for the edge all the same.
@@ -141,12 +176,17 @@ def _beyond(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatA
         step = np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2])
         sigma = np.nan_to_num(level.sigma_px[y, x], nan=4.0, posinf=4.0)
         off = level.measured[y, x] & (np.abs(step) > np.maximum(OFF_PX, OFF_SIGMAS * sigma))
-        found = inside & (off | ((labels[y, x] >= 0) & (labels[y, x] != label)))
+        seen = labels[y, x]
+        of_plane = np.isin(seen, same)
+        found = inside & (off | ((seen >= 0) & (seen != label) & ~of_plane))
         hidden_strip = _in_strip(normals, step, beyond)
         near = beyond <= NEAR_PX[-1]
-        state[(state == UNKNOWN) & found & (near | hidden_strip)] = PROVEN
+        state[((state == UNKNOWN) | (state == MEETS)) & inside & off & (near | hidden_strip)] = PROVEN
+        state[(state == UNKNOWN) & found & (near | hidden_strip)] = MEETS
+        state[((state == UNKNOWN) | (state == MEETS)) & inside & of_plane & ~off] = PARTED
         if beyond > FATTENED_PX:
-            state[(state == UNKNOWN) & inside & (labels[y, x] == label)] = GOES_ON
+            state[(state == UNKNOWN) & inside & (seen == label)] = GOES_ON
+    state[state == MEETS] = PROVEN
     return state
 
 

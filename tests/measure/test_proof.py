@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from asbuilt_bim.geometry.grow import Piece
+from asbuilt_bim.geometry.level import level_view, pixel_rays
 from asbuilt_bim.measure.edges import EdgeFit, Line
 from asbuilt_bim.measure.outline import FaceEdge, Outline, Source
 from asbuilt_bim.measure.proof import is_open
@@ -25,12 +27,13 @@ def scene() -> SimpleNamespace:
     inside = slice(LOW, HIGH)
     disparity[inside, inside], labels[inside, inside] = FACE_PX, OWN
     level = SimpleNamespace(
-        disparity_px=disparity, sigma_px=np.full((SIZE, SIZE), 0.1), measured=np.ones((SIZE, SIZE), dtype=bool)
-    )
+        disparity_px=disparity, sigma_px=np.full((SIZE, SIZE), 0.1), measured=np.ones((SIZE, SIZE), dtype=bool),
+        rays=pixel_rays(SIZE, SIZE, 1000.0, 120.0, 120.0), view=level_view([0.0, -1.0, 0.0], 1000.0),
+    )  # fmt: skip
     camera = SimpleNamespace(f_px=1000.0, cx_px=120.0, cy_px=120.0)
     return SimpleNamespace(
         pair=SimpleNamespace(camera=camera),
-        scene=SimpleNamespace(level=level, labels=labels),
+        scene=SimpleNamespace(level=level, labels=labels, pieces=(), pixels=lambda n: np.nonzero(labels == n)),
         frame=np.zeros((SIZE, SIZE), dtype=bool),
         grey_levels=(np.full((SIZE, SIZE), 90.0, dtype=np.float32),) * 2,
         slopes=SimpleNamespace(
@@ -115,6 +118,28 @@ def test_the_strip_that_one_photo_alone_shows_doesnt_open_a_side() -> None:
     bench = scene()
     lose(bench, slice(LOW - round(FACE_PX - BEHIND_PX), LOW))
     assert not opened(bench, square())
+
+
+def piece_beyond(bench: SimpleNamespace, slope: float) -> None:
+    """Let the face's surface go on past its right side: 12 px labelled otherwise, then a piece turned by `slope`."""
+    across = np.arange(HIGH, HIGH + 60)
+    bench.scene.level.disparity_px[LOW:HIGH, HIGH : HIGH + 60] = FACE_PX + slope * (across - HIGH)
+    bench.scene.labels[LOW:HIGH, HIGH : HIGH + 12] = 1
+    bench.scene.labels[LOW:HIGH, HIGH + 12 : HIGH + 60] = 0
+    piece = Piece(x0_px=52.0, x1_px=100.0, slope=slope, offset_px=FACE_PX, circle=None, rms_px=0.1, chain=0)
+    bench.scene.pieces, bench.scene.sizes = (piece,), np.array([48 * (HIGH - LOW)])
+
+
+def test_a_strip_between_two_pieces_of_one_plane_is_no_end_of_either() -> None:
+    bench = scene()
+    piece_beyond(bench, 0.0)
+    assert opened(bench, square("photo", 0.9))
+
+
+def test_a_surface_turned_from_the_face_past_such_a_strip_is_its_end() -> None:
+    bench = scene()
+    piece_beyond(bench, -0.15)
+    assert not opened(bench, square("photo", 0.9))
 
 
 def test_a_surface_that_meets_the_face_is_its_end() -> None:
