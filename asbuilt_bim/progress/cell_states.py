@@ -48,6 +48,7 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
 
     A side decides a cell when enough of its samples there say the same, the unknown ones counted against it; fewer do
     where not one contradicts. At a pour line, where no side is clear, the sides are counted together: no conflict.
+    What hangs in the air isn't concrete, whatever else it may be: it stays unknown.
     """
     cells = element_cells(element)
     real = cells.weight.ravel() > 0.0
@@ -70,8 +71,31 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     sums = np.where(enough, counts, 0.0).sum(axis=1)
     is_built = np.where(both, (sums[1] >= sums[2]) & ~conflict, any_built)
     is_open = np.where(both, (sums[1] < sums[2]) & ~conflict, any_open)
+    is_built &= ~_hanging(cells, is_built, is_open)
     least, most = _bounds(element, cells, (is_built, is_open), sums, options)
     return CellStates(built=is_built, open=is_open, conflict=conflict, least=least, most=most, height=height)
+
+
+def in_conflict(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> BoolArray:
+    """Say of every cell by its number, as `CellSamples.cell` has it, whether its sides contradict one another."""
+    real = element_cells(element).weight.ravel() > 0.0
+    found = np.zeros(real.size, dtype=bool)
+    found[real] = cell_states(element, surfaces, options).conflict
+    return found
+
+
+def _hanging(cells: Cells, built: BoolArray, opened: BoolArray) -> BoolArray:
+    """Say which built cells (n,) hang over open ones: concrete rises from below.
+
+    In each upright line of cells the height is sought up to which all should be built, and over which open, so that the
+    fewest contradict. What is built over that height is a mistake: a stack beside a column, a cage taken for concrete.
+    """
+    score = np.where(_on_grid(cells, built), 1, 0) - np.where(_on_grid(cells, opened), 1, 0)
+    below = np.pad(np.cumsum(score, axis=1), ((0, 0), (1, 0)))  # for each height the sum under it
+    level = below.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1)  # of equally good heights the highest
+    over = np.arange(score.shape[1])[None, :] >= level[:, None]
+    hanging: BoolArray = ((score > 0) & over)[cells.weight > 0.0]
+    return hanging
 
 
 def _bounds(

@@ -1,51 +1,30 @@
-"""Puts the stations' evidence together: each sample of an element's surface is built, open or unknown."""
+"""Decides an element's surface by its stations' votes and its history: each sample is built, open or unknown."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from asbuilt_bim.bim.cells import CellSamples, cell_samples
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.as_built import as_built
-from asbuilt_bim.progress.evidence import StationView, Verdict, judge
+from asbuilt_bim.progress.cell_states import in_conflict
+from asbuilt_bim.progress.evidence import StationView
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.outlines import looks_like_bars, stands_off
 from asbuilt_bim.progress.sample_grid import strips
 from asbuilt_bim.progress.surface import SurfaceState
-from asbuilt_bim.progress.trust import (
-    large_enough,
-    looks_like_bars,
-    outlined_samples,
-    seen_through,
-    speaking,
-    stands_before,
-    trusted,
-)
+from asbuilt_bim.progress.votes import Votes, gather
 from asbuilt_bim.progress.whole import Checked, check_whole
-
-SECOND_LOOK = 0.3
-"""What is only seen open past bars counts less than what another station sees built, plainly and without bars."""
 
 OVERLAP_M = 1e-6
 """Sample boxes are grown by this, so that neighbours join without a crack."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Votes:
-    """Weights (N,) for built and for open of an element's samples, and who decided what (station -> bool (N,))."""
-
-    built: FloatArray
-    open: FloatArray
-    decided_by: dict[str, BoolArray]
-    before: BoolArray  # something stands before it, at one station at least
-    spoken: tuple[FaceMatch, ...]  # the matches that were taken for concrete
 
 
 def decide_element(
@@ -55,54 +34,22 @@ def decide_element(
     earlier: Sequence[SurfaceState | None],
     options: ProgressOptions,
 ) -> list[SurfaceState]:
-    """Return the state of each face of an element, `earlier` being what earlier visits made of them."""
+    """Return the state of each face of an element, `earlier` being what earlier visits made of them.
+
+    What was built stays so, but not where sides contradicted one another: that was never settled.
+    """
     samples = cell_samples(element, options.spacing_m)
     votes = gather(element, samples, views, by_face, options)
+    known = [surface for surface in earlier if surface is not None]
+    doubted = np.zeros(len(samples.face), dtype=bool)
+    if known and len(known) == len(element.faces):
+        doubted = in_conflict(element, known, options)[samples.cell]
     return [
-        _face_state(face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], options)
+        _face_state(
+            face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], doubted, options
+        )
         for index, face in enumerate(element.faces)
     ]
-
-
-def gather(
-    element: BimElement,
-    samples: CellSamples,
-    views: Sequence[StationView],
-    by_face: Mapping[str, Sequence[FaceMatch]],
-    options: ProgressOptions,
-) -> Votes:
-    """Ask every station about every sample; a matched outline speaks for its samples where depth doesn't contradict.
-
-    Depth alone says that something is there, not that it is concrete: it counts where a measured face of this element
-    backs it, or where it covers a patch too large for starter bars and clutter.
-    """
-    count = len(samples.points_m)
-    built, opened, before = np.zeros(count), np.zeros(count), np.zeros(count, dtype=bool)
-    decided_by: dict[str, BoolArray] = {}
-    spoken: list[FaceMatch] = []
-    height = samples.points_m[:, 2] - element.vertices_m[:, 2].min(initial=np.inf)
-    for view in views:
-        evidence = judge(view, samples.points_m, samples.normals, options)
-        speak = speaking(element, samples, view.pose.station, evidence, by_face, options)
-        spoken.extend(match for match, _ in speak)
-        outlined, sigma = outlined_samples(samples, speak, evidence, options)
-        behind = evidence.verdict == Verdict.BEHIND
-        hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER)
-        near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options)
-        hidden |= before_it
-        behind |= seen_through(samples, evidence, outlined | near, options) | evidence.through
-        near, outlined = near & ~evidence.through, outlined & ~evidence.through
-        passed = (evidence.own == Verdict.BEHIND) | evidence.surely_through
-        bars = (passed | (evidence.own == Verdict.NEAR)) & ~(outlined | near | hidden)
-        behind = large_enough(samples, behind, passed, options.min_face_m2, bars)
-        there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
-        weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
-        built += np.where(there, weight, 0.0)
-        opened += np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0)
-        before |= hidden
-        if np.any(there | behind):
-            decided_by[view.pose.station] = there | behind
-    return Votes(built=built, open=opened, decided_by=decided_by, before=before, spoken=tuple(spoken))
 
 
 def _face_state(
@@ -112,11 +59,13 @@ def _face_state(
     votes: Votes,
     matches: Sequence[FaceMatch],
     earlier: SurfaceState | None,
+    doubted: BoolArray,
     options: ProgressOptions,
 ) -> SurfaceState:
     was_built = np.zeros(len(own), dtype=bool)
     if earlier is not None and earlier.built_uv_m and own.any():
         was_built[own] = polygon.contains(earlier.built_uv_m, samples.uv_m[own])
+        was_built &= ~doubted
     now_built = own & (votes.built > 0.0) & (votes.built >= votes.open)
     now_open = own & (votes.open > votes.built)
     built = now_built | (was_built & own)
@@ -199,8 +148,9 @@ def _notes(
         if match in votes.spoken:
             continue
         what = f"a surface of {match.area_m2:.2f} m2 isn't borne out by depth or colour"
-        if stands_before(match, options):
-            what = f"a surface stands {match.offset_m * 100:.0f} cm before it"
+        if stands_off(match, options):
+            where = "before" if match.offset_m > 0.0 else "behind"
+            what = f"a surface stands {abs(match.offset_m) * 100:.0f} cm {where} it"
         elif looks_like_bars(match, options):
             what = f"a surface of {match.area_m2:.2f} m2 on it may be starter bars"
         notes.append(f"station {match.station}: {what} and was not counted as built")

@@ -102,7 +102,8 @@ def _state(
 
     Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built. "Not started" needs the
     foot seen open; where half was seen, starter bars may hide the foot, but no more than they do. What lies between
-    stays unknown in the bounds either way.
+    stays unknown in the bounds either way. Nothing has started where no more than a kicker, one whole cell, is sure to
+    be built.
     """
     best = completion.best
     if best is None:
@@ -112,7 +113,7 @@ def _state(
         if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
             return "complete", [] if completion.coverage >= options.enough_coverage else [f"{seen}, up to its top"]
         return "unknown", [f"{seen}, and that is built; its top was not seen"]
-    if best <= options.not_started_to:
+    if best <= options.not_started_to or cells.least.sum() <= 1.0:
         near_foot = float(np.min(cells.height, where=cells.open, initial=1.0)) * height_m <= options.starter_bars_m
         if (near_foot and completion.coverage >= options.enough_coverage) or _end_is(
             cells.open, cells, options, top=False

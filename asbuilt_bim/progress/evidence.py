@@ -132,7 +132,7 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
             tinted[asked] = ~view.colour.fits(pixels[asked])
     near = verdict == Verdict.NEAR
     verdict[near & tinted] = Verdict.OTHER
-    verdict[near & ~tinted & (options.sigmas * sigma > options.max_blur_m)] = Verdict.NOT_MEASURED
+    verdict[near & ~tinted & (options.sigmas * common > options.max_blur_m)] = Verdict.NOT_MEASURED
     return Evidence(
         verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted,
         through=through, surely_through=through & even,

@@ -17,17 +17,41 @@ AROUND = 5
 
 
 def patches(samples: CellSamples, chosen: BoolArray) -> IntArray:
-    """Number the patches of chosen samples that hang together on one face: (N,), 0 where not chosen."""
+    """Number the patches of chosen samples that hang together on one face: (N,), 0 where not chosen.
+
+    A mantle's first and last samples lie side by side, and so hang together as well.
+    """
     numbers = np.zeros(len(chosen), dtype=np.int32)
     for index in np.unique(samples.face[chosen]):
         own = np.flatnonzero(samples.face == index)
         column, row = _places(samples, own).T
         grid = np.zeros((column.max() + 1, row.max() + 1), dtype=np.uint8)
         grid[column, row] = chosen[own]
-        _, labels = cv2.connectedComponents(grid, connectivity=4)
+        labels: IntArray = cv2.connectedComponents(grid, connectivity=4)[1].astype(np.int32)
+        if _closed(samples, own, column, row):
+            _join(labels, labels[[0, -1]].T)
         label = labels[column, row]
         numbers[own] = np.where(label > 0, label + numbers.max(), 0)
     return numbers
+
+
+def _closed(samples: CellSamples, own: Indices, column: IntArray, row: IntArray) -> bool:
+    """Say whether a face runs round and meets itself: its first and last column of samples stand side by side."""
+    height = np.bincount(row).argmax()
+    ends = [own[(row == height) & (column == end)] for end in (0, column.max())]
+    if min(len(end) for end in ends) == 0:
+        return False
+    apart = np.linalg.norm(samples.points_m[ends[0][0]] - samples.points_m[ends[1][0]])
+    return bool(apart < 1.5 * samples.step_m[own[0], 0])
+
+
+def _join(labels: IntArray, pairs: IntArray) -> None:
+    """Give the patches on the two sides of a seam, of which `pairs` (n, 2) of labels touch, one label."""
+    touching = np.unique(pairs[(pairs > 0).all(axis=1)], axis=0)
+    for number in range(len(touching)):
+        first, second = touching[number]
+        labels[labels == second] = first
+        touching[touching == second] = first
 
 
 def strips(samples: CellSamples, own: Indices) -> tuple[FloatArray, FloatArray]:
@@ -128,8 +152,10 @@ def wide(samples: CellSamples, flags: BoolArray, least: int) -> BoolArray:
     for index in np.unique(samples.face[flags]):
         own = np.flatnonzero(samples.face == index)
         grid, row, column = _grid(samples, own, flags)
-        kernel = np.ones((1, min(least, grid.shape[1])), np.uint8)
-        kept[own] = cv2.morphologyEx(grid, cv2.MORPH_OPEN, kernel)[row, column] > 0
+        size = min(least, grid.shape[1])
+        kernel, edge = np.ones((1, size), np.uint8), cv2.BORDER_CONSTANT  # with nothing past it
+        starts = cv2.erode(grid, kernel, anchor=(0, 0), borderType=edge, borderValue=0)  # of rows of so many
+        kept[own] = cv2.dilate(starts, kernel, anchor=(size - 1, 0), borderType=edge, borderValue=0)[row, column] > 0
     return kept
 
 

@@ -1,20 +1,14 @@
-"""What may be taken for built concrete and what for open: formwork, starter bars and stray depth are told apart."""
+"""What depth alone may be taken for built concrete and what for open: formwork, bars and stray depth are told apart."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from asbuilt_bim.bim.cells import CellSamples
-from asbuilt_bim.bim.model import BimElement
-from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
-from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.sample_grid import (
-    Indices,
     above,
     at_border,
     beside,
@@ -34,8 +28,14 @@ SPECKLE = 0.04
 WIDER_THAN_A_BAR = 3
 """Samples: depth smears a bar over two of them."""
 
+WIDER_THAN_A_COLUMN = 10
+"""Samples, half a metre: a narrower strip of a wall's surface is a column at its end, or what depth smears it to."""
+
 SEEN_THROUGH = 0.1
 """Of what depth finds round a sample behind the surface: two mismatches of 25; a pour line and bars show more."""
+
+ALIKE = 9
+"""Samples that err alike: stereo smooths over a dozen pixels, three samples along and up at thirteen metres."""
 
 FEWEST_FOR_SLOPE = 12
 """Samples from which a patch's slope is worth a test."""
@@ -46,7 +46,8 @@ def large_enough(
 ) -> BoolArray:
     """Keep the chosen samples in patches with so much of them sure: a speckle of mismatched stereo proves nothing.
 
-    What a narrow strip of samples `between` divides, such as a bar, is one patch; the strip adds nothing to its size.
+    What a narrow strip of samples `between` divides, such as a bar or a rail before it, is one patch; the strip adds
+    nothing to its size.
     """
     label = patches(samples, chosen | bridged(samples, chosen, between, EDGE_REACH))
     sizes = np.bincount(label, weights=samples.area_m2 * (chosen & sure))
@@ -55,17 +56,24 @@ def large_enough(
 
 
 def trusted(
-    samples: CellSamples, evidence: Evidence, height_m: FloatArray, backed: bool, options: ProgressOptions
+    samples: CellSamples,
+    evidence: Evidence,
+    height_m: FloatArray,
+    backed: bool,
+    options: ProgressOptions,
+    least_wide: int = WIDER_THAN_A_BAR,
 ) -> tuple[BoolArray, BoolArray]:
     """Return which samples depth alone says are built, and which stand before the design after all.
 
-    `height_m` (N,) is each sample's height over the element's foot, where the ground looks like the element.
+    `height_m` (N,) is each sample's height over the element's foot, where the ground looks like the element. No strip
+    of fewer samples than `least_wide` counts, with what stands before it, but the whole width of a narrow face does.
 
     The mean of a patch is far better known than one sample: formwork shows. Unless a measured face of the element backs
     them, patches count from a size on, and together from a larger one; what a blurred strip divides is one patch.
     """
     near = _to_its_edges(samples, evidence, options) & (height_m > evidence.drop_m)
     near = wide(samples, near & ~_with_gaps(samples, evidence, options), WIDER_THAN_A_BAR)
+    near &= wide(samples, near | (evidence.own == Verdict.BEFORE), least_wide)
     elsewhere = np.isin(evidence.own, (Verdict.BEHIND, Verdict.BEFORE))
     label = patches(samples, near | bridged(samples, near, ~elsewhere, EDGE_REACH))
     count = int(label.max(initial=0)) + 1
@@ -75,6 +83,9 @@ def trusted(
     common = np.bincount(label[hits], weights=evidence.common_m[hits], minlength=count) / number
     stands_off = (offset > options.building_tolerance_m + 2.0 * common)[label]
     kept = near & ~stands_off & ~_leaning(samples, evidence, hits, label, options)[label]
+    noise = np.maximum(evidence.sigma_m[hits] ** 2 - evidence.common_m[hits] ** 2, 0.0)
+    spread = np.bincount(label[hits], weights=noise, minlength=count) / number / np.maximum(number / ALIKE, 1.0)
+    kept &= (options.sigmas * np.sqrt(common**2 + spread) <= options.max_blur_m)[label]
     sizes = np.bincount(label[near], weights=samples.area_m2[near], minlength=count)
     kept &= (sizes >= options.min_face_m2)[label]
     if not backed:
@@ -103,8 +114,8 @@ def _to_its_edges(samples: CellSamples, evidence: Evidence, options: ProgressOpt
     not so by a border of built and open, where starter bars stand.
     """
     sure = evidence.verdict == Verdict.NEAR
-    at_edge = (evidence.verdict == Verdict.MIXED) & (evidence.own == Verdict.NEAR) & ~evidence.tinted
-    at_edge &= options.sigmas * evidence.sigma_m <= options.max_blur_m
+    reached_past = np.isin(evidence.verdict, (Verdict.MIXED, Verdict.NOT_MEASURED))
+    at_edge = reached_past & (evidence.own == Verdict.NEAR) & ~evidence.tinted
     open_around = share_around(samples, evidence.own == Verdict.BEHIND, np.ones(len(sure), dtype=bool))
     at_edge &= open_around <= SPECKLE
     there: BoolArray = sure | (at_edge & beside(samples, sure, EDGE_REACH))
@@ -127,53 +138,10 @@ def _leaning(
         normal = design.T @ design + np.eye(3) * 1e-9
         fitted = np.linalg.solve(normal, design.T @ evidence.offset_m[own])
         spread = np.sum((evidence.offset_m[own] - design @ fitted) ** 2) / (len(own) - 3)
-        sigma = np.sqrt(np.diag(np.linalg.inv(normal))[:2] * spread)
+        sigma = np.sqrt(np.diag(np.linalg.inv(normal))[:2] * spread * ALIKE)
         steepest = np.tan(np.radians(options.max_lean_deg)) + options.sigmas * sigma
         leaning[number] = bool(np.any(np.abs(fitted[:2]) > steepest))
     return leaning
-
-
-def speaking(
-    element: BimElement,
-    samples: CellSamples,
-    station: str,
-    evidence: Evidence,
-    by_face: Mapping[str, Sequence[FaceMatch]],
-    options: ProgressOptions,
-) -> list[tuple[FaceMatch, Indices]]:
-    """Return a station's matches that may speak for built concrete, each with the samples in its outline.
-
-    An outline doesn't speak where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
-    have, or where most of it hasn't the colour of concrete.
-    """
-    found: list[tuple[FaceMatch, Indices]] = []
-    for index, face in enumerate(element.faces):
-        own = np.flatnonzero(samples.face == index)
-        for match in by_face.get(face.face_id, ()) if len(own) else ():
-            if match.station != station or not may_be_concrete(match, options):
-                continue
-            covered = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
-            if len(covered) == 0 or np.mean(evidence.own[covered] == Verdict.NEAR) < options.solid_share:
-                continue
-            if np.mean(evidence.tinted[covered]) <= options.tinted_share:
-                found.append((match, covered))
-    return found
-
-
-def outlined_samples(
-    samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
-) -> tuple[BoolArray, FloatArray]:
-    """Say which samples lie in outlines that speak, with depth on the surface round them, and the planes' sigma (m).
-
-    Concrete is solid over its whole width: an outline that runs up into starter bars has gaps at their height.
-    """
-    inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
-    for match, covered in speak:
-        inside[covered] = True
-        sigma[covered] = np.minimum(sigma[covered], match.offset_sigma_m)
-    hit = evidence.own == Verdict.NEAR
-    solid = share_along(samples, hit, inside & (evidence.own != Verdict.BEFORE)) >= options.solid_share
-    return inside & solid & (hit | (share_around(samples, hit, inside) >= options.solid_share)), sigma
 
 
 def seen_through(samples: CellSamples, evidence: Evidence, built: BoolArray, options: ProgressOptions) -> BoolArray:
@@ -206,21 +174,3 @@ def _in_a_cage(samples: CellSamples, evidence: Evidence, built: BoolArray, optio
         low[own] = samples.uv_m[own, 1] <= samples.uv_m[own & solid, 1].max()
     caged: BoolArray = (passed >= options.found_share) & (found >= options.found_share) & ~low
     return caged
-
-
-def stands_before(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face stands further before its design face than built concrete may: formwork, a stack."""
-    return match.offset_m > options.building_tolerance_m + 2.0 * match.offset_sigma_m
-
-
-def looks_like_bars(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face may be starter bars: too small to be anything, or small and not known to lie nearer
-    the design face than steel may, which has its cover of concrete before it.
-    """
-    small = match.area_m2 < options.min_patch_m2
-    return match.area_m2 < options.min_face_m2 or (small and match.offset_m < -options.cover_m + match.offset_sigma_m)
-
-
-def may_be_concrete(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face may speak for built concrete."""
-    return not stands_before(match, options) and not looks_like_bars(match, options)

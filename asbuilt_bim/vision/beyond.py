@@ -11,6 +11,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
+from asbuilt_bim.vision.sky import coloured_like
 from asbuilt_bim.vision.stereo import NEAREST_M, disparity_steps, grey, lands_inside, semi_global
 
 THIN_RAD = 0.01
@@ -25,7 +26,7 @@ def disparity_beyond(pair: RectifiedPair, sky: BoolArray) -> Float32Array:
     """Return the disparity (H, W) in pixels of what is seen past thin dark things; NaN not found, 0 sky.
 
     What stands solid is found as it is anywhere, so only what is farther than expected tells something new. `sky`
-    (H, W) is grown over the thin things before it.
+    (H, W) is known by its colour between bars too, where stereo smears them, and grown over the thin things before it.
     """
     camera = pair.camera
     width = max(3, round(THIN_RAD * camera.f_px / SMALLER) | 1)
@@ -36,8 +37,20 @@ def disparity_beyond(pair: RectifiedPair, sky: BoolArray) -> Float32Array:
     full = np.asarray(cv2.resize(found, size, interpolation=cv2.INTER_NEAREST), dtype=np.float32)
     known = np.isfinite(full) & pair.valid_left & lands_inside(full, pair.valid_right)
     disparity = np.where(known, full, np.float32(np.nan)).astype(np.float32)
-    disparity[_closed(sky.astype(np.float32), SMALLER * width + 1) > 0] = 0.0
+    disparity[_sky_between(pair, sky, SMALLER * width + 1)] = 0.0
     return disparity
+
+
+def _sky_between(pair: RectifiedPair, sky: BoolArray, width_px: int) -> BoolArray:
+    """Return the sky (H, W) with the gaps between thin things before it, and these filled, as far as it hangs together.
+
+    It is seen through a cage wherever the cage is; what has its colour by chance, such as a pale wall, stands apart.
+    """
+    seen = sky | (coloured_like(pair.left, sky) & pair.valid_left)
+    filled = _closed(seen.astype(np.float32), width_px) > 0
+    _, parts = cv2.connectedComponents(filled.astype(np.uint8), connectivity=4)
+    together: BoolArray = filled & np.isin(parts, np.unique(parts[sky]))
+    return together
 
 
 def _halved(picture: Float32Array) -> Float32Array:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, freeze
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import grey
@@ -26,6 +27,8 @@ LEAST_SPREAD_GREY, MOST_SPREAD_GREY = 1.5, 4.0
 MOST_SAMPLES = 20_000
 ALIKE = 0.9
 """Share of a piece's pixels that have the sky's colour, each within three of its spreads."""
+SPECK_PIXELS = 6
+"""Fewer pixels together that have the sky's colour are chance: a bright grain of concrete is one or two wide."""
 
 
 def without_sky(instance: Instance, sky: BoolArray) -> Instance:
@@ -92,23 +95,48 @@ def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> 
     found = np.zeros_like(sky)
     count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
     pieces = [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
-    flat, size = colour.reshape(-1, 3), np.array(sky.shape)
-    while pieces and np.count_nonzero(sky) >= LEAST_PIXELS:
-        known = np.flatnonzero(sky | found)
-        known = known[:: max(1, len(known) // MOST_SAMPLES)]
-        design = _places(known, size)
-        gradient, *_ = np.linalg.lstsq(design, flat[known].astype(np.float64), rcond=None)
-        spread = 1.4826 * np.median(np.abs(flat[known] - design @ gradient), axis=0)
-        if np.any(spread > MOST_SPREAD_GREY):
-            break
-        most = 3.0 * np.maximum(spread, LEAST_SPREAD_GREY)
-        near = [np.abs(flat[piece] - _places(piece, size) @ gradient) < most for piece in pieces]
-        alike = [bool(np.mean(one.all(axis=1)) >= ALIKE) for one in near]
+    while pieces and (fits := _gradient(sky | found, colour)) is not None:
+        alike = [bool(np.mean(fits(piece)) >= ALIKE) for piece in pieces]
         if not any(alike):
             break
         found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
         pieces = [piece for piece, yes in zip(pieces, alike, strict=True) if not yes]
     return found
+
+
+def coloured_like(photo: ByteImage, sky: BoolArray) -> BoolArray:
+    """Return which pixels (H, W) of a photo (H, W, 3) have the sky's colour: sky between bars has, where stereo smears.
+
+    All are left out where the sky's own colour scatters too much to vouch for anything, and specks are.
+    """
+    fits = _gradient(sky, photo)
+    if fits is None:
+        return np.zeros_like(sky)
+    alike = fits(np.arange(sky.size)).reshape(sky.shape)
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(alike.astype(np.uint8), connectivity=4)
+    kept: BoolArray = alike & (stats[:, cv2.CC_STAT_AREA] >= SPECK_PIXELS)[parts]
+    return kept
+
+
+def _gradient(sky: BoolArray, colour: np.ndarray) -> Callable[[np.ndarray], BoolArray] | None:
+    """Return what says of pixels, by their numbers, whether they have the colour (H, W, 3) that the sky has there."""
+    flat, size = colour.reshape(-1, 3), np.array(sky.shape)
+    known = np.flatnonzero(sky)
+    if len(known) < LEAST_PIXELS:
+        return None
+    known = known[:: max(1, len(known) // MOST_SAMPLES)]
+    design = _places(known, size)
+    gradient, *_ = np.linalg.lstsq(design, flat[known].astype(np.float64), rcond=None)
+    spread = 1.4826 * np.median(np.abs(flat[known] - design @ gradient), axis=0)
+    if np.any(spread > MOST_SPREAD_GREY):
+        return None
+    most = 3.0 * np.maximum(spread, LEAST_SPREAD_GREY)
+
+    def fits(numbers: np.ndarray) -> BoolArray:
+        alike: BoolArray = np.all(np.abs(flat[numbers] - _places(numbers, size) @ gradient) < most, axis=1)
+        return alike
+
+    return fits
 
 
 def _places(numbers: np.ndarray, size: np.ndarray) -> np.ndarray:

@@ -106,6 +106,19 @@ def test_an_open_cell_under_a_built_one_may_be_a_mistake_and_stays_possible_in_t
     assert completion.upper == 1.0 and completion.lower < completion.best
 
 
+def test_what_hangs_over_open_cells_is_not_built_and_what_stands_over_a_few_is() -> None:
+    hanging = progress(says(0, built=polygon.box(0, 2, 1, 3), opened=polygon.box(0, 0, 1, 2)))
+    assert hanging.cells_built == 0.0 and hanging.completion.lower == 0.0
+    standing = progress(says(0, built=polygon.box(0, 1, 1, 3), opened=polygon.box(0, 0.5, 1, 1)))
+    assert standing.cells_built > 0.0
+
+
+def test_a_kicker_alone_has_not_started_a_column_but_three_times_its_height_has() -> None:
+    for height, state in ((0.1, "not started"), (0.2, "not started"), (0.3, "part")):
+        built, opened = polygon.box(0, 0, 0.4, height), polygon.box(0, height, 0.4, 3.0)
+        assert progress(says(0, built=built, opened=opened, of=COLUMN), of=COLUMN).state == state
+
+
 def test_a_column_open_down_to_its_starter_bars_is_not_started_and_one_open_in_its_upper_half_is_not_known() -> None:
     bars = progress(says(0, opened=polygon.box(0, 0.9, 0.4, 3.0), of=COLUMN), of=COLUMN)
     assert bars.state == "not started" and bars.completion.upper == pytest.approx(0.3, abs=0.04)

@@ -285,6 +285,15 @@ def test_what_was_seen_built_stays_built_and_what_was_seen_open_becomes_unknown(
     assert one.state == "unknown"  # its top was open once, and may have been poured since
 
 
+def test_what_was_seen_built_on_one_side_and_open_on_the_other_is_not_built_when_nobody_sees_it_again() -> None:
+    behind = looking([1.5, 5.25, 1.6], [1.5, 0.25, 1.5])
+    shed = box(-30, -12, 0, 60, 0.5, 12)
+    first, _ = visit(see([WALL, BACKDROP]), see([shed], name="A2", pose=behind))
+    assert only(first).cells_conflict > 100.0
+    later, _ = visit(see([box(-2, -2.0, 0, 7, 0.05, 4)]), history=remember(EMPTY_HISTORY, first), day=date(2026, 3, 16))
+    assert only(later).cells_built <= only(first).cells_built
+
+
 def test_history_reaches_a_face_of_the_revised_model_in_the_same_place() -> None:
     first, _ = visit(see([WALL, BACKDROP], 2.8))
     history = remember(EMPTY_HISTORY, first)

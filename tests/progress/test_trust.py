@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.cells import cell_samples
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.evidence import Evidence, Verdict
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.outlines import looks_like_bars, outlined_samples, standing_off, stands_off
 from asbuilt_bim.progress.trust import (
+    WIDER_THAN_A_COLUMN,
     large_enough,
-    looks_like_bars,
-    outlined_samples,
     seen_through,
-    stands_before,
     trusted,
 )
 from tests.match.small_site import box, element
@@ -64,10 +64,30 @@ def test_a_surface_reaches_to_its_upright_edges_where_the_ring_of_a_sample_looks
     seen = near(strip, 0.0)
     edged = replace(seen, verdict=np.where(strip & ~sure, Verdict.MIXED, seen.verdict).astype(np.uint8))
     np.testing.assert_array_equal(trusted(SAMPLES, edged, HIGH, True, OPTIONS)[0], strip)
-    blurred = replace(edged, sigma_m=np.full(len(U), 0.2))
-    np.testing.assert_array_equal(trusted(SAMPLES, blurred, HIGH, True, OPTIONS)[0], sure)
+    unsure = replace(seen, verdict=np.where(strip & ~sure, Verdict.NOT_MEASURED, seen.verdict).astype(np.uint8))
+    np.testing.assert_array_equal(trusted(SAMPLES, unsure, HIGH, True, OPTIONS)[0], strip)
     timber = replace(edged, tinted=strip & ~sure)
     np.testing.assert_array_equal(trusted(SAMPLES, timber, HIGH, True, OPTIONS)[0], sure)
+
+
+def test_a_patch_is_as_well_known_as_its_mean_and_no_better_than_the_rig() -> None:
+    seen, patch = near(FRONT, 0.0), FRONT
+    noisy = replace(seen, sigma_m=np.full(len(U), 0.25))
+    np.testing.assert_array_equal(trusted(SAMPLES, noisy, HIGH, True, OPTIONS)[0], patch)
+    small = FRONT & (U < 0.4) & (V < 0.4)
+    few = replace(near(small, 0.0), sigma_m=np.full(len(U), 0.5))
+    assert not trusted(SAMPLES, few, HIGH, True, OPTIONS)[0].any()
+    far = replace(noisy, common_m=np.full(len(U), 0.16))
+    assert not trusted(SAMPLES, far, HIGH, True, OPTIONS)[0].any()
+
+
+def test_a_narrow_strip_at_an_empty_walls_end_is_its_neighbour_but_one_beside_a_pole_goes_on() -> None:
+    strip, pole = FRONT & (U < 0.3), FRONT & (U > 0.3) & (U < 0.5)
+    seen = near(strip, 0.0)
+    assert trusted(SAMPLES, seen, HIGH, True, OPTIONS)[0].any()
+    assert not trusted(SAMPLES, seen, HIGH, True, OPTIONS, WIDER_THAN_A_COLUMN)[0].any()
+    poled = verdicts(seen, pole, Verdict.BEFORE, Verdict.BEFORE)
+    np.testing.assert_array_equal(trusted(SAMPLES, poled, HIGH, True, OPTIONS, WIDER_THAN_A_COLUMN)[0], strip)
 
 
 def test_a_surface_does_not_reach_sideways_by_a_pour_line_where_starter_bars_stand() -> None:
@@ -183,7 +203,17 @@ def test_a_small_face_that_can_not_be_told_from_steel_behind_its_cover_counts_fo
     assert looks_like_bars(match, OPTIONS) is bars
 
 
-def test_a_face_stands_before_its_design_only_by_more_than_it_may_err() -> None:
-    assert stands_before(replace(MATCH, offset_m=0.08), OPTIONS)
-    assert not stands_before(replace(MATCH, offset_m=0.08, offset_sigma_m=0.03), OPTIONS)
-    assert not stands_before(replace(MATCH, offset_m=-0.08), OPTIONS)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_face_stands_off_its_design_only_by_more_than_it_may_err(side: float) -> None:
+    assert stands_off(replace(MATCH, offset_m=0.08 * side), OPTIONS)
+    assert not stands_off(replace(MATCH, offset_m=0.08 * side, offset_sigma_m=0.03), OPTIONS)
+
+
+def test_what_lies_in_the_outline_of_a_plane_that_stands_off_is_not_that_surface() -> None:
+    wall = element("W", "wall", box(0, 0, 0, 3.0, 0.25, 2.0))
+    half = replace(MATCH, station="A1", offset_m=-0.12, outline_uv_m=polygon.box(0.0, 0.0, 1.5, 2.0))
+    by_face = {wall.faces[0].face_id: (half,)}
+    np.testing.assert_array_equal(standing_off(wall, SAMPLES, "A1", by_face, OPTIONS), FRONT & (U < 1.5))
+    assert not standing_off(wall, SAMPLES, "A2", by_face, OPTIONS).any()
+    on_it = {wall.faces[0].face_id: (replace(half, offset_m=-0.02),)}
+    assert not standing_off(wall, SAMPLES, "A1", on_it, OPTIONS).any()

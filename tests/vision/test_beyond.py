@@ -74,6 +74,32 @@ def test_sky_is_grown_over_the_bars_before_it_and_not_over_the_column(pair: Rect
     assert not np.any(beyond[20:-20, SOLID] == 0.0)
 
 
+def test_sky_between_bars_is_sky_by_its_colour_where_stereo_smeared_them_and_a_wall_of_another_grey_is_not() -> None:
+    rng = np.random.default_rng(4)
+    grey = 200.0 + rng.normal(0.0, 1.5, (HEIGHT, WIDTH, 3))
+    grey[100:] = 150.0 + rng.normal(0.0, 6.0, (HEIGHT - 100, WIDTH, 3))
+    for x in BARS:
+        grey[20:100, x : x + 5] = 35.0
+    photo = np.clip(grey, 0, 255).astype(np.uint8)
+    sky = np.zeros((HEIGHT, WIDTH), dtype=bool)
+    sky[:100] = True
+    sky[15:100, CAGE] = False  # taken for something near, all of it
+    pair = RectifiedPair(name="T1", left=photo, right=photo, valid_left=ALL, valid_right=ALL, camera=CAMERA)
+    beyond = disparity_beyond(pair, sky)
+    assert np.mean(beyond[30:80, CAGE] == 0.0) > 0.98
+    assert not np.any(beyond[110:] == 0.0)
+
+
+def test_what_has_the_skys_colour_but_does_not_hang_together_with_it_is_not_sky() -> None:
+    photo = np.full((HEIGHT, WIDTH, 3), 90, dtype=np.uint8)
+    photo[:60] = photo[150:200] = 200
+    sky = np.zeros((HEIGHT, WIDTH), dtype=bool)
+    sky[:60] = True
+    pair = RectifiedPair(name="T1", left=photo, right=photo, valid_left=ALL, valid_right=ALL, camera=CAMERA)
+    beyond = disparity_beyond(pair, sky)
+    assert np.all(beyond[:55] == 0.0) and not np.any(beyond[150:200] == 0.0)
+
+
 def test_what_has_no_partner_on_the_right_photo_is_not_measured(pair: RectifiedPair) -> None:
     right = ALL.copy()
     right[:, : WIDTH // 2] = False
