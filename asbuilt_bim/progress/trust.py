@@ -22,6 +22,9 @@ from asbuilt_bim.progress.sample_grid import (
 EDGE_REACH = 2
 """Samples that the ring of one reaches over at most: 6 px of the photo are 12 cm of a wall 20 m off."""
 
+RAIL_REACH = 4
+"""Samples: a board of 0.2 m before the surface, and what the rings of the samples beside it reach over."""
+
 SPECKLE = 0.04
 """One of the 25 samples round one may be a mismatch."""
 
@@ -42,14 +45,22 @@ FEWEST_FOR_SLOPE = 12
 
 
 def large_enough(
-    samples: CellSamples, chosen: BoolArray, sure: BoolArray, least_m2: float, between: BoolArray
+    samples: CellSamples,
+    chosen: BoolArray,
+    sure: BoolArray,
+    least_m2: float,
+    bars: BoolArray,
+    before: BoolArray | None = None,
 ) -> BoolArray:
     """Keep the chosen samples in patches with so much of them sure: a speckle of mismatched stereo proves nothing.
 
-    What a narrow strip of samples `between` divides, such as a bar or a rail before it, is one patch; the strip adds
-    nothing to its size.
+    What a narrow strip of `bars` divides is one patch, and so is what a rail or a board `before` them (N,) does; the
+    strip adds nothing to its size.
     """
-    label = patches(samples, chosen | bridged(samples, chosen, between, EDGE_REACH))
+    joined = chosen | bridged(samples, chosen, bars, EDGE_REACH)
+    if before is not None:
+        joined |= bridged(samples, chosen, before, RAIL_REACH)
+    label = patches(samples, joined)
     sizes = np.bincount(label, weights=samples.area_m2 * (chosen & sure))
     kept: BoolArray = chosen & (sizes[label] >= least_m2)
     return kept

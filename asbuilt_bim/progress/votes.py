@@ -91,8 +91,9 @@ def _asked(
     behind |= seen_through(samples, evidence, outlined | near, options) | evidence.through
     near, outlined = near & ~evidence.through, outlined & ~evidence.through
     passed = (evidence.own == Verdict.BEHIND) | evidence.surely_through
-    between = hidden | ((passed | (evidence.own == Verdict.NEAR)) & ~(outlined | near))
-    behind = large_enough(samples, behind, passed, options.min_face_m2, between)
+    bars = (passed | (evidence.own == Verdict.NEAR)) & ~(outlined | near | hidden)
+    rails = hidden | (evidence.own == Verdict.BEFORE)
+    behind = large_enough(samples, behind, passed, options.min_face_m2, bars, rails)
     there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
     weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
     return _Said(

@@ -120,6 +120,17 @@ def test_formwork_ten_centimetres_before_an_absent_wall_is_not_built() -> None:
     assert only(report).as_built_area_m2 is None
 
 
+def test_a_neighbour_twelve_centimetres_behind_is_not_built_from_afar_once_its_plane_is_measured() -> None:
+    afar = looking([1.5, -8.0, 1.6], [1.5, 0.0, 1.5])
+    neighbour = box(0, 0.12, 0, 3.0, 0.25, 2.8)
+    face = measured("A1/1", afar, shifted(FRONT, -0.12), polygon.box(0.0, 0.0, 3.0, 2.8))
+    _, by_depth = visit(station("A1", afar, [neighbour, BACKDROP, GROUND]))
+    assert by_depth["W-0"].built_area_m2 > 4.0  # so far off, depth can't tell
+    _, surfaces = visit(station("A1", afar, [neighbour, BACKDROP, GROUND], [face]))
+    assert surfaces["W-0"].built_area_m2 < 0.2
+    assert any("12 cm behind it" in note for note in surfaces["W-0"].notes)
+
+
 def test_depth_alone_says_built_only_on_a_patch_too_large_for_clutter() -> None:
     stub = box(0.5, 0, 0, 0.5, 0.25, 0.6)  # 0.3 m2 where the wall should be, found by no segmenter
     _, surfaces = visit(see([stub, BACKDROP]))

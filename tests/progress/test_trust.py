@@ -59,6 +59,13 @@ def test_a_patch_that_leans_away_from_the_design_is_a_neighbours_side() -> None:
     assert trusted(SAMPLES, near(strip, 0.0), HIGH, True, OPTIONS)[0].any()
 
 
+def test_a_patch_leans_only_by_more_than_its_noise_which_neighbours_share() -> None:
+    strip = FRONT & (U < 0.3)
+    noise = np.random.default_rng(5).normal(0.0, 0.14, len(U))
+    seen = replace(near(strip, -0.8 * U + noise), sigma_m=np.full(len(U), 0.14))
+    assert trusted(SAMPLES, seen, HIGH, True, OPTIONS)[0].any()
+
+
 def test_a_surface_reaches_to_its_upright_edges_where_the_ring_of_a_sample_looks_past_them() -> None:
     strip, sure = FRONT & (U < 0.4), FRONT & (U > 0.1) & (U < 0.3)
     seen = near(strip, 0.0)
@@ -138,6 +145,16 @@ def test_a_hole_that_a_bar_divides_is_as_large_as_what_depth_shows_in_both_its_h
     assert not large_enough(SAMPLES, halves, halves, 0.1, none).any()
     np.testing.assert_array_equal(large_enough(SAMPLES, halves, halves, 0.1, bar), halves)
     assert not large_enough(SAMPLES, halves, halves & (U < 0.2), 0.1, bar).any()
+
+
+def test_a_hole_that_a_board_before_it_divides_is_one_hole_and_one_that_a_wall_divides_is_two() -> None:
+    hole = FRONT & (U < 0.3)
+    for width_m, joined in ((0.3, True), (0.6, False)):
+        low, high = 0.2 + width_m, 0.4 + width_m
+        board = FRONT & (V > 0.2) & (low > V)
+        halves = hole & ~board & (high > V)  # two of 0.06 m2, where 0.10 are asked
+        kept = large_enough(SAMPLES, halves, halves, 0.1, ~FRONT, board)
+        np.testing.assert_array_equal(kept, halves if joined else halves & False)
 
 
 def test_an_outline_that_runs_up_into_starter_bars_speaks_for_the_concrete_below_alone() -> None:

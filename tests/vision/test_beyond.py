@@ -80,6 +80,7 @@ def test_sky_between_bars_is_sky_by_its_colour_where_stereo_smeared_them_and_a_w
     grey[100:] = 150.0 + rng.normal(0.0, 6.0, (HEIGHT - 100, WIDTH, 3))
     for x in BARS:
         grey[20:100, x : x + 5] = 35.0
+    grey[103::5, ::5] = 200.0  # bright grains of its concrete
     photo = np.clip(grey, 0, 255).astype(np.uint8)
     sky = np.zeros((HEIGHT, WIDTH), dtype=bool)
     sky[:100] = True
