@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
+import cv2
 import numpy as np
 
 from asbuilt_bim.camera.board import Board, find_board, same_way_round
@@ -12,10 +15,43 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of
 from asbuilt_bim.geometry.plane import frame_on_plane
 from asbuilt_bim.geometry.polygon import contains, polygon, ring_area
+from asbuilt_bim.geometry.transform import apply, rotation_from_vector
 from asbuilt_bim.measure.refine import pictures, refine_plane
 from asbuilt_bim.vision.stereo import grey
 
 CORNER_SIGMA_PX = 0.1
+
+
+@lru_cache(maxsize=64)  # a board is looked for once, however often it is measured
+def corners(pair: tuple[Photo, Photo], board: Board) -> tuple[FloatArray, FloatArray] | None:
+    """Return the board's corners in both photos, numbered alike; None where it isn't found in both."""
+    seen = [find_board(decode(photo), board) for photo in pair]
+    if seen[0] is None or seen[1] is None:
+        return None
+    return seen[0].pixels, same_way_round(seen[0], seen[1], board).pixels
+
+
+def size_error(pair: tuple[Photo, Photo], board: Board, rig: StereoRig) -> float | None:
+    """Return the relative error of the board's area where its squares' size is fitted with its pose to both photos.
+
+    All of a board's corners hold its slant by perspective too, where their disparities alone hold it badly.
+    """
+    pixels = corners(pair, board)
+    if pixels is None:
+        return None
+    points = np.asarray(board.points_m, dtype=np.float64)
+    _, turn, shift = cv2.solvePnP(points, pixels[0], rig.left.K, rig.left.distortion)
+
+    def misses(at: FloatArray) -> FloatArray:
+        placed = at[6] * points @ rotation_from_vector(at[:3]).T + at[3:6]
+        left, right = rig.left.project(placed), rig.right.project(apply(rig.right_from_left, placed))
+        return np.concatenate([(left - pixels[0]).ravel(), (right - pixels[1]).ravel()])
+
+    at = np.concatenate([turn.ravel(), shift.ravel(), [1.0]])
+    for _ in range(12):  # Gauss-Newton from a pose that one photo gave: it settles in five
+        slope = np.stack([(misses(at + step) - misses(at - step)) / 2e-6 for step in 1e-6 * np.eye(7)], axis=1)
+        at = at - np.linalg.lstsq(slope, misses(at), rcond=None)[0]
+    return float(at[6] ** 2 - 1.0)
 
 
 def area_errors(
@@ -26,12 +62,11 @@ def area_errors(
     The outline is the ring of its outer inner-corners in the left photo, met with the plane, by Green's theorem. None
     where the board isn't found in both photos; NaN where the pixels don't hold the plane.
     """
-    images = [decode(photo) for photo in pair]
-    seen = [find_board(image, board) for image in images]
-    if seen[0] is None or seen[1] is None:
+    pixels = corners(pair, board)
+    if pixels is None:
         return None
-    numbered = same_way_round(seen[0], seen[1], board)
-    left, right = _rectified(rig, prepared, seen[0].pixels, 0), _rectified(rig, prepared, numbered.pixels, 1)
+    images = [decode(photo) for photo in pair]
+    left, right = (_rectified(rig, prepared, pixels[side], side) for side in (0, 1))
     rays = _rays(prepared, left)
     corner_q, _ = fit_q(rays, left[:, 0] - right[:, 0], np.full(len(left), CORNER_SIGMA_PX))
     ring = left[_border(board)]

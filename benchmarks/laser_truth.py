@@ -1,4 +1,10 @@
-"""Disparity against a laser: how far planar regions are off, and how many pixels are, beside plain SGBM."""
+"""Disparity against a laser: how far planar regions are off, and how many pixels are, beside plain SGBM.
+
+The regions that lie are one patch of gravel. There the matcher, the plane refined on the pixels and optical flow of
+single corners agree with each other to 0.03 px and lie 0.2 to 0.4 px from the laser, the more the nearer: no bias of
+matching. The pair's own rows leave each other by +0.14 px in the frame's left quarter and by -0.16 px in its right one:
+its cameras, by which the laser was carried into the photo, are known no better than that.
+"""
 
 from __future__ import annotations
 
@@ -37,13 +43,39 @@ def laser_lines(folder: Path) -> list[Line]:
         line("  the same, median of a region's own", f"{spread:.3f} px", f"<= {BIAS_PX} px", n, spread <= BIAS_PX),
         told("  upright regions only: both", _two(upright), len(upright)),
         told("  lying or leaning regions only: both", _two(lying), len(lying)),
-        told("  plane refined on the pixels: both", _two(refined), len(refined)),
+        told("  plane refined on the pixels, as areas are: both", _two(refined), len(refined)),
+        told("  the same, upright regions only: both", _two(regions[regions[:, 3] == 1.0, 1]), len(upright)),
+        told("  stereo less refined plane: both", _two(regions[:, 0] - regions[:, 1]), len(refined)),
+        told("  rows of the photos apart, left and right quarter of the frame", _rows_apart(pair, ours), 1),
         told("  plain SGBM: both", _two(plain_off), len(plain_off)),
         told("pixels off by over 1 px, of those we give", _bad(ours, truth), pixels),
         told("  plain SGBM, of those it gives", _bad(plain, truth), pixels),
         told("  ours, of those that both give", _bad(np.where(np.isfinite(plain), ours, np.nan), truth), pixels),
         told("  plain SGBM, of those that both give", _bad(np.where(np.isfinite(ours), plain, np.nan), truth), pixels),
     ]
+
+
+def _rows_apart(pair: RectifiedPair, ours: Float32Array) -> str:
+    """Follow corners from where the disparity puts them in the right photo; say how far rows differ, by the median."""
+    left, right = (np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)) for image in (pair.left, pair.right))
+    at = np.asarray(cv2.goodFeaturesToTrack(left, 6000, 0.002, 4.0), dtype=np.float32).reshape(-1, 2)
+    disparity = ours[at[:, 1].astype(np.intp), at[:, 0].astype(np.intp)]
+    at, disparity = at[np.isfinite(disparity)], disparity[np.isfinite(disparity)]
+    start = (at - np.stack([disparity, np.zeros_like(disparity)], axis=1)).reshape(-1, 1, 2)
+    found, good, _ = cv2.calcOpticalFlowPyrLK(
+        left,
+        right,
+        at.reshape(-1, 1, 2),
+        start.copy(),
+        winSize=(21, 21),
+        maxLevel=0,
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+    )
+    rows = at[:, 1] - found.reshape(-1, 2)[:, 1]
+    kept = (good.ravel() > 0) & (np.abs(rows) < 1.5)
+    width = left.shape[1]
+    ends = (kept & (at[:, 0] < 0.25 * width), kept & (at[:, 0] > 0.75 * width))
+    return ", ".join(f"{np.median(rows[end]):+.2f} px" for end in ends)
 
 
 def _two(off: FloatArray) -> str:
