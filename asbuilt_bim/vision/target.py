@@ -98,7 +98,6 @@ def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -
     circle = sharpened(found.circle, options)
     disparity = circle.disparity_px
     depth = camera.f_px * camera.baseline_m / disparity
-    sigma_px = float(np.hypot(np.sqrt(circle.covariance[2, 2]), options.bias_sigma_px))
     ray = np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]), camera.f_px]) / camera.f_px
     return TargetSighting(
         left_px=circle.centre_px,
@@ -107,7 +106,7 @@ def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -
         ellipse_left=(ellipse.x_px, ellipse.y_px, 2 * ellipse.major_px, 2 * ellipse.minor_px, ellipse.angle_rad),
         disparity_px=disparity,
         depth_m=depth,
-        depth_sigma_m=depth / disparity * sigma_px,
+        depth_sigma_m=depth / disparity * found.disparity_sigma_px(circle, options),
         range_m=float(depth * np.linalg.norm(ray)),
         diameter_m=diameter_m,
     )

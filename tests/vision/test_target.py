@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -163,6 +164,19 @@ def test_sigma_of_depth_holds_over_noise() -> None:
         assert sighting is not None
         scores.append((sighting.depth_m - 6.0) / sighting.depth_sigma_m)
     assert np.sqrt(np.mean(np.square(scores))) < 2.0
+
+
+def test_a_blurred_pair_claims_less_of_its_distance() -> None:
+    sharp = pair_of([disc((0.31, 0.17, 6.0), yaw_deg=20.0)])
+    blurred = replace(
+        sharp, left=cv2.GaussianBlur(sharp.left, None, 2.2), right=cv2.GaussianBlur(sharp.right, None, 2.2)
+    )
+    sigmas = []
+    for pair in (sharp, blurred):
+        sighting, _ = find_target(pair, TOLD)
+        assert sighting is not None and abs(sighting.depth_m - 6.0) < 2.0 * sighting.depth_sigma_m
+        sigmas.append(sighting.depth_sigma_m / sighting.depth_m * sighting.disparity_px)
+    assert 2.0 * sigmas[0] < sigmas[1] < 0.4
 
 
 ELLIPSE = Ellipse(x_px=300.0, y_px=200.0, major_px=40.0, minor_px=28.0, angle_rad=0.4)
