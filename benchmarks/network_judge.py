@@ -17,6 +17,7 @@ from twins import CYCLES_SEEDS
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.vision.agreement import agree
 from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.depth_fused import fused_depth
 from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
 from asbuilt_bim.vision.scene import read_scene
@@ -25,7 +26,9 @@ from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 
 UNSEEN = "unseen sites"
 GEOMETRY, NETWORK, BLIND, AGREED = "geometry alone", "network", "network without geometry", "network and geometry"
-ALONE, COMPLETED, FILLED = "depth, photo alone", "depth, photo and stereo", "stereo, its holes filled from beside"
+SURFACES = "network, the photo's surfaces known"
+ALONE, FUSED = "depth, photo alone", "depth, stereo and in its holes the network (fused)"
+FILLED = "depth, stereo and in its holes the nearest"
 PIXELS, BLIND_PIXELS = "network, class by pixel", "network without geometry, class by pixel"
 SAMPLE, SPECIMENS = "path-traced sample", "path-traced specimens"
 
@@ -125,6 +128,7 @@ def found_by(pair: RectifiedPair, stereo: DepthMap, loaded: LoadedNetwork | None
         pixel = NetworkSegmenter(loaded=replace(loaded, card=replace(loaded.card, class_by="pixel")))
         found[NETWORK], found[BLIND] = whole.segment(pair, stereo), whole.segment(pair, None)
         found[PIXELS], found[BLIND_PIXELS] = pixel.segment(pair, stereo), pixel.segment(pair, None)
+        found[SURFACES] = whole.segment_on(pair, stereo, scene)
         found[AGREED] = list(agree(pair, scene, stereo, whole, GeometricOptions()).instances)
     return found
 
@@ -134,6 +138,8 @@ def depths_by(pair: RectifiedPair, stereo: DepthMap, depths: NetworkDepth | None
     found = {FILLED: filled(stereo)}
     if depths is not None:
         found[ALONE] = depths.estimate(pair.left)
-        if depths.completes:
-            found[COMPLETED] = depths.completed(pair, stereo)
+        try:
+            found[FUSED] = filled(fused_depth(pair, stereo, depths)[0])
+        except ValueError:  # the network doesn't follow this photo
+            found[FUSED] = found[FILLED]
     return found

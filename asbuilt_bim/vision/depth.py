@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol
 
-from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
 
 DepthMethod = Literal["stereo", "paper", "fused"]
@@ -45,21 +44,4 @@ class RelativeDepth(Protocol):
 
     def estimate(self, image: ByteImage) -> Float32Array:
         """Return float32 (H, W): larger is nearer, defined up to scale and shift."""
-        ...
-
-
-@runtime_checkable
-class DepthCompleter(Protocol):
-    """What a depth network may have beside: it goes on from stereo; version 1 of the interface."""
-
-    @property
-    def completes(self) -> bool:
-        """Say whether it takes stereo at all."""
-        ...
-
-    def completed(self, pair: RectifiedPair, stereo: DepthMap) -> Float32Array:
-        """Return float32 (H, W) as `RelativeDepth.estimate` does, that goes on from stereo where that is valid.
-
-        Scale and shift are the same whatever part of stereo is given.
-        """
         ...

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
-from asbuilt_bim.vision.depth import DepthCompleter, DepthMap, RelativeDepth
-from asbuilt_bim.vision.depth_paper import checked_map, value_at
+from asbuilt_bim.vision.depth import DepthMap, RelativeDepth
+from asbuilt_bim.vision.depth_paper import checked_estimate, value_at
 from asbuilt_bim.vision.target import TargetSighting
 
 LEAST_PIXELS = 500
@@ -23,9 +23,6 @@ MOST_DISTANCE_FACTOR = 2.0
 """Filled things may lie this much further than what stereo measured; beyond, a shift's error is all there is."""
 WINDOW_SHARE = 1.0 / 20.0
 """Of the photo's width: how near stereo must be to say how well the network does at a place."""
-KEPT_SHARE = 1.0 / 10.0
-"""Of the photo's width: the side of the fields in which stereo is kept from a network that goes on from it, to judge it
-by them. As wide as holes are that matter: over narrower ones it errs less than over those that it fills."""
 _STEPS = 8
 
 
@@ -47,19 +44,19 @@ def fused_depth(
 
     A network's map is defined up to scale and shift, and larger is nearer: both are fitted in disparity, robustly, to
     stereo and to the target. A filled pixel's sigma is the scatter about stereo near it, never under the whole fit's.
-    A network that goes on from stereo is judged where stereo was kept from it: it would repeat what it was told.
 
     Raises:
         ValueError: there is too little stereo, or the network's map doesn't follow it.
     """
-    nearness, blind = _maps(pair, stereo, relative)
-    scale, shift, sigma, explained = _fitted(blind, stereo, target)
+    nearness = checked_estimate(pair, relative)
+    if not np.isfinite(nearness[pair.valid_left]).all():
+        raise ValueError(f"the depth network {relative.name} gives numbers that are not finite")
+    scale, shift, sigma, explained = _fitted(nearness, stereo, target)
     predicted = (scale * nearness + np.float32(shift)).astype(np.float32)
     furthest = float(np.quantile(stereo.disparity_px[stereo.valid], 0.01)) / MOST_DISTANCE_FACTOR
     holes = pair.valid_left & ~stereo.valid & (predicted > max(furthest, 3.0 * sigma))
     disparity = np.where(holes, predicted, stereo.disparity_px).astype(np.float32)
-    judged = (scale * blind + np.float32(shift)).astype(np.float32)
-    spread = np.maximum(_local_scatter(judged, stereo), np.float32(sigma))
+    spread = np.maximum(_local_scatter(predicted, stereo), np.float32(sigma))
     sigmas = np.where(holes, spread, stereo.sigma_px).astype(np.float32)
     valid = stereo.valid | holes
     freeze(disparity), freeze(sigmas), freeze(valid)
@@ -71,31 +68,6 @@ def fused_depth(
         scale=scale, shift_px=shift, sigma_px=sigma, explained=explained, filled=int(np.count_nonzero(holes))
     )
     return fused, fit
-
-
-def _maps(pair: RectifiedPair, stereo: DepthMap, relative: RelativeDepth) -> tuple[Float32Array, Float32Array]:
-    """Return the network's map (H, W) to fill by, and the one to judge it by, that knows no stereo where it speaks."""
-
-    def asked(given: DepthMap | None) -> Float32Array:
-        if given is not None and isinstance(relative, DepthCompleter):
-            nearness = checked_map(pair, relative.completed(pair, given), relative.name)
-        else:
-            nearness = checked_map(pair, relative.estimate(pair.left), relative.name)
-        if not np.isfinite(nearness[pair.valid_left]).all():
-            raise ValueError(f"the depth network {relative.name} gives numbers that are not finite")
-        return nearness
-
-    if not isinstance(relative, DepthCompleter) or not relative.completes:
-        alone = asked(None)
-        return alone, alone
-    whole = asked(stereo)
-    height, width = stereo.valid.shape
-    side = max(1, int(KEPT_SHARE * width))
-    light = (np.arange(height)[:, None] // side + np.arange(width) // side) % 2 == 0  # a chessboard's fields
-    blind = np.empty_like(whole)
-    for fields in (light, ~light):
-        blind[fields] = asked(replace(stereo, valid=freeze(stereo.valid & ~fields)))[fields]
-    return whole, blind
 
 
 def _fitted(

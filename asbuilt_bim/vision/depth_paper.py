@@ -76,8 +76,7 @@ def paper_depth(
     Reference: Perez & Tah 2023, eq. 2 to 4, 7.
     """
     seen = pair.valid_left
-    nearness = checked_map(pair, relative.estimate(pair.left), relative.name)
-    distance = relative_distance(nearness, seen, inversion)
+    distance = relative_distance(checked_estimate(pair, relative), seen, inversion)
     scale = scale_from_target(target.depth_m, value_at(distance, target.left_px))
     depth_m = scale * distance
     valid = seen & np.isfinite(depth_m) & (depth_m > 0.0)
@@ -92,14 +91,16 @@ def paper_depth(
     )  # fmt: skip
 
 
-def checked_map(pair: RectifiedPair, nearness: ArrayLike, name: str) -> Float32Array:
-    """Return a network's map of the rectified left photo as float32 (H, W).
+def checked_estimate(pair: RectifiedPair, relative: RelativeDepth) -> Float32Array:
+    """Ask a network for its map of the rectified left photo.
 
     Raises:
         ValueError: the map hasn't the photo's size.
     """
-    found = np.asarray(nearness, dtype=np.float32)
-    if found.shape != pair.valid_left.shape:
-        got, wanted = (" x ".join(map(str, shape)) for shape in (found.shape, pair.valid_left.shape))
-        raise ValueError(f"the depth network {name} gives a map of {got}, the photo has {wanted} (rows, columns)")
-    return found
+    nearness = np.asarray(relative.estimate(pair.left), dtype=np.float32)
+    if nearness.shape != pair.valid_left.shape:
+        got, wanted = (" x ".join(map(str, shape)) for shape in (nearness.shape, pair.valid_left.shape))
+        raise ValueError(
+            f"the depth network {relative.name} gives a map of {got}, the photo has {wanted} (rows, columns)"
+        )
+    return nearness

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -28,23 +28,6 @@ class Fake:
 
     def estimate(self, image: ByteImage) -> Float32Array:
         return self.answer
-
-
-@dataclass(frozen=True)
-class Parrot:
-    """A network that repeats stereo, and knows better where it is told nothing by this much noise."""
-
-    answer: np.ndarray
-    name: str = "parrot"
-    completes: bool = True
-    told: list[int] = field(default_factory=list)
-
-    def estimate(self, image: ByteImage) -> Float32Array:
-        raise AssertionError("it is asked with stereo")
-
-    def completed(self, pair: RectifiedPair, stereo: DepthMap) -> Float32Array:
-        self.told.append(int(np.count_nonzero(stereo.valid)))
-        return np.where(stereo.valid, stereo.disparity_px, self.answer).astype(np.float32)
 
 
 def pair() -> RectifiedPair:
@@ -168,19 +151,6 @@ def test_what_stereo_measured_stays_and_holes_are_filled_with_a_sigma_that_holds
     pulls = ((found.disparity_px - true_disparity()) / found.sigma_px)[~given.valid]
     assert 0.6 < np.std(pulls) < 1.2
     assert found.sigma_px[~given.valid].min() > given.sigma_px[given.valid].max()
-
-
-def test_a_network_that_goes_on_from_stereo_is_judged_where_stereo_was_kept_from_it() -> None:
-    given = stereo(hole(), noise=0.02)
-    noise = np.random.default_rng(8).normal(0.0, 0.3, SEEN.shape)
-    parrot = Parrot((true_disparity() + noise).astype(np.float32))
-    found, fit = fused_depth(pair(), given, parrot)
-    assert np.array_equal(found.disparity_px[given.valid], given.disparity_px[given.valid])
-    pulls = ((found.disparity_px - true_disparity()) / found.sigma_px)[~given.valid]
-    assert 0.6 < np.std(pulls) < 1.2
-    assert fit.sigma_px == pytest.approx(0.3, rel=0.1), "and not 0, which repeating stereo would give"
-    whole = int(np.count_nonzero(given.valid))
-    assert parrot.told[0] == whole and parrot.told[1] + parrot.told[2] == whole
 
 
 def test_what_lies_far_beyond_all_that_stereo_saw_is_not_filled() -> None:

@@ -20,8 +20,6 @@ SHOWN = (
     "concrete_iou_without",
     "abs_rel",
     "delta",
-    "abs_rel_without",
-    "delta_without",
 )
 COLOURS = ((180, 90, 20), (40, 120, 220), (60, 150, 60), (150, 60, 150))
 

@@ -59,6 +59,6 @@ def table(found: dict[str, Figures]) -> str:
     rows.append("|---" * 10 + "|")
     for name, one in found.items():
         shares = [one.concrete_iou, *(one.iou[k] for k in ("wall", "column", "slab or beam", "formwork", "other"))]
-        figures_ = " | ".join(f"{v:.3f}" for v in (*shares, one.abs_rel, one.delta))
-        rows.append(f"| {name} | {one.pictures} | {figures_} |")
+        depth = f"{one.abs_rel:.3f} | {one.delta:.3f}" if "without" in name else "(copied) | "
+        rows.append(f"| {name} | {one.pictures} | " + " | ".join(f"{v:.3f}" for v in shares) + f" | {depth} |")
     return "\n".join(rows) + "\n"

@@ -22,7 +22,9 @@ from asbuilt_training.samples import OFFSET_UNIT_PX
 
 LOG = logging.getLogger(__name__)
 WIDTH_PX, HEIGHT_PX = 512, 384
-"""Larger than the pictures that they learn from, which are made larger by crops: thin and far things gain most."""
+"""The segmenter's input: a third wider than the pictures it learns from, of which crops are made larger. Thin and far
+things gain by it; depth gains nothing."""
+DEPTH_SIZE_PX = (384, 288)
 OPSET = 17
 TOLERANCE = 1e-3
 """Most that an exported network's answers may differ from the trained one's; of answers over 1, as a share."""
@@ -37,24 +39,27 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, required=True, help="folder for the networks, their cards and MODEL_CARD.md"
     )
+    parser.add_argument("--no-depth", action="store_true", help="leave the depth network that is there as it is")
 
 
 def run(given: argparse.Namespace) -> int:
-    """Write both networks; 0 when they answer as the trained one does."""
+    """Write the networks; 0 when they answer as the trained one does."""
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     net = ConcreteNet()
     net.load_state_dict(torch.load(given.run / given.weights, weights_only=True))
     given.out.mkdir(parents=True, exist_ok=True)
     whole = folded(net)
     write_segmenter(Segmenter(whole), given.out, "concrete", CLASSES)
-    write_depth(RelativeDepth(whole), given.out)
-    evaluated, before = given.run / "figures.json", given.run / "before.txt"
+    if not given.no_depth:
+        write_depth(RelativeDepth(whole), given.out)
+    evaluated, before, depth = (given.run / name for name in ("figures.json", "before.txt", "depth.txt"))
     text = model_card(
         plan=json.loads((given.run / "plan.json").read_text(encoding="utf-8")),
         figures=json.loads(evaluated.read_text(encoding="utf-8")) if evaluated.is_file() else None,
         curves=list(csv.DictReader((given.run / "curves.csv").open(encoding="utf-8"))),
         parameters=sum(p.numel() for p in net.parameters()),
         before=before.read_text(encoding="utf-8") if before.is_file() else "",
+        depth=depth.read_text(encoding="utf-8") if given.no_depth and depth.is_file() else "",
     )
     (given.out / "MODEL_CARD.md").write_text(text, encoding="utf-8")
     LOG.info("wrote %s", given.out)
@@ -80,6 +85,7 @@ def write_segmenter(net: Segmenter, out: Path, name: str, classes: tuple[tuple[i
     image, geometry = torch.randn(1, 3, HEIGHT_PX, WIDTH_PX), torch.randn(1, 5, HEIGHT_PX, WIDTH_PX)
     write_onnx(net, out / f"{name}.onnx", {"image": image, "geometry": geometry}, ["logits", "offsets"])
     card = _card(name, "centres", ["logits", "offsets"]) | {
+        "geometry": {"input": "geometry"},
         "offset_px": OFFSET_UNIT_PX,
         "classes": [{"id": number, "name": what, "label": label} for number, what, label in classes],
         "least_score": 0.5,
@@ -89,11 +95,9 @@ def write_segmenter(net: Segmenter, out: Path, name: str, classes: tuple[tuple[i
 
 def write_depth(net: RelativeDepth, out: Path) -> None:
     """Write depth.onnx and depth.yaml; see `write_segmenter`."""
-    measured = torch.rand(1, 5, HEIGHT_PX, WIDTH_PX)
-    measured[:, 4] = 1.0
-    inputs = {"image": torch.randn(1, 3, HEIGHT_PX, WIDTH_PX), "geometry": measured}
-    write_onnx(net, out / "depth.onnx", inputs, ["depth"])
-    _write_card(out / "depth.yaml", _card("depth", "inverse-depth", ["depth"]))
+    width, height = DEPTH_SIZE_PX
+    write_onnx(net, out / "depth.onnx", {"image": torch.randn(1, 3, height, width)}, ["depth"])
+    _write_card(out / "depth.yaml", _card("depth", "inverse-depth", ["depth"], DEPTH_SIZE_PX))
 
 
 def write_onnx(net: nn.Module, path: Path, inputs: dict[str, torch.Tensor], outputs: list[str]) -> None:
@@ -120,15 +124,16 @@ def write_onnx(net: nn.Module, path: Path, inputs: dict[str, torch.Tensor], outp
         LOG.info("%s: %s within %.1e of the trained network", path.name, name, apart)
 
 
-def _card(name: str, layout: str, outputs: list[str]) -> dict[str, object]:
+def _card(
+    name: str, layout: str, outputs: list[str], size_px: tuple[int, int] = (WIDTH_PX, HEIGHT_PX)
+) -> dict[str, object]:
     return {
         "format": "asbuilt-bim/network", "version": 1, "name": name, "file": f"{name}.onnx", "layout": layout,
         "input": {
-            "width_px": WIDTH_PX, "height_px": HEIGHT_PX, "resize": "letterbox", "pad_value": 115, "colour": "rgb",
+            "width_px": size_px[0], "height_px": size_px[1], "resize": "letterbox", "pad_value": 115, "colour": "rgb",
             "order": "nchw", "divide": 255, "mean": [MEAN] * 3, "std": [STD] * 3,
         },
-        "outputs": {role: role for role in outputs}, "geometry": {"input": "geometry"}, "licence": LICENCE,
-        "source": SOURCE,
+        "outputs": {role: role for role in outputs}, "licence": LICENCE, "source": SOURCE,
     }  # fmt: skip
 
 

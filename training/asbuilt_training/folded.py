@@ -12,7 +12,6 @@ from onnx import numpy_helper
 from torch import Tensor, nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from asbuilt_training.completion import log_nearness
 from asbuilt_training.model import ConcreteNet
 
 
@@ -40,18 +39,16 @@ class Segmenter(nn.Module):
 
 
 class RelativeDepth(nn.Module):
-    """The part of the network that gives depth: relative from the photo alone, pinned to stereo where there is some."""
+    """The part of the network that puts depths in order; it never sees stereo."""
 
     def __init__(self, net: ConcreteNet) -> None:
         super().__init__()
-        self.trunk, self.depth, self.trust = net.trunk, net.depth, net.trust
+        self.trunk, self.depth = net.trunk, net.depth
 
-    def forward(self, image: Tensor, geometry: Tensor) -> Tensor:
-        """Return `NEAR_M` / Z (N, h/2, w/2); without geometry with a free scale, that makes its logarithm's mean 0."""
-        x = self.trunk(image, geometry)
-        nearness = log_nearness(self.depth(x), self.trust(x), geometry)
-        free = 1.0 - geometry[:, 4].amax((1, 2))[:, None, None]
-        return (nearness - free * nearness.mean((1, 2), keepdim=True)).exp()
+    def forward(self, image: Tensor) -> Tensor:
+        """Return relative inverse depth (N, h/2, w/2); its scale, which is free, makes the mean of its logarithm 0."""
+        nearness = self.depth(self.trunk(image, None))[:, 0]
+        return (nearness - nearness.mean((1, 2), keepdim=True)).exp()
 
 
 def read_segmenter(path: Path) -> Segmenter:

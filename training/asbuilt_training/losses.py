@@ -7,7 +7,6 @@ from torch import Tensor
 from torch.nn import functional
 
 from asbuilt_training.classes import COLUMN, IGNORED, WALL
-from asbuilt_training.completion import log_nearness_of
 
 DICE_WEIGHT = 0.7
 OFFSET_WEIGHT = 0.3
@@ -52,12 +51,12 @@ def offset_loss(offsets: Tensor, target: Tensor) -> Tensor:
     return missed.sum() / asked.sum().clamp(min=1)
 
 
-def depth_loss(log_nearness: Tensor, inverse_depth: Tensor, pinned: Tensor) -> Tensor:
-    """Return how far depth is from the true one, as a share of it; whatever its scale, where it isn't `pinned` (N,).
+def depth_loss(log_nearness: Tensor, inverse_depth: Tensor) -> Tensor:
+    """Return how far relative depth is from the true one, whatever its scale, as a share of it.
 
-    `log_nearness` (N, h, w) is the logarithm of inverse depth, in units of `log_nearness_of` where pinned to stereo: an
-    error there is a share of the distance, near as far, which linear inverse depth has no precision for. Errors and
-    their slopes at several sizes count; what is beyond `FAR_PER_M`, and the sky, only has to be farther than that.
+    `log_nearness` (N, h, w) is the logarithm of relative inverse depth: an error there is a share of the distance, near
+    as far, which linear inverse depth has no precision for. Errors and their slopes at several sizes count; what is
+    beyond `FAR_PER_M`, and the sky, only has to be farther than that.
 
     Reference: Eigen et al. 2014, Depth Map Prediction, equation 1 (scale-invariant error of logarithms); Ranftl et al.
     2022, equation 11 (slopes).
@@ -66,13 +65,13 @@ def depth_loss(log_nearness: Tensor, inverse_depth: Tensor, pinned: Tensor) -> T
     enough = known.float().mean((1, 2)) > 0.1
     if not enough.any():
         return log_nearness.sum() * 0.0
-    given, known, free = log_nearness[enough].float(), known[enough], ~pinned[enough]
-    apart = given - log_nearness_of(inverse_depth[enough].clamp(min=FAR_PER_M))
+    given, known, true = log_nearness[enough].float(), known[enough], inverse_depth[enough]
+    apart = given - true.clamp(min=FAR_PER_M).log()
     middle = torch.where(known, apart.detach(), float("nan")).flatten(1).nanmedian(dim=1).values
-    left = apart - (middle * free)[:, None, None]
+    left = apart - middle[:, None, None]
     too_near = (torch.relu(left) * ~known).sum() / (~known).sum().clamp(min=1)
-    # A free scale has to be held by something: what only has to be farther would push it down for ever.
-    held = 0.01 * (given.mean((1, 2)).square() * free).mean()
+    # The scale is free, so something has to hold it: what only has to be farther would push it down for ever.
+    held = 0.01 * given.mean((1, 2)).square().mean()
     return (left.abs() * known).sum() / known.sum() + 0.3 * too_near + 0.3 * _slopes(left, known) + held
 
 

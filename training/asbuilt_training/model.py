@@ -15,7 +15,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from asbuilt_training.classes import CLASSES
-from asbuilt_training.completion import log_nearness
 
 STRIDE = 2
 """The outputs are at half the input's size."""
@@ -102,9 +101,10 @@ class Trunk(nn.Module):
         self.reduce = nn.ModuleList(convolution(above, d[i], kernel=1) for i, above in enumerate((*d[1:], c[4])))
         self.merge = nn.ModuleList(convolution(d[i], d[i]) for i in range(4))
 
-    def forward(self, image: Tensor, geometry: Tensor) -> Tensor:
+    def forward(self, image: Tensor, geometry: Tensor | None) -> Tensor:
         """Return features (N, C, h/2, w/2) of an image (N, 3, h, w) and its geometry (N, 5, h, w)."""
-        x = functional.relu(self.stem(image) + self.place_stem(places(image)) + self.geometry_stem(geometry))
+        x = self.stem(image) + self.place_stem(places(image))
+        x = functional.relu(x if geometry is None else x + self.geometry_stem(geometry))
         levels = [x]
         for down, stage in zip(self.down, self.stages, strict=True):
             x = stage(functional.relu(down(x)))
@@ -143,7 +143,6 @@ class ConcreteNet(nn.Module):
         self.logits = Head(inside, self.size.head, classes)
         self.offsets = Head(inside, self.size.head, 2)
         self.depth = Head(inside, self.size.head, 1)
-        self.trust = Head(inside, self.size.head, 1)
         self._begin()
 
     def _begin(self) -> None:
@@ -151,22 +150,18 @@ class ConcreteNet(nn.Module):
 
         PyTorch's own are smaller by half or more. Batch norms hide that from the answers, not from how far a step goes.
         """
-        smooth = (self.offsets.out, self.depth.out, self.trust.out)  # these begin near 0
+        smooth = (self.offsets.out, self.depth.out)  # these begin near 0
         for module in self.modules():
             if isinstance(module, nn.Conv2d) and module not in smooth:
                 nn.init.kaiming_normal_(module.weight, mode="fan_out", nonlinearity="relu")
         for told in (self.trunk.place_stem, *(layer.tell for layer in self.trunk.attention)):
             for parameter in told.parameters():
                 nn.init.normal_(parameter, std=1e-4)  # next to nothing: weights without them are a start, too
-        nn.init.constant_(self.trust.out.bias, 2.0)  # stereo is right more often than not
 
-    def forward(self, image: Tensor, geometry: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2), log of inverse depth (N, h/2, w/2).
-
-        The last one is relative where there is no geometry, and of `NEAR_M` / Z where there is some.
-        """
+    def forward(self, image: Tensor, geometry: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
+        """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2), log of relative inverse depth (N, h/2, w/2)."""
         x = self.trunk(image, geometry)
-        return self.logits(x), self.offsets(x), log_nearness(self.depth(x), self.trust(x), geometry)
+        return self.logits(x), self.offsets(x), self.depth(x)[:, 0]
 
 
 MEAN, STD = 0.45, 0.25

@@ -19,10 +19,12 @@ def model_card(
     curves: Sequence[Mapping[str, str]],
     parameters: int,
     before: str = "",
+    depth: str = "",
 ) -> str:
     """Return the card as Markdown, from a run's plan, its figures (None: not judged yet) and its record.
 
-    `before` says what the weights had learned when the run took them over, where they weren't random.
+    `before` says what the weights had learned when the run took them over, where they weren't random; `depth` whence
+    the depth network comes and how good it is, where it isn't this run's.
     """
     last = curves[-1]
     learned = (figures or {}).get("learned_from")
@@ -39,19 +41,21 @@ def model_card(
         decay=f"{plan['decay']:g}",
         seed=plan["seed"],
         before=f" {before.strip()}" if before else "",
-        figures=_table(figures) if figures else "Not judged yet.\n",
+        figures=_table(figures, depth) if figures else "Not judged yet.\n",
     )
 
 
-def _table(figures: Mapping[str, Any]) -> str:
+def _table(figures: Mapping[str, Any], depth: str) -> str:
     rows = ["| IoU | pictures | concrete | " + " | ".join(CLASSES[1:]) + " |", "|" + "---|" * 8]
     for name in ("with geometry", "without geometry"):
         one = figures[name]
         shares = [one["concrete_iou"], *(one["iou"][k] for k in CLASSES[1:])]
         rows.append(f"| {name} | {one['pictures']} | " + " | ".join(f"{v:.3f}" for v in shares) + " |")
-    depths = (
-        f"{name} AbsRel {figures[name]['abs_rel']:.3f}, within a factor of 1.25 {100 * figures[name]['delta']:.1f} %"
-        for name in ("with geometry", "without geometry")
+    blind = figures["without geometry"]
+    if depth:
+        return "\n".join([*rows, f"\n{depth.strip()}\n"])
+    rows.append(
+        f"\nDepth after scale and shift, up to 100 m: AbsRel {blind['abs_rel']:.3f}, "
+        f"within a factor of 1.25 {100 * blind['delta']:.1f} %.\n"
     )
-    rows.append(f"\nDepth after scale and shift, up to 100 m: {'; '.join(depths)}.\n")
     return "\n".join(rows)

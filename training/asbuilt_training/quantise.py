@@ -50,7 +50,7 @@ def run(given: argparse.Namespace) -> int:
         prepared = given.out / f"{name}.prepared.onnx"
         quant_pre_process(str(given.networks / f"{name}.onnx"), str(prepared))
         quantize_static(
-            str(prepared), str(given.out / f"{name}.onnx"), _Steps(steps_from),
+            str(prepared), str(given.out / f"{name}.onnx"), _Steps(steps_from, depth=name == "depth"),
             quant_format=QuantFormat.QDQ, per_channel=True, activation_type=QuantType.QUInt8,
             weight_type=QuantType.QInt8,
         )  # fmt: skip
@@ -83,19 +83,18 @@ class Exported:
 
     def __call__(self, image: torch.Tensor, geometry: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Return logits, offsets and the logarithm of relative inverse depth."""
-        given = inputs_of(image, geometry)
+        picture = {"image": np.ascontiguousarray(image.numpy())}
+        given = segmenter_inputs(image, geometry)
         begun = time.process_time()
         logits, offsets = self._segment.run(None, given)
-        (depth,) = self._depth.run(None, given)
+        (depth,) = self._depth.run(None, picture)
         self.milliseconds += 1000.0 * (time.process_time() - begun)
         self.runs += 1
-        half = (geometry.shape[2] // 2, geometry.shape[3] // 2)
-        log = torch.from_numpy(np.log(np.maximum(depth, 1e-6)))
-        return torch.from_numpy(logits), torch.from_numpy(offsets), functional.interpolate(log[None], half)[0]
+        return torch.from_numpy(logits), torch.from_numpy(offsets), torch.from_numpy(np.log(np.maximum(depth, 1e-6)))
 
 
-def inputs_of(image: torch.Tensor, geometry: torch.Tensor) -> dict[str, Any]:
-    """Return an example's tensors at the size that the exported networks take."""
+def segmenter_inputs(image: torch.Tensor, geometry: torch.Tensor) -> dict[str, Any]:
+    """Return an example's tensors at the size that the exported segmenter takes."""
     size = (HEIGHT_PX, WIDTH_PX)
     picture = functional.interpolate(image, size, mode="bilinear", align_corners=False)
     nearest = functional.interpolate(geometry, size)
@@ -105,15 +104,16 @@ def inputs_of(image: torch.Tensor, geometry: torch.Tensor) -> dict[str, Any]:
 class _Steps(CalibrationDataReader):  # type: ignore[misc]
     """The inputs by which the quantiser sets its steps."""
 
-    def __init__(self, samples: list[Sample]) -> None:
-        self._rows = self._inputs(samples)
+    def __init__(self, samples: list[Sample], *, depth: bool) -> None:
+        self._rows = self._inputs(samples, depth)
 
     def get_next(self) -> dict[str, Any] | None:
         """Return the next input, None at the end."""
         return next(self._rows, None)
 
     @staticmethod
-    def _inputs(samples: list[Sample]) -> Iterator[dict[str, Any]]:
+    def _inputs(samples: list[Sample], depth: bool) -> Iterator[dict[str, Any]]:
         for sample in samples:
             batch = collate([sample])
-            yield inputs_of(*network_inputs(batch["image"], batch["geometry"]))
+            image, geometry = network_inputs(batch["image"], batch["geometry"])
+            yield {"image": np.ascontiguousarray(image.numpy())} if depth else segmenter_inputs(image, geometry)

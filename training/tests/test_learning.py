@@ -10,11 +10,11 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from asbuilt_training.averaged import Averaged  # noqa: E402
-from asbuilt_training.completion import log_nearness, log_nearness_of  # noqa: E402
 from asbuilt_training.figures import depth_errors  # noqa: E402
 from asbuilt_training.fit import Plan, Run, rate_at  # noqa: E402
 from asbuilt_training.loader import collate  # noqa: E402
 from asbuilt_training.losses import class_loss, depth_loss, offset_loss  # noqa: E402
+from asbuilt_training.model import ConcreteNet  # noqa: E402
 from asbuilt_training.samples import Recipe, centre_offsets, plain_sample, training_sample  # noqa: E402
 from asbuilt_training.shards import Picture, Pool, read_shard, sources_of  # noqa: E402
 from asbuilt_training.stereo import stereo_of  # noqa: E402
@@ -105,15 +105,11 @@ def test_every_example_has_its_shapes_and_depth_alone_where_geometry_is_absent()
         assert sample.has_geometry or not sample.geometry.any()
 
 
-def test_depth_is_stereos_where_that_is_trusted_goes_on_beside_it_and_stays_free_without() -> None:
-    log = torch.linspace(-1.0, 1.0, 48).expand(1, 1, 32, 48)  # what a network says, 0.7 off
-    geometry = torch.zeros(1, 5, 64, 96)
-    assert torch.equal(log_nearness(log + 0.7, torch.full_like(log, 9.0), geometry), log[:, 0] + 0.7)
-    geometry[:, 0], geometry[:, 4] = log.exp().repeat_interleave(2, 2).repeat_interleave(2, 3)[:, 0], 1.0
-    geometry[:, :, 20:44, 30:60] = 0.0
-    assert torch.allclose(log_nearness(log + 0.7, torch.full_like(log, 9.0), geometry), log[:, 0], atol=1e-3)
-    ignored = log_nearness(log, torch.full_like(log, -20.0), geometry * 0.5)
-    assert torch.allclose(ignored, log[:, 0], atol=0.01), "what isn't trusted moves nothing"
+def test_no_geometry_and_geometry_of_zeros_are_the_same() -> None:
+    net = ConcreteNet().eval()
+    image = torch.randn(1, 3, 64, 64)
+    for one, other in zip(net(image, None), net(image, torch.zeros(1, 5, 64, 64)), strict=True):
+        assert torch.equal(one, other)
 
 
 def test_the_class_loss_is_small_for_the_truth_and_counts_nothing_ignored() -> None:
@@ -136,16 +132,14 @@ def test_the_offset_loss_asks_nothing_off_the_walls() -> None:
 def test_the_depth_loss_does_not_see_scale_but_sees_a_wrong_order() -> None:
     true = torch.rand(3, 40, 40) * 0.5 + 0.05
     log = true.log() - true.log().mean()
-    free = torch.zeros(len(true), dtype=torch.bool)
-    assert depth_loss(log, true, free) < 1e-4
-    assert depth_loss(log + 2.0, true, free).item() == pytest.approx(0.04, abs=1e-3)  # held near 0, by little
-    assert depth_loss(-true.log(), true, free) > 1.0
+    assert depth_loss(log, true) < 1e-4
+    assert depth_loss(log + 2.0, true).item() == pytest.approx(0.04, abs=1e-3)  # held near 0, by little
+    assert depth_loss(-true.log(), true) > 1.0
     sky = torch.zeros(1, 40, 40)
     sky[:, 20:] = 0.2
     near, far = torch.zeros(1, 40, 40), torch.where(sky > 0, 0.0, -9.0)
     far = far - far.mean()
-    assert depth_loss(far, sky, free[:1]) < 1e-4 < depth_loss(near, sky, free[:1])
-    assert depth_loss(log_nearness_of(true), true, ~free) < 1e-4 < depth_loss(log_nearness_of(true) + 0.1, true, ~free)
+    assert depth_loss(far, sky) < 1e-4 < depth_loss(near, sky)
     assert depth_errors((2.0 * true[0] - 1.0).numpy(), true[0].numpy()) == pytest.approx((0.0, 1.0), abs=1e-5)
 
 

@@ -112,8 +112,8 @@ class NetworkCard:
             raise ValueError(f"outputs.{unknown[0]}: the layout {self.layout} has {', '.join(roles)}")
         if self.outputs and (missing := sorted(set(roles) - set(self.outputs))):
             raise ValueError(f"outputs: {', '.join(missing)} not named; name all of {', '.join(roles)}, or none")
-        if self.geometry is not None and (self.task == "stereo" or self.input.order != "nchw"):
-            raise ValueError("geometry: only a segmenter or a depth network of order nchw takes it")
+        if self.geometry is not None and (self.task != "segment" or self.input.order != "nchw"):
+            raise ValueError("geometry: only a segmenter of order nchw takes it")
         if self.mirror and (self.layout not in MIRRORED or self.input.order == "nhwc"):
             raise ValueError(f"mirror: only the layouts {', '.join(MIRRORED)} of order nchw or chw can have it")
         if self.task == "segment" and not any(c.label != "other" for c in self.classes):

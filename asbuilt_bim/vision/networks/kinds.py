@@ -163,7 +163,7 @@ def instance_of(sighting: Sighting, meaning: Meaning, source: str) -> Instance:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NetworkDepth:
-    """Estimates relative depth by a network; `RelativeDepth` and `DepthCompleter`, version 1."""
+    """Estimates relative depth by a network; `RelativeDepth`, version 1."""
 
     loaded: LoadedNetwork
 
@@ -178,28 +178,9 @@ class NetworkDepth:
         Raises:
             NetworkError: the output is no map, or metric depths that aren't positive.
         """
-        return self._map(image, None)
-
-    @property
-    def completes(self) -> bool:
-        """Say whether the network takes stereo's geometry beside the photo."""
-        return self.loaded.card.geometry is not None
-
-    def completed(self, pair: RectifiedPair, stereo: DepthMap) -> Float32Array:
-        """Return the map (H, W) of the left photo and its stereo depth.
-
-        Raises:
-            NetworkError: as `estimate`.
-        """
-        return self._map(pair.left, (pair, stereo))
-
-    def _map(self, image: ByteImage, measured: tuple[RectifiedPair, DepthMap] | None) -> Float32Array:
         card = self.loaded.card
         picture, fit = input_of(image, card.input)
-        pictures: tuple[Float32Array, ...] = (picture,)
-        if card.geometry is not None:
-            pictures = (picture, (geometry_of_pair(*measured, fit) if measured else no_geometry(fit))[None])
-        small = _map_of(answers(self.loaded.network, card, pictures)["depth"], card)
+        small = _map_of(answers(self.loaded.network, card, (picture,))["depth"], card)
         if card.layout == "metric-depth":
             if small.min() <= 0.0:
                 raise NetworkError(

@@ -13,7 +13,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.centres import grouped
-from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, load
 from asbuilt_bim.vision.networks.mirrored import answers
 from tests.vision.networks import graphs
 
@@ -175,17 +175,6 @@ def test_geometry_is_fed_where_there_is_stereo_and_cuts_a_column_from_the_wall_b
     flat = pair_with_depth(np.full(PHOTO.shape[:2], 4.0))
     assert len(segmenter.segment(*flat)) == 1
     assert segmenter.segment(pair, None) == [], "without stereo the channels are 0"
-
-
-def test_a_depth_network_with_geometry_goes_on_from_stereo_and_answers_without_it(tmp_path: Path) -> None:
-    nearness = np.linspace(1.0, 2.0, 48 * 64, dtype=np.float32).reshape(1, 48, 64)
-    path = graphs.card(tmp_path, geometry_network({"depth": nearness}), "inverse-depth", geometry={"input": "geometry"})
-    network = NetworkDepth(loaded=load(path, "depth"))
-    assert network.completes
-    assert not network.estimate(PHOTO).any(), "without stereo the channels are 0"
-    assert network.completed(*pair_with_depth(np.full(PHOTO.shape[:2], 4.0))).max() == pytest.approx(2.0, rel=0.01)
-    alone = NetworkDepth(loaded=load(graphs.card(tmp_path, graphs.echo(), "inverse-depth"), "depth"))
-    assert not alone.completes
 
 
 def test_an_input_for_geometry_that_the_file_does_not_have_is_refused(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def refused(path: Path, task: Any = "segment") -> str:
         ({"offset_px": 0.0}, "expected 0.01 to 10000 px"),
         ({"mirror": True, "input": graphs.INPUT | {"order": "nhwc"}}, "mirror: only the layouts"),
         ({"class_by": "vote"}, "expected 'instance' or 'pixel'"),
-        ({"geometry": {"input": "g"}, "input": graphs.INPUT | {"order": "chw"}}, "a depth network of order nchw"),
+        ({"geometry": {"input": "g"}, "input": graphs.INPUT | {"order": "chw"}}, "only a segmenter of order nchw"),
     ],
 )
 def test_a_wrong_card_is_refused_by_its_key(tmp_path: Path, keys: dict[str, Any], says: str) -> None:
