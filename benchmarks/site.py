@@ -1,6 +1,6 @@
 """The main job against the truth: target, face areas, states, completion, on the sample and on reporting seeds.
 
-python benchmarks/site.py --check --json figures.json      the sample and six ray-cast sites, about half an hour
+python benchmarks/site.py --check --json figures.json      the sample and eight ray-cast sites, some forty minutes
 python benchmarks/site.py --quick                          the sample alone; lines with a small n are not judged
 """
 
