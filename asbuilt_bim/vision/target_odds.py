@@ -4,7 +4,8 @@ Four things are asked, each by how often discs and other red things answer so: w
 says, how evenly red the inside is, how red it is, and how near the told diameter it comes. What a cover hides counts
 neither way. The logarithms of the odds are added, and one limit decides, so that no single answer refuses a disc.
 Reference: Good 1950, weights of evidence. The numbers were set by hand on some 25 development pairs and the stations of
-eleven development sites (benchmarks/target.py); shares in the comments are of those few, not counted over many.
+eleven development sites (benchmarks/target.py); shares in the comments are of those few. `benchmarks/target_odds.py`
+counts over other pairs what discs and other things answer, and how far the limit parts them.
 """
 
 from __future__ import annotations

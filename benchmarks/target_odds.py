@@ -1,0 +1,118 @@
+"""How discs and other red things answer what `vision/target_odds.py` asks, counted on generated pairs.
+
+python benchmarks/target_odds.py --json figures.json    60 pairs with a disc, 30 without, of development seeds
+python benchmarks/target_odds.py --quick                10 and 5
+
+Every place with outlines of the told size is counted by its likeliest, also where the finder has no need of it: those
+at the disc's true distance (to 2 %) as the disc, all others as other things. Whoever changes a number of
+`target_odds.py` runs this before and after; no reporting seed is used.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import numpy as np
+from table import Line, line, options, report, told
+from target_pictures import RADIUS_M, Case, backgrounds, case
+
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.vision.disc import find_discs
+from asbuilt_bim.vision.target_odds import LEAST_ODDS, log_odds
+from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, diameter_sigma, pairings, size_fits
+from asbuilt_bim.vision.target_search import sought
+
+SEED = 70
+TOLD_M = 2.0 * RADIUS_M
+AT_THE_DISC = 0.02
+ANSWERS = (
+    "outline on the circle",
+    "edge further in, or none",
+    "as red beyond",
+    "redness uneven, ln",
+    "redness",
+    "diameter off, sigmas",
+    "misfit, of its limit",
+    "odds, ln",
+)
+
+
+def counted(one: Case) -> list[tuple[bool, list[float]]]:
+    """Return of each pairing of the told size in a case whether it is the disc, and its answers."""
+    pair = one.pair
+    lefts, rights = find_discs(pair.left), find_discs(pair.right)
+    found = pairings(lefts, rights, pair.camera, TOLD_M) + sought(pair, lefts, rights, TOLD_M)
+    asked = [p for p in found if size_fits(p.circle, TargetOptions(diameter_m=TOLD_M))]
+    kept: list[Pairing] = []
+    for p in sorted(asked, key=lambda p: -log_odds(p, TOLD_M)):
+        if all(np.hypot(*(p.circle.centre_px - k.circle.centre_px)) > k.left.ellipse.major_px for k in kept):
+            kept.append(p)
+    return [(_is_disc(p, one), answers(p)) for p in kept]
+
+
+def _is_disc(found: Pairing, one: Case) -> bool:
+    camera, circle = one.pair.camera, found.circle
+    depth = camera.f_px * camera.baseline_m / circle.disparity_px
+    ray = np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]) / camera.f_px, 1.0])
+    return one.range_m is not None and abs(depth * float(np.linalg.norm(ray)) / one.range_m - 1.0) < AT_THE_DISC
+
+
+def answers(found: Pairing) -> list[float]:
+    """Return the answers of a pairing, in the order of `ANSWERS`."""
+    sides, circle = (found.left, found.right), found.circle
+    off_m = abs(2.0 * circle.radius_m - TOLD_M)
+    return [
+        float(np.mean([side.support for side in sides])),
+        float(np.mean([side.astray for side in sides])),
+        float(np.mean([side.overrun for side in sides])),
+        math.log(max(float(np.mean([side.uneven for side in sides])), 1e-3)),
+        float(np.mean([side.redness for side in sides])),
+        off_m / max(diameter_sigma(circle), 1e-9),
+        circle.rms_px / (0.25 + 0.01 * found.left.ellipse.major_px),
+        log_odds(found, TOLD_M),
+    ]
+
+
+def lines(discs: FloatArray, others: FloatArray) -> list[Line]:
+    """Tell how both answer, and judge how many the limit of the odds puts on the wrong side."""
+    table = [
+        told(
+            f"{name}: {whose}, 5 / 50 / 95 %",
+            " / ".join(f"{q:.2f}" for q in np.quantile(rows[:, k], _SHARES)),
+            len(rows),
+        )
+        for k, name in enumerate(ANSWERS)
+        for whose, rows in (("discs", discs), ("others", others))
+        if len(rows)
+    ]
+    lost, taken = int(np.sum(discs[:, -1] <= LEAST_ODDS)), int(np.sum(others[:, -1] > LEAST_ODDS))
+    table.append(
+        line("discs' outlines under the limit of odds", str(lost), "<= 5 %", len(discs), lost <= 0.05 * len(discs))
+    )
+    table.append(line("others' over it", str(taken), "<= 5 %", len(others), taken <= 0.05 * len(others)))
+    return table
+
+
+_SHARES = (0.05, 0.5, 0.95)
+
+
+def main() -> int:
+    """Count the answers over development pairs and print them."""
+    parser = options(__doc__ or "")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--with-disc", type=int, default=60)
+    parser.add_argument("--without", type=int, default=30)
+    args = parser.parse_args()
+    with_disc, without = (8, 4) if args.quick else (args.with_disc, args.without)
+    rows: list[tuple[bool, list[float]]] = []
+    for i, background in zip(range(with_disc + without), backgrounds(), strict=False):
+        has_disc = i < with_disc
+        rows += counted(case(i, args.seed + (not has_disc), background, has_disc))
+    is_disc = np.array([disc for disc, _ in rows], dtype=bool)
+    values = np.array([each for _, each in rows]).reshape(-1, len(ANSWERS))
+    return report("What discs and other red things answer", lines(values[is_disc], values[~is_disc]), args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
