@@ -178,12 +178,13 @@ def _beyond(
         off = level.measured[y, x] & (np.abs(step) > np.maximum(OFF_PX, OFF_SIGMAS * sigma))
         seen = labels[y, x]
         of_plane = np.isin(seen, same)
-        found = inside & (off | ((seen >= 0) & (seen != label) & ~of_plane))
         hidden_strip = _in_strip(normals, step, beyond)
-        near = beyond <= NEAR_PX[-1]
-        state[((state == UNKNOWN) | (state == MEETS)) & inside & off & (near | hidden_strip)] = PROVEN
-        state[(state == UNKNOWN) & found & (near | hidden_strip)] = MEETS
-        state[((state == UNKNOWN) | (state == MEETS)) & inside & of_plane & ~off] = PARTED
+        near = (beyond <= NEAR_PX[-1]) | hidden_strip
+        state[(state == MEETS) & inside & of_plane & ~off] = PARTED
+        state[((state == UNKNOWN) | (state == MEETS)) & inside & off & near] = PROVEN
+        other = inside & (seen >= 0) & (seen != label)
+        state[(state == UNKNOWN) & other & near] = MEETS
+        state[(state == MEETS) & of_plane & other] = PROVEN  # at once: a joint or a gap, which the photos show
         if beyond > FATTENED_PX:
             state[(state == UNKNOWN) & inside & (seen == label)] = GOES_ON
     state[state == MEETS] = PROVEN
