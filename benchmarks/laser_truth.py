@@ -1,9 +1,9 @@
 """Disparity against a laser: how far planar regions are off, and how many pixels are, beside plain SGBM.
 
-The regions that lie are one patch of gravel. There the matcher, the plane refined on the pixels and optical flow of
-single corners agree with each other to 0.03 px and lie 0.2 to 0.4 px from the laser, the more the nearer: no bias of
-matching. The pair's own rows leave each other by +0.14 px in the frame's left quarter and by -0.16 px in its right one:
-its cameras, by which the laser was carried into the photo, are known no better than that.
+The regions that lie are mostly one patch of gravel. There the matcher, the plane refined on the pixels and optical flow
+of single corners roughly agree with each other and lie 0.15 to 0.4 px from the laser, the more the nearer: it is no
+bias of matching. The pair's rows leave each other by +0.14 px in the frame's left quarter and by -0.16 px in its right
+one, so that its cameras, by which the laser was carried into the photo, are suspect; that isn't proven.
 """
 
 from __future__ import annotations
