@@ -19,7 +19,7 @@ from asbuilt_bim.progress.evidence import StationView
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.outlines import looks_like_bars, stands_off
 from asbuilt_bim.progress.sample_grid import strips
-from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.progress.votes import Votes, gather
 from asbuilt_bim.progress.whole import Checked, check_whole
 
@@ -40,9 +40,9 @@ def decide_element(
     """
     samples = cell_samples(element, options.spacing_m)
     votes = gather(element, samples, views, by_face, options)
-    known = [surface for surface in earlier if surface is not None]
     doubted = np.zeros(len(samples.face), dtype=bool)
-    if known and len(known) == len(element.faces):
+    if any(earlier):
+        known = [was or unseen(face) for was, face in zip(earlier, element.faces, strict=True)]
         doubted = in_conflict(element, known, options)[samples.cell]
     return [
         _face_state(
