@@ -6,7 +6,6 @@ makes that exact, uses one shape for both photos, and gives the covariance of wh
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +21,7 @@ _ROBUST_ROUNDS = 2
 _CAUCHY = 1.5  # spreads: an outline errs along whole arcs where what lies behind changes
 _LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
+_SIGNS = np.array([[1.0], [1.0], [-1.0]])  # of the unit circle x^2 + y^2 - 1
 _HELD = 1e8  # information on a radius that is held
 _POINTS_PER_OBSERVATION = 10.0
 """Edge points 1.2 px apart share JPEG's blocks (8 px of brightness, 16 of colour) and err together: ten are one."""
@@ -117,16 +117,14 @@ def _normal(parameters: FloatArray) -> FloatArray:
 
 
 def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera) -> FloatArray:
-    """Return the distances (N + M,) in pixels of both outlines from the circle's pictures."""
-    conics = _conics(parameters, camera)
-    return np.concatenate(
-        [conic_distance(conic, outline) for conic, outline in zip(conics, (left, right), strict=True)]
-    )
+    """Return the distances (K, N + M) in pixels of both outlines from the pictures of K circles (K, 6)."""
+    of_left, of_right = _conics(parameters, camera)
+    return np.concatenate([conic_distance(of_left, left), conic_distance(of_right, right)], axis=-1)
 
 
 def outlines_of(circle: SpaceCircle, camera: RectifiedCamera) -> tuple[Ellipse | None, Ellipse | None]:
     """Return a circle's pictures in the left and the right photo; None where one is no ellipse."""
-    left, right = (ellipse_of(conic) for conic in _conics(_parameters(circle), camera))
+    left, right = (ellipse_of(conic[0]) for conic in _conics(_parameters(circle)[None], camera))
     return left, right
 
 
@@ -136,21 +134,25 @@ def _parameters(circle: SpaceCircle) -> FloatArray:
 
 
 def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
-    """Return the circle's pictures (3, 3) in both photos."""
-    x, y, disparity = parameters[:3].tolist()
+    """Return the pictures (K, 3, 3) in the left and the right photo of circles (K, 6)."""
+    x, y, disparity = parameters[:, :3].T
     across, down = (x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px
-    nx, ny, nz = _normal(parameters).tolist()
-    level = math.hypot(nx, nz)
+    nx, ny = parameters[:, 4:].T
+    long = np.sqrt(nx**2 + ny**2 + 1.0)
+    nx, ny, nz = nx / long, ny / long, -1.0 / long
+    level = np.sqrt(nx**2 + nz**2)
     ux, uz = -nz / level, nx / level  # u is level; v = normal x u
-    share = math.exp(parameters[3]) * disparity / (camera.f_px * camera.baseline_m)  # radius over depth
-    planes = np.empty((2, 3, 3))
-    for plane, shift in zip(planes, (0.0, disparity / camera.f_px), strict=True):
-        plane[:, 0] = share * ux, 0.0, share * uz
-        plane[:, 1] = share * ny * uz, share * (nz * ux - nx * uz), -share * ny * ux
-        plane[:, 2] = across - shift, down, 1.0
-    planes[:, 0] = camera.f_px * planes[:, 0] + camera.cx_px * planes[:, 2]
-    planes[:, 1] = camera.f_px * planes[:, 1] + camera.cy_px * planes[:, 2]
-    left, right = (back[:2].T @ back[:2] - np.outer(back[2], back[2]) for back in np.linalg.inv(planes))
+    share = np.exp(parameters[:, 3]) * disparity / (camera.f_px * camera.baseline_m)  # radius over depth
+    planes = np.empty((2, len(parameters), 3, 3))
+    planes[:, :, 0, 0], planes[:, :, 1, 0], planes[:, :, 2, 0] = share * ux, 0.0, share * uz
+    planes[:, :, 0, 1], planes[:, :, 2, 1] = share * ny * uz, -share * ny * ux
+    planes[:, :, 1, 1] = share * (nz * ux - nx * uz)
+    planes[0, :, 0, 2], planes[1, :, 0, 2] = across, across - disparity / camera.f_px
+    planes[:, :, 1, 2], planes[:, :, 2, 2] = down, 1.0
+    planes[:, :, 0] = camera.f_px * planes[:, :, 0] + camera.cx_px * planes[:, :, 2]
+    planes[:, :, 1] = camera.f_px * planes[:, :, 1] + camera.cy_px * planes[:, :, 2]
+    back = np.linalg.inv(planes)
+    left, right = np.swapaxes(back, -1, -2) @ (_SIGNS * back)
     return left, right
 
 
@@ -164,15 +166,13 @@ def _descend(
     parameters, damping = start, 1e-3
 
     def weighted(at: FloatArray) -> FloatArray:
-        return scale * _residual(at, left, right, camera)
+        return np.asarray(scale * _residual(at[None], left, right, camera)[0], dtype=np.float64)
 
     residual = weighted(parameters)
     jacobian = np.zeros((len(residual), 6))
     for _ in range(_ROUNDS):
-        for column in np.flatnonzero(free):
-            moved = parameters.copy()
-            moved[column] += _STEPS[column]
-            jacobian[:, column] = (weighted(moved) - residual) / _STEPS[column]
+        moved = scale * _residual((parameters + np.diag(_STEPS))[free], left, right, camera)
+        jacobian[:, free] = ((moved - residual) / _STEPS[free, None]).T
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
         tried = parameters + change
@@ -189,4 +189,4 @@ def _descend(
             damping *= 10.0
             if damping > 1e8:
                 break
-    return parameters, jacobian, _residual(parameters, left, right, camera)
+    return parameters, jacobian, _residual(parameters[None], left, right, camera)[0]

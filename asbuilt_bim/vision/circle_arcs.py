@@ -13,6 +13,10 @@ from asbuilt_bim.vision.ellipse import Ellipse
 _ARCS = 12
 _WIDTHS = (2, 3)
 """Of twelve arcs, next to each other: a cover of 30 % hides 40 % of an outline, and follows it along a quarter."""
+_STRETCHES = np.array(
+    [np.isin(np.arange(_ARCS), (first + np.arange(width)) % _ARCS) for width in _WIDTHS for first in range(_ARCS)]
+)
+"""Which arcs (24, 12) each stretch is made of."""
 _STANDS_OUT = 6.0
 """How many times the others' mean square a stretch spoils. Ten points are one observation, so that a stretch is about
 four and the rest twelve: with noise like that one good outline in seven loses a stretch, and a tenth of its sharpness.
@@ -32,22 +36,20 @@ def without_foreign_arc(jacobian: FloatArray, residual: FloatArray, arcs: IntArr
 
     `jacobian` (N, P) and `residual` (N,) are weighted, at the least sum of squares.
     """
-    normal = np.stack([jacobian[arcs == k].T @ jacobian[arcs == k] for k in range(_ARCS)])
-    slope = np.stack([jacobian[arcs == k].T @ residual[arcs == k] for k in range(_ARCS)])
+    each = [arcs == k for k in range(_ARCS)]
+    normal = np.stack([jacobian[here].T @ jacobian[here] for here in each])
+    slope = np.stack([jacobian[here].T @ residual[here] for here in each])
     square = np.bincount(arcs, weights=residual**2, minlength=_ARCS)
     count = np.bincount(arcs, minlength=_ARCS)
-    keep, most = np.ones(len(arcs), dtype=bool), _STANDS_OUT
-    for width in _WIDTHS:
-        for first in range(_ARCS):
-            out = (np.arange(first, first + width)) % _ARCS
-            kept = np.setdiff1d(np.arange(_ARCS), out)
-            lost, left = int(count[out].sum()), int(count[kept].sum())
-            if lost < 4 or left < 3 * lost // 2:
-                continue
-            hessian, gradient = normal[kept].sum(axis=0), slope[kept].sum(axis=0)
-            ridge = 1e-6 * np.diag(np.diag(hessian)) + 1e-12 * np.eye(len(hessian))
-            better = float(square[kept].sum() - gradient @ np.linalg.solve(hessian + ridge, gradient))
-            ratio = (float(square.sum()) - better) / lost / max(better / left, 1e-12)
-            if ratio > most:
-                keep, most = ~np.isin(arcs, out), ratio
+    lost, left = _STRETCHES @ count, count.sum() - _STRETCHES @ count
+    hessian = np.tensordot(~_STRETCHES, normal, 1)
+    gradient = ~_STRETCHES @ slope
+    size = hessian.shape[-1]
+    ridge = hessian * (1e-6 * np.eye(size)) + 1e-12 * np.eye(size)
+    gained = np.sum(gradient * np.linalg.solve(hessian + ridge, gradient[..., None])[..., 0], axis=-1)
+    better = ~_STRETCHES @ square - gained
+    ratio = (square.sum() - better) / np.maximum(lost, 1) / np.maximum(better / np.maximum(left, 1), 1e-12)
+    ratio[(lost < 4) | (left < 3 * lost // 2)] = 0.0
+    worst = int(np.argmax(ratio))
+    keep: BoolArray = ~_STRETCHES[worst][arcs] if ratio[worst] > _STANDS_OUT else np.ones(len(arcs), dtype=bool)
     return keep

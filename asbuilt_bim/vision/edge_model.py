@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, frozen
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 
 _BLURS_PX = 0.4 * 1.25 ** np.arange(10)
@@ -105,20 +106,19 @@ def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatA
     edge = _edge_between(one, other, count // 2 + shifts, blur_px)
     windows = np.lib.stride_tricks.sliding_window_view(edge, count, axis=1)[:, ::-1]
     apart = profiles.transpose(0, 2, 1)[:, None] - windows
-    cost = np.einsum("nkcs,nkcs,nc->nk", apart, apart, 1.0 / (_NOISE**2 + uneven), optimize=False)
+    cost = np.einsum("nkc,nc->nk", np.einsum("nkcs,nkcs->nkc", apart, apart), 1.0 / (_NOISE**2 + uneven))
     return windows, cost
 
 
 def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:
     """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
     pad = int(_KERNEL_END * _COLOUR_BLUR_PX / _STEP_PX)
-    offsets = _offsets(steps + pad)
-    share = _share(offsets, blur_px)
+    share = _share(_offsets(steps + pad), blur_px)
     light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
     planes = _shown(light)
-    planes[..., :1] = np.einsum("st,ntc->nsc", _bell(offsets, _BETWEEN_PIXELS_PX), planes[..., :1])
-    planes[..., 1:] = np.einsum("st,ntc->nsc", _bell(offsets, _COLOUR_BLUR_PX), planes[..., 1:])
-    return planes[:, pad:-pad]
+    inner = slice(pad, -pad)
+    brightness = _bell(steps + pad, _BETWEEN_PIXELS_PX)[inner] @ planes[..., :1]
+    return np.concatenate([brightness, _bell(steps + pad, _COLOUR_BLUR_PX)[inner] @ planes[..., 1:]], axis=-1)
 
 
 def _unmixed(
@@ -142,9 +142,12 @@ def _offsets(steps: int) -> FloatArray:
     return np.asarray(np.arange(-steps, steps + 1) * _STEP_PX, dtype=np.float64)
 
 
-def _bell(offsets: FloatArray, sigma_px: float) -> FloatArray:
+@lru_cache(maxsize=64)
+def _bell(steps: int, sigma_px: float) -> FloatArray:
+    """Return the matrix (S, S) that blurs what is known at `_offsets(steps)`."""
+    offsets = _offsets(steps)
     kernel = np.exp(-0.5 * ((offsets[:, None] - offsets) / sigma_px) ** 2)
-    return np.asarray(kernel / kernel.sum(axis=1, keepdims=True), dtype=np.float64)
+    return frozen(kernel / kernel.sum(axis=1, keepdims=True))
 
 
 def _linear(planes: FloatArray) -> FloatArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -64,13 +66,13 @@ class Ellipse:
 
 
 def conic_distance(conic: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the signed distance (N,) in pixels of points (N, 2) from a conic (3, 3), positive outside.
+    """Return the signed distance (..., N) in pixels of points (N, 2) from conics (..., 3, 3), positive outside.
 
     Reference: Sampson 1982.
     """
-    product = points @ conic[:2] + conic[2]
-    value = product[:, 0] * points[:, 0] + product[:, 1] * points[:, 1] + product[:, 2]
-    slope = 2.0 * np.hypot(product[:, 0], product[:, 1])
+    product = points @ conic[..., :2, :] + conic[..., 2:, :]
+    value = product[..., 0] * points[:, 0] + product[..., 1] * points[:, 1] + product[..., 2]
+    slope = 2.0 * np.sqrt(product[..., 0] ** 2 + product[..., 1] ** 2)
     distance: FloatArray = value / np.maximum(slope, 1e-12)
     return distance
 
@@ -90,15 +92,15 @@ def fit_ellipse(points: FloatArray, weights: FloatArray | None = None) -> Ellips
         return None
     middle = points.mean(axis=0)
     scale = max(float(np.sqrt(np.mean((points - middle) ** 2))), 1e-9)
-    rows = _design((points - middle) / scale)
-    weight = np.ones(len(points)) if weights is None else np.sqrt(weights)
-    conic = np.zeros((3, 3))
-    by_slope = np.ones(len(points))
+    local = (points - middle) / scale
+    rows = _design(local)
+    squared = np.ones(len(points)) if weights is None else weights
+    conic, by_slope = np.zeros((3, 3)), np.ones(len(points))
     for _ in range(_ROUNDS):
-        _, _, right = np.linalg.svd(rows * (weight * by_slope)[:, None], full_matrices=False)
-        conic = _conic(right[-1])
-        product = np.c_[(points - middle) / scale, np.ones(len(points))] @ conic
-        by_slope = 1.0 / np.maximum(np.linalg.norm(product[:, :2], axis=-1), 1e-6)
+        _, vectors = np.linalg.eigh(rows.T @ (rows * (squared * by_slope)[:, None]))
+        conic = _conic(vectors[:, 0])
+        slope = local @ conic[:2, :2] + conic[2, :2]
+        by_slope = 1.0 / np.maximum(slope[:, 0] ** 2 + slope[:, 1] ** 2, 1e-12)
     found = _ellipse(conic)
     if found is None:
         return None
@@ -123,33 +125,48 @@ def robust_ellipse(points: FloatArray, tolerance_px: float) -> tuple[Ellipse, Bo
     middle = points.mean(axis=0)
     scale = max(float(np.sqrt(np.mean((points - middle) ** 2))), 1e-9)
     local = (points - middle) / scale
-    _, _, right = np.linalg.svd(_design(local)[_draw(len(points))], full_matrices=True)
-    conics = _conic(right[:, -1])
-    is_ellipse = np.linalg.det(conics[:, :2, :2]) > 1e-9
-    homogeneous = np.c_[local, np.ones(len(local))]
-    product = homogeneous @ conics[is_ellipse]
-    slope = 2.0 * np.linalg.norm(product[..., :2], axis=-1)
-    distance = np.abs(np.sum(product * homogeneous, axis=-1)) / np.maximum(slope, 1e-12) * scale
+    distance = _distances(_through_five(_design(local)[_draw(len(points))]), local) * scale
     if not len(distance):
         return None
     cost = np.minimum(distance / tolerance_px, 1.0).sum(axis=1)
     belongs: BoolArray = distance[int(np.argmin(cost))] < tolerance_px
     best: Ellipse | None = None
     for _ in range(_ROUNDS):
-        best = fit_ellipse(points[belongs])
+        best, fitted = fit_ellipse(points[belongs]), belongs
         if best is None:
             return None
         belongs = np.abs(best.distance_px(points)) < tolerance_px
+        if np.array_equal(belongs, fitted):
+            break
     return (best, belongs) if best is not None else None
 
 
+def _through_five(rows: FloatArray) -> FloatArray:
+    """Return the conics (M, 6) through five points each, as rows (M, 5, 6), that are ellipses."""
+    complement, _ = np.linalg.qr(np.swapaxes(rows, -1, -2), mode="complete")
+    six: FloatArray = complement[..., -1]
+    return six[six[:, 0] * six[:, 2] - six[:, 1] ** 2 / 4.0 > 1e-9]
+
+
+def _distances(six: FloatArray, points: FloatArray) -> FloatArray:
+    """Return how far (M, N) points (N, 2) lie off each of the conics (M, 6), to first order."""
+    x, y = points.T
+    a, b, c, d, e, _ = six.T[:, :, None]
+    slope = np.sqrt((2.0 * a * x + b * y + d) ** 2 + (b * x + 2.0 * c * y + e) ** 2)
+    distance: FloatArray = np.abs(six @ _design(points).T) / np.maximum(slope, 1e-12)
+    return distance
+
+
+@lru_cache(maxsize=1024)
 def _draw(count: int) -> IntArray:
     """Draw five of `count` points (_HYPOTHESES, 5), one from each fifth of an arc of 30 to 100 % of the outline."""
     random = np.random.default_rng(count)
     arc = np.repeat([0.3, 0.45, 0.7, 1.0], _HYPOTHESES // 4)[:, None]
     start = random.random((len(arc), 1))
     place = start + arc * (np.arange(5) + random.random((len(arc), 5))) / 5.0
-    return (np.floor(place * count) % count).astype(np.int32)
+    drawn = (np.floor(place * count) % count).astype(np.int32)
+    drawn.setflags(write=False)
+    return drawn
 
 
 def _design(xy: FloatArray) -> FloatArray:
@@ -158,20 +175,21 @@ def _design(xy: FloatArray) -> FloatArray:
 
 
 def _conic(six: FloatArray) -> FloatArray:
-    a, b, c, d, e, f = np.moveaxis(six, -1, 0)
-    rows = [[a, b / 2, d / 2], [b / 2, c, e / 2], [d / 2, e / 2, f]]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    a, b, c, d, e, f = six.tolist()
+    return np.array([[a, b / 2, d / 2], [b / 2, c, e / 2], [d / 2, e / 2, f]])
 
 
 def _ellipse(conic: FloatArray) -> tuple[float, float, float, float, float] | None:
-    core, tail = conic[:2, :2], conic[:2, 2]
-    if np.linalg.det(core) <= 1e-12 * float(np.sum(core * core)):
+    (a, b, d), (_, c, e), (_, _, f) = conic.tolist()
+    determinant = a * c - b * b
+    if determinant <= 1e-12 * (a * a + 2.0 * b * b + c * c):
         return None
-    centre = -np.linalg.solve(core, tail)
-    level = -(conic[2, 2] + tail @ centre)
-    values, vectors = np.linalg.eigh(core / level if level else core)
-    if values[0] <= 0.0:
+    x, y = (b * e - c * d) / determinant, (b * d - a * e) / determinant
+    level = -(f + d * x + e * y) or 1.0
+    a, b, c = a / level, b / level, c / level
+    mean, half = 0.5 * (a + c), math.hypot(0.5 * (a - c), b)
+    least, most = mean - half, mean + half
+    if least <= 0.0:
         return None
-    major = vectors[:, 0]
-    angle = float(np.arctan2(major[1], major[0]))
-    return float(centre[0]), float(centre[1]), float(values[0] ** -0.5), float(values[1] ** -0.5), angle
+    angle = 0.5 * math.atan2(-2.0 * b, c - a)
+    return x, y, least**-0.5, most**-0.5, angle

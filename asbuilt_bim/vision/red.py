@@ -217,12 +217,13 @@ def _blob(patches: _Patches, label: int, step: int) -> RedBlob | None:
 def _elliptic(mask: BoolArray) -> float:
     """Return the overlap (intersection over union) of a patch with the ellipse of its own moments."""
     rows, columns = np.nonzero(mask)
-    points = np.stack([columns, rows], axis=-1).astype(np.float64)
-    middle = points.mean(axis=0)
-    spread = np.cov((points - middle).T, bias=True) + np.eye(2) / 12.0
-    grid = np.stack(np.meshgrid(np.arange(mask.shape[1]), np.arange(mask.shape[0])), axis=-1) - middle
-    inside = np.einsum("hwi,ij,hwj->hw", grid, np.linalg.inv(spread), grid) <= 4.0
-    return float((inside & mask).sum() / (inside | mask).sum())
+    x, y = np.arange(mask.shape[1]) - columns.mean(), np.arange(mask.shape[0]) - rows.mean()
+    along, down = x[columns], y[rows]
+    xx, yy, xy = along @ along / len(rows) + 1.0 / 12.0, down @ down / len(rows) + 1.0 / 12.0, along @ down / len(rows)
+    value = (yy * x**2 - 2.0 * xy * x * y[:, None] + (xx * y**2)[:, None]) / (xx * yy - xy**2)
+    inside = value <= 4.0
+    both = np.count_nonzero(inside & mask)
+    return float(both / (np.count_nonzero(inside) + len(rows) - both))
 
 
 def _are_twins(one: RedBlob, other: RedBlob) -> bool:
