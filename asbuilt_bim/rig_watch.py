@@ -60,8 +60,9 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
         if again is not None and verdict.state in ("doubtful", "knocked"):
             better = refined_rig(rig, verdict, _camera(healths, verdict))
             found.update(again(names, better))
-            left, state = _still_knocked([found[name] for name in names], better)
+            left, state, doubts = _still_knocked([found[name] for name in names], better)
             found.update(left)
+            warnings += doubts
             records.append(_record(verdict, refined=state == "refined"))
             notes.append(f"{what}: refined from {verdict.matches} matches: {turn_in_words(verdict)}; unrefined, "
                          f"{effect_in_words(verdict)}")  # fmt: skip
@@ -120,12 +121,16 @@ def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tup
     return list(zip(verdicts, groups, strict=True))
 
 
-def _still_knocked(outcomes: Sequence[Outcome], rig: StereoRig) -> tuple[dict[str, Outcome], str]:
-    """Refuse what a refined rig doesn't fit either."""
+def _still_knocked(
+    outcomes: Sequence[Outcome], rig: StereoRig
+) -> tuple[dict[str, Outcome], str, tuple[Rejection, ...]]:
+    """Refuse what a refined rig doesn't fit either; warn where its photos leave it open how it stands."""
     verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
     bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
     refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
-    return refused, "not refined" if refused else "refined"
+    doubts = [undetermined_rejection(f"rig refined, {_stations(verdict.stations)}", verdict)
+              for verdict in verdicts if verdict.state == "undetermined"]  # fmt: skip
+    return refused, "not refined" if refused else "refined", tuple(doubts)
 
 
 def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import cv2
@@ -9,7 +10,7 @@ import numpy as np
 
 from asbuilt_bim.camera.board import Board, find_board, same_way_round
 from asbuilt_bim.camera.photo import Photo, decode
-from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectify
+from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of
@@ -52,6 +53,13 @@ def size_error(pair: tuple[Photo, Photo], board: Board, rig: StereoRig) -> float
         slope = np.stack([(misses(at + step) - misses(at - step)) / 2e-6 for step in 1e-6 * np.eye(7)], axis=1)
         at = at - np.linalg.lstsq(slope, misses(at), rcond=None)[0]
     return float(at[6] ** 2 - 1.0)
+
+
+def errors_by(rig: StereoRig, pairs: Sequence[tuple[Photo, Photo]], board: Board) -> FloatArray:
+    """Return the area errors (N, 2) of the boards that are found: plane from corners, plane from pixels."""
+    prepared = rectification(rig)
+    found = [area_errors(pair, board, rig, prepared) for pair in pairs]
+    return np.array([one for one in found if one is not None]).reshape(-1, 2)
 
 
 def area_errors(

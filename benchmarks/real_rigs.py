@@ -16,8 +16,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from board_areas import area_errors, size_error
+from board_areas import errors_by
 from laser_truth import laser_lines
+from published_rig import published_lines
 from table import Line, line, options, report, told
 
 from asbuilt_bim.camera.board import Board
@@ -25,11 +26,9 @@ from asbuilt_bim.camera.calibrate import calibrate_stereo
 from asbuilt_bim.camera.check_length import check_board, refuse_wrong_scale
 from asbuilt_bim.camera.formats import Foreign
 from asbuilt_bim.camera.photo import Photo, read_photo
-from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import AsBuiltError
-from asbuilt_bim.geometry.arrays import FloatArray
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).resolve().parents[1] / "../shared/data"))
 CHESS = {
@@ -38,7 +37,7 @@ CHESS = {
     "barry": Board(kind="chessboard", columns=9, rows=6, square_m=0.025),
     "euroc": Board(kind="chessboard", columns=7, rows=6, square_m=0.06),
 }
-HALVES_LIMIT, SCALE_LIMIT = 0.008, 0.02
+HALVES_LIMIT = 0.008
 FEWEST_HALF = 10
 """Boards of one half of a real rig: there are 29 and 30 pairs, and no more to be had."""
 Pairs = list[tuple[Photo, Photo]]
@@ -48,13 +47,6 @@ def photo_pairs(folder: str, pattern: str, right_of: Callable[[Path], Path] | No
     """Read the pairs of photos of a folder; none where it is absent."""
     right = right_of or (lambda path: path.with_name(path.name.replace("left", "right")))
     return [(read_photo(left), read_photo(right(left))) for left in sorted((DATA / folder).glob(pattern))]
-
-
-def errors_by(rig: StereoRig, pairs: Pairs, board: Board) -> FloatArray:
-    """Return the area errors (N, 2) of the boards that are found: plane from corners, plane from pixels."""
-    prepared = rectification(rig)
-    found = [area_errors(pair, board, rig, prepared) for pair in pairs]
-    return np.array([one for one in found if one is not None]).reshape(-1, 2)
 
 
 def halves_lines(name: str, pairs: Pairs) -> list[Line]:
@@ -76,37 +68,6 @@ def halves_lines(name: str, pairs: Pairs) -> list[Line]:
         told("  signed median, corners / pixels", " / ".join(f"{m:+.2%}" for m in np.nanmedian(all_errors, axis=0)), n),
         told("  worst, corners / pixels", " / ".join(f"{m:.2%}" for m in np.nanmax(np.abs(all_errors), axis=0)), n),
     ]
-
-
-def scale_lines() -> list[Line]:
-    """Measure a board of known squares with the EuRoC rig as it was published.
-
-    The rig stood still: the pairs are one view, and their scatter is no measure of the error. The board is 51 px wide
-    at the right edge of the frame, where the disparity's slope over it disagrees with the board's own perspective by
-    0.4 px: what the published lenses (k1 k2 p1 p2) leave there, whichever way the corners are found (windows of 2 to
-    4 px, in light or in grey: -2.4 to -3.6 %). Its size fitted with its pose to the corners of both photos is right.
-    """
-    folder = DATA / "stereo/euroc"
-    lefts = sorted((folder / "pairs/cam0").glob("*.png"))
-    if not lefts:
-        return [told("euroc: absent, not judged", "", 0)]
-    pairs = [(read_photo(left), read_photo(folder / "pairs/cam1" / left.name)) for left in lefts]
-    published = read_rig(folder / "LeftCameraParams.yaml", folder / "RightCameraParams.yaml")
-    errors = errors_by(published, pairs, CHESS["euroc"])
-    n = len(errors)
-    if not n:
-        return [line("euroc: the board is found in no pair", "", f"<= {SCALE_LIMIT:.0%}", 0, False)]
-    sizes = [size for pair in pairs if (size := size_error(pair, CHESS["euroc"], published)) is not None]
-    median = np.nanmedian(errors, axis=0)
-    worst = np.nanmax(np.abs(errors), axis=0)
-    return [
-        line("euroc: board of 60 mm squares by the published rig, median", f"{median[0]:+.2%}", f"<= {SCALE_LIMIT:.0%}",
-             n, abs(median[0]) <= SCALE_LIMIT, least_n=1),
-        told("  plane from the pixels of both photos instead", f"{median[1]:+.2%}", n),
-        told("  its size fitted with its pose to both photos' corners", f"{np.median(sizes):+.2%}", len(sizes)),
-        told("  worst, corners / pixels", f"{worst[0]:.2%} / {worst[1]:.2%}", n),
-        told("  pairs in which the board was found", f"{n} of {len(pairs)}", len(pairs)),
-    ]  # fmt: skip
 
 
 def rig_of(pairs: Pairs, board: Board) -> StereoRig:
@@ -158,7 +119,7 @@ def main() -> int:
     lines = halves_lines("sourishg", ours)
     if not args.quick:
         lines += halves_lines("stereopi", photo_pairs("rigs/stereopi/pairs", "left*.png"))
-        lines += scale_lines()
+        lines += published_lines(DATA / "stereo/euroc", CHESS["euroc"])
         lines += refusal_lines(photo_pairs("rigs/barry_swapped", "left*.jpg")[::3], ours[::2])
     laser = DATA / "stereo/eth3d_playground"
     lines += laser_lines(laser) if laser.is_dir() else [told("eth3d: absent, not judged", "", 0)]

@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import RejectedStation
 from asbuilt_bim.rig_watch import Outcome, watch_rig
 from tests.vision.test_rig_health import calibrated, health, turned
@@ -61,3 +64,17 @@ def test_a_sound_rig_changes_nothing() -> None:
     watched = watch_rig(given, calibrated())
     assert list(watched.outcomes) == given and watched.warnings == () and watched.notes == ()
     assert watched.records[0].state == "sound"
+
+
+def test_a_refined_rig_that_its_photos_leave_open_is_measured_with_a_warning() -> None:
+    """Of a rig file without covariance nobody knows the lenses, and no area's sigma has them in it."""
+    unknown = replace(calibrated(), covariance=frozen(np.zeros((14, 14))))
+
+    def again(names: Sequence[str], rig: StereoRig) -> Mapping[str, Outcome]:
+        true = turned(calibrated(), (0.0, 0.3, 0.0))
+        return {name: RejectedStation(station=name, rejections=(), health=health(name, true, rig, 1)) for name in names}
+
+    watched = watch_rig(outcomes([0.3, 0.3]), unknown, again)
+    assert watched.records[0].refined
+    (warning,) = watched.warnings
+    assert "rig refined, stations S0 to S1" in str(warning) and "asbuilt-bim calibrate" in str(warning)

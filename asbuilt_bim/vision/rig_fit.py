@@ -21,6 +21,8 @@ _ROUNDS = 25
 _STEP_RAD = 1e-6
 _TUKEY = 4.685  # 95 % efficient on Gaussian noise (Beaton & Tukey 1974)
 _LEAST_SIGMA_PX = 0.02
+LENS_CELLS = (6, 4)
+"""Of the frame: what a lens model leaves changes over about a quarter of the photo."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,11 +33,14 @@ class RigFit:
     `R(turn) (X - b unit(1, ty, tz))` for the right one, and the calibration says `X - b (1, 0, 0)`.
     `information` (5, 5) is the matches' own; `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in
     `relative_units`, into `information @ correction`: so it is the same for photos worked on at a smaller size.
+    `from_lens` (5, 24) does so with what the lenses leave across the rows, in pixels, in each of 6 x 4 cells of the
+    left photo: an error common to all matches of a cell, at every station.
     """
 
     correction_rad: FloatArray
     information: FloatArray
     from_rig: FloatArray
+    from_lens: FloatArray
     matches: int  # those that the fit rests on
     sigma_px: float  # of one match, across its epipolar line
 
@@ -73,6 +78,7 @@ def fit_rig(
         correction_rad=frozen(correction),
         information=frozen(information / pixels_per_point),
         from_rig=frozen(influence @ _rig_jacobian(a, b, rig, camera) * relative_units(rig)),
+        from_lens=frozen(influence @ _cells(left_px, camera)),
         matches=used,
         sigma_px=sigma,
     )
@@ -98,6 +104,15 @@ def rig_numbers(rig: StereoRig) -> FloatArray:
     focal_and_middle = [K[i, j] for K in (rig.left.K, rig.right.K) for i, j in ((0, 0), (1, 1), (0, 2), (1, 2))]
     pose = rig.right_from_left
     return np.concatenate([focal_and_middle, vector_from_rotation(pose[:3, :3]), pose[:3, 3]])
+
+
+def _cells(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return (N, cells), 1 in the cell of the frame in which each match lies."""
+    across, down = LENS_CELLS
+    column = np.clip(pixels[:, 0] * across / camera.width_px, 0, across - 1).astype(np.intp)
+    row = np.clip(pixels[:, 1] * down / camera.height_px, 0, down - 1).astype(np.intp)
+    inside: FloatArray = np.eye(across * down)[row * across + column]
+    return inside
 
 
 def _along(correction: FloatArray) -> FloatArray:

@@ -59,9 +59,10 @@ def undetermined_rejection(what: str, verdict: RigVerdict) -> Rejection:
     """Return the warning where the matches leave the rig's turn open."""
     return Rejection(
         what=what,
-        reason=f"the photos say too little of how the rig stands: {verdict.matches} matches leave an area at "
-        f"{AREA_DISTANCE_M:g} m open by",
+        reason=f"the photos say too little of how the rig stands (it was measured with it all the same): by "
+        f"{verdict.matches} matches {effect_in_words(verdict)}; that leaves it open by",
         value=f"{100 * verdict.area_sigma:.1f} %",
         limit=f"{100 * AREA_LIMIT:g} %",
-        remedy="take stations with near and far things all over the frame",
+        remedy="take stations with near and far things all over the frame; a rig file of another program doesn't say "
+        "how well its lenses are known: calibrate the rig with asbuilt-bim calibrate",
     )

@@ -138,6 +138,26 @@ def test_an_error_of_the_calibration_is_carried_into_the_correction_as_it_arises
     assert abs(foretold[0]) > np.deg2rad(0.01)
 
 
+def bent(of: StereoRig, k1: float) -> StereoRig:
+    """The right lens as it is and not as its file says: some tenths of a pixel within the frame, smoothly over it."""
+    distortion = of.right.distortion + np.r_[k1, np.zeros(len(of.right.distortion) - 1)]
+    return replace(of, right=replace(of.right, distortion=frozen(distortion)))
+
+
+@pytest.mark.parametrize("k1", [-0.006, 0.006])
+def test_what_unknown_lenses_leave_is_not_put_down_to_a_knock(k1: float) -> None:
+    """Six stations agree on a turn that isn't there: a rig file without covariance can't tell it from its lenses."""
+    used = replace(rig(), covariance=frozen(np.zeros((14, 14))))
+    verdict = judge([health(f"S{i}", bent(used, k1), used, i) for i in range(6)], used)
+    assert abs(verdict.area_effect) > 3.0 * worst_area_effect(verdict.correction_rad, verdict.noise, CAMERA)[1]
+    assert verdict.state == "undetermined" and abs(verdict.area_effect) < 3.0 * verdict.area_sigma
+
+
+def test_a_plain_knock_shows_with_unknown_lenses_too() -> None:
+    used = replace(rig(), covariance=frozen(np.zeros((14, 14))))
+    assert judge([health("S", turned(used, (0.0, 0.2, 0.0)), used, 1)], used).state == "knocked"
+
+
 def test_an_untouched_rig_is_sound_and_a_visits_stations_are_one_stretch() -> None:
     (verdict,) = judge_visit([health(f"S{i}", calibrated(), calibrated(), i) for i in range(4)], calibrated())
     assert verdict.state == "sound" and verdict.stations == ("S0", "S1", "S2", "S3")
