@@ -22,8 +22,6 @@ MATCHED_PX = 3.8
 """How far a matched surface's border errs: half of the matcher's window."""
 LEAST_WEIGHT = 0.1
 """With less weight than this the coarse opinion isn't worth the time: the photo is large, geometry finer."""
-LOOKED_AT_PX = 700.0
-"""Width that a network's own masks are drawn at: its map has 192 cells there."""
 EVEN = 4e-4
 """Variance of grey (0..1) under which a window has no edge: (5 of 255) squared."""
 
@@ -51,8 +49,8 @@ def finer(matched: BoolArray, coarse: BoolArray, photo: ByteImage) -> BoolArray:
     reach = round(2.0 * weights.band_px) + 1
     window = (slice(max(0, y - reach), y + height + reach), slice(max(0, x - reach), x + width + reach))
     grey = cv2.cvtColor(photo[window], cv2.COLOR_BGR2GRAY).astype(np.float32) * np.float32(1.0 / 255.0)
-    own = _inside_px(matched[window], weights.band_px)
-    mean = (1.0 - weights.coarse) * own + weights.coarse * _inside_px(coarse[window], weights.band_px)
+    own = inside_px(matched[window], weights.band_px)
+    mean = (1.0 - weights.coarse) * own + weights.coarse * inside_px(coarse[window], weights.band_px)
     once = _guided(grey, mean.astype(np.float32), round(weights.band_px))
     half = np.float32(0.5 * weights.band_px)
     twice = _guided(grey, np.clip(once, -half, half), round(0.6 * weights.band_px))
@@ -62,36 +60,7 @@ def finer(matched: BoolArray, coarse: BoolArray, photo: ByteImage) -> BoolArray:
     return found
 
 
-def finer_alone(coarse: BoolArray, photo: ByteImage) -> BoolArray:
-    """Return a network's mask (H, W) with its border drawn to the BGR photo's edges, within three cells of its map.
-
-    A large photo is looked at smaller: its finest edges lie within one cell.
-    """
-    if not coarse.any():
-        return coarse
-    scale = min(1.0, LOOKED_AT_PX / photo.shape[1])
-    band = 3.0 * COARSE_SHARE * photo.shape[1]
-    x, y, width, height = cv2.boundingRect(coarse.view(np.uint8))
-    reach = round(2.0 * band) + 1
-    window = (slice(max(0, y - reach), y + height + reach), slice(max(0, x - reach), x + width + reach))
-    part = cv2.cvtColor(photo[window], cv2.COLOR_BGR2GRAY).astype(np.float32) * np.float32(1.0 / 255.0)
-    inside = coarse[window].astype(np.float32)
-    if scale < 1.0:
-        part, inside = _shrunk(part, scale), _shrunk(inside, scale)
-    drawn = _guided(part, _inside_px(inside > 0.5, scale * band), round(0.5 * scale * band))
-    if scale < 1.0:
-        size = (coarse[window].shape[1], coarse[window].shape[0])
-        drawn = np.asarray(cv2.resize(drawn, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-    found = np.zeros_like(coarse)
-    found[window] = drawn > 0.0
-    return found
-
-
-def _shrunk(image: Float32Array, scale: float) -> Float32Array:
-    return np.asarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.float32)
-
-
-def _inside_px(mask: BoolArray, most_px: float) -> Float32Array:
+def inside_px(mask: BoolArray, most_px: float) -> Float32Array:
     """Return how many pixels deep inside (or, negative, outside) each pixel lies, at most `most_px`."""
     inside = mask.astype(np.uint8)
     deep = np.asarray(cv2.distanceTransform(inside, cv2.DIST_L2, 3), dtype=np.float32)

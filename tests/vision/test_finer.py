@@ -6,9 +6,11 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray
-from asbuilt_bim.vision.finer import finer, finer_alone
+from asbuilt_bim.vision.colour_guide import ColourGuide
+from asbuilt_bim.vision.finer import finer
 
 H, W = 480, 640
+OFF = 3.0 / 190.0
 TRUE = np.zeros((H, W), bool)
 TRUE[101:380, 203:420] = True
 
@@ -65,10 +67,26 @@ def test_an_empty_mask_stays_empty_and_one_at_the_photos_border_is_allowed() -> 
     assert finer(cut, cut, photo())[110:370, 0].all()
 
 
-def test_a_networks_own_mask_is_drawn_towards_the_edges_too_and_alike_in_a_photo_twice_as_large() -> None:
+def test_a_networks_own_mask_is_drawn_to_the_edges_too_and_alike_in_a_photo_twice_as_large() -> None:
     coarse = blunt(TRUE)
-    assert wrong(finer_alone(coarse, photo())) < 0.8 * wrong(coarse)
+    assert wrong(ColourGuide.of(photo(), OFF).drawn(coarse)) < 0.3 * wrong(coarse)
     large, twice = (cv2.resize(one, (2 * W, 2 * H), interpolation=cv2.INTER_LINEAR) for one in (photo(), coarse * 1.0))
-    again = cv2.resize(finer_alone(twice > 0.5, np.asarray(large, np.uint8)).view(np.uint8), (W, H)) > 0
-    assert wrong(again) < 0.8 * wrong(coarse)
-    assert not finer_alone(np.zeros_like(TRUE), photo()).any()
+    drawn = ColourGuide.of(np.asarray(large, np.uint8), OFF).drawn(twice > 0.5)
+    assert wrong(cv2.resize(drawn.view(np.uint8), (W, H)) > 0) < 0.3 * wrong(coarse)
+    assert not ColourGuide.of(photo(), OFF).drawn(np.zeros_like(TRUE)).any()
+
+
+def test_an_edge_between_two_colours_of_one_grey_is_found() -> None:
+    grey = np.array([0.114, 0.587, 0.299])  # of blue, green and red
+    colours = photo(contrast=0).astype(np.float64)
+    colours[TRUE] += 40.0 * np.array([1.0 / grey[0], -1.0 / grey[1], 0.0]) * grey.min() / 0.3
+    even = np.clip(colours, 0, 255).astype(np.uint8)
+    assert abs(float(cv2.cvtColor(even, cv2.COLOR_BGR2GRAY)[TRUE].mean()) - 110.0) < 2.0
+    assert wrong(ColourGuide.of(even, OFF).drawn(blunt(TRUE))) < 0.3 * wrong(blunt(TRUE))
+
+
+def test_a_photo_of_odd_size_and_a_mask_in_its_corner_are_allowed() -> None:
+    odd = np.zeros((77, 93, 3), np.uint8)
+    corner = np.zeros((77, 93), bool)
+    corner[70:, 85:] = True
+    assert ColourGuide.of(odd, OFF).drawn(corner)[76, 92]

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
+from asbuilt_bim.vision.colour_guide import ColourGuide
 from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.finer import finer_alone
+from asbuilt_bim.vision.finer import COARSE_SHARE
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
@@ -30,6 +31,8 @@ from asbuilt_bim.vision.stereo import SIXTEENTHS, disparity_sigma
 
 LEAST_PIXELS = 150
 """A smaller mask is a crumb, whatever its class: no face is measured on it."""
+CELLS_OFF = 3.0
+"""How far the border of a network's own mask may be off, in cells of its map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,10 +106,10 @@ class NetworkSegmenter:
             relief = relief_of(geometry, measured[0], scene, fit) if measured is not None else None
         found: list[tuple[Meaning, Sighting]] = []
         taken = np.zeros(image.shape[:2], dtype=bool)
+        guide = ColourGuide.of(image, CELLS_OFF * COARSE_SHARE) if card.layout == "centres" else None
         for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit, relief):
             meaning = card.meaning(one.number)
-            coarse = card.layout == "centres" and meaning != "other"
-            drawn = finer_alone(one.mask, image) if coarse else one.mask
+            drawn = guide.drawn(one.mask) if guide is not None and meaning != "other" else one.mask
             mask = drawn & ~taken
             if meaning is None or np.count_nonzero(mask) < LEAST_PIXELS:
                 continue
