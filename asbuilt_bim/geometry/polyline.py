@@ -55,14 +55,16 @@ def fit_line(x: FloatArray, y: FloatArray, sigma: FloatArray, steps: int = 5) ->
     residual = np.zeros_like(x)
     for _ in range(steps):
         w = weight / np.square(sigma)
-        mean_x, mean_y = np.average(x, weights=w), np.average(y, weights=w)
-        spread = float(np.sum(w * (x - mean_x) ** 2))
-        slope = float(np.sum(w * (x - mean_x) * (y - mean_y))) / spread if spread > 0.0 else 0.0
-        offset = float(mean_y - slope * mean_x)
+        total = float(w.sum())
+        mean_x, mean_y = float(w @ x) / total, float(w @ y) / total
+        aside = w * (x - mean_x)
+        spread = float(aside @ (x - mean_x))
+        slope = float(aside @ (y - mean_y)) / spread if spread > 0.0 else 0.0
+        offset = mean_y - slope * mean_x
         residual = y - slope * x - offset
         scale = max(1.0, 1.4826 * median(np.abs(residual / sigma)))
         weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale * sigma)), 1e-6, None))
-    return slope, offset, float(np.sqrt(np.average(residual**2, weights=weight)))
+    return slope, offset, float(np.sqrt(weight @ np.square(residual) / weight.sum()))
 
 
 def fit_circle(x: FloatArray, z: FloatArray, weight: FloatArray) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray
@@ -108,7 +109,5 @@ def _windowed(grid: FloatArray, half: int) -> FloatArray:
 
 
 def _running_max(grid: FloatArray, half: int) -> FloatArray:
-    padded = np.pad(grid, ((0, 0), (half, half)))
-    views = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=1)
-    largest: FloatArray = views.max(axis=2)
-    return largest
+    kernel = np.ones((1, 2 * half + 1), np.uint8)
+    return np.asarray(cv2.dilate(grid, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0.0), dtype=np.float64)

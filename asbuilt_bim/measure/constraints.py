@@ -8,7 +8,8 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.adjust import EdgeSight, Touch, adjust_planes
-from asbuilt_bim.measure.drafts import Draft, Workbench
+from asbuilt_bim.measure.drafts import Draft
+from asbuilt_bim.measure.workbench import Workbench
 
 
 def adjust_drafts(

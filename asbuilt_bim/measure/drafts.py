@@ -8,18 +8,17 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.measure.adjust import PlaneSight
-from asbuilt_bim.measure.edges import Gradients, gradients, pixel_plane
+from asbuilt_bim.measure.edges import Gradients, pixel_plane
 from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.raster import nonzero
-from asbuilt_bim.measure.refine import Pictures, PlaneFit, pictures, refine_plane
+from asbuilt_bim.measure.refine import PlaneFit, refine_plane
 from asbuilt_bim.measure.straight import Surroundings
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene import Scene, q_of_piece
 from asbuilt_bim.vision.segment import Instance
-from asbuilt_bim.vision.stereo import grey
 
 LEAST_SHARE = 0.3
 """A piece belongs to the instance that covers at least this share of it."""
@@ -31,7 +30,6 @@ MATCHER_MISS_PX = 24.0
 EDGE_PX = 6.0
 """A matcher's answer this near a border may be the neighbour's; further off it means what it says."""
 OFF_PLANE_PX = 1.5
-FRAME_MARGIN_PX = 4
 HIDDEN_SHARE = 0.12
 LEAK_PX, SLANT_PX = 0.5, 9.0
 """What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border; and
@@ -50,35 +48,6 @@ class Draft:
     sight: PlaneSight
     refined: bool
     outline: Outline | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Workbench:
-    """What every face of a station is worked on with."""
-
-    pair: RectifiedPair
-    scene: Scene
-    both: Pictures
-    slopes: Gradients
-    grey_levels: tuple[Float32Array, Float32Array]
-    marks: BoolArray  # (H, W) print on boards: holds no plane and no edge
-    frame: BoolArray  # (H, W) within a few px of where the left photo ends
-    disparity_px: Float32Array  # (H, W) as measured, NaN where not
-
-
-def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None) -> Workbench:
-    """Lay out the pair for measuring: smoothed pictures, gradients, and where the frame ends."""
-    left, right = grey(pair.left), grey(pair.right)
-    return Workbench(
-        pair=pair,
-        scene=scene,
-        both=pictures(left, right, pair.valid_right),
-        slopes=gradients(left, right, pair.valid_right),
-        grey_levels=(left, right),
-        marks=marks if marks is not None else np.zeros(pair.valid_left.shape, dtype=bool),
-        frame=_frame(pair.valid_left),
-        disparity_px=scene.level.disparity_px.astype(np.float32),
-    )
 
 
 def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
@@ -184,7 +153,7 @@ def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
         inside = filled(draft.outline.rings, draft.mask.shape)
         core = cv2.erode(inside.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
         core &= _near(bench, draft, 1.5) & ~bench.marks
-        fit = refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px)
+        fit = refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px, again=draft.refined)
         sight = _sight(fit, draft.mask, bench) if fit is not None else draft.sight
         better.append(replace(draft, sight=sight, refined=draft.refined or fit is not None))
     return better
@@ -250,9 +219,3 @@ def _texture(slopes: Gradients, mask: BoolArray) -> float:
     """Return the gradient that an edge must stand out of: twice the usual one on the face."""
     x, y = slopes.left_x[mask], slopes.left_y[mask]
     return float(np.clip(2.0 * np.median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5
-
-
-def _frame(valid: BoolArray) -> BoolArray:
-    """Say which left pixels lie within a few px of the photo's end, or beyond it."""
-    kernel = np.ones((2 * FRAME_MARGIN_PX + 1,) * 2, np.uint8)
-    return np.asarray(cv2.erode(valid.astype(np.uint8), kernel, borderValue=0) == 0)

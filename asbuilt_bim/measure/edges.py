@@ -214,30 +214,31 @@ def _strongest(
 ) -> tuple[float, float, float] | None:
     """Return (offset at the middle, turn, mean vote) of the line through the profiles that collects most votes."""
     shifts = np.flatnonzero(np.abs(across) <= reach)
-    rows = np.arange(len(along))[:, None]
-    best: tuple[float, float, float] | None = None
-    best_score = 0.0
-    for end in np.linspace(-half_turn, half_turn, TURN_STEPS):
-        turn = 2.0 * end / length
-        moved = np.round(turn * (along - 0.5 * length) / STEP_PX).astype(np.intp)
-        mean = votes[rows, shifts[None, :] + moved[:, None]].mean(axis=0)
-        score = mean * np.exp(-0.5 * np.square(across[shifts] / prior)) * np.exp(-0.5 * np.square(end / 2.0))
-        top = int(np.argmax(score))
-        if score[top] > best_score:
-            best_score = float(score[top])
-            best = (float(across[shifts[top]]), float(turn), float(mean[top]))
-    return best
+    ends = np.linspace(-half_turn, half_turn, TURN_STEPS)
+    turns = 2.0 * ends / length
+    moved = np.round(turns[:, None] * (along - 0.5 * length) / STEP_PX).astype(np.intp)
+    starts = np.arange(len(along)) * len(across) + shifts[0] + moved  # of each profile's window, by turn
+    windows = np.lib.stride_tricks.sliding_window_view(votes.ravel(), len(shifts))
+    mean = np.stack([windows[start].mean(axis=0) for start in starts])
+    score = mean * np.exp(-0.5 * np.square(across[shifts] / prior)) * np.exp(-0.5 * np.square(ends / 2.0))[:, None]
+    turn, top = np.unravel_index(int(np.argmax(score)), score.shape)
+    if not score[turn, top] > 0.0:
+        return None
+    return float(across[shifts[top]]), float(turns[turn]), float(mean[turn, top])
 
 
 def _subpixel(
     profile: FloatArray, votes: FloatArray, across: FloatArray, along: FloatArray, centre: FloatArray, length: float
 ) -> tuple[float, float, float, float] | None:
     """Fit a line to each profile's own peak near `centre`: offset at the middle, slope, sigma, median contrast."""
-    near = np.abs(across[None, :] - centre[:, None]) <= 1.5
-    height = np.where(near, np.abs(profile), -1.0)
-    peak = np.clip(np.argmax(height, axis=1), 1, len(across) - 2)
     rows = np.arange(len(along))
-    before, top, after = (np.abs(profile)[rows, peak + k] for k in (-1, 0, 1))
+    place_near = np.searchsorted(across, centre - 1.5)[:, None] + np.arange(int(3.0 / STEP_PX) + 1)
+    place_near = np.minimum(place_near, len(across) - 1)
+    height = np.where(
+        np.abs(across[place_near] - centre[:, None]) <= 1.5, np.abs(profile[rows[:, None], place_near]), -1.0
+    )
+    peak = np.clip(place_near[rows, np.argmax(height, axis=1)], 1, len(across) - 2)
+    before, top, after = (np.abs(profile[rows, peak + k]) for k in (-1, 0, 1))
     bend = before - 2.0 * top + after
     inner = (bend < -1e-9) & (np.abs(across[peak] - centre) < 1.45)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -245,17 +246,22 @@ def _subpixel(
     weight = np.where(inner, votes[rows, peak] + 1e-3, 0.0)
     if np.count_nonzero(inner) < 6 or weight.sum() < 1e-2:
         return None
-    s = along - 0.5 * length
-    design = np.stack([np.ones_like(s), s / length], axis=1)
+    s = along / length - 0.5
+    off = place - centre
     tukey = np.ones_like(s)
-    solution = np.zeros(2)
+    shift = slope = 0.0
     for _ in range(5):
         w = weight * tukey
-        normal = (design * w[:, None]).T @ design + np.diag([0.0, 1e-3 * w.sum()])
-        solution = np.linalg.solve(normal, (design * w[:, None]).T @ (place - centre)) if w.sum() > 1e-6 else solution
-        residual = place - centre - design @ solution
+        total = float(w.sum())
+        if total > 1e-6:
+            ws = w * s
+            one, two, moment = float(ws.sum()), float(ws @ s) + 1e-3 * total, float(ws @ off)
+            mean = float(w @ off)
+            slope = (total * moment - one * mean) / (total * two - one * one)
+            shift = (mean - one * slope) / total
+        residual = off - shift - slope * s
         scale = max(0.15, 1.4826 * median(np.abs(residual[inner])))
-        tukey = np.square(np.clip(1.0 - np.square(residual / (3.0 * scale)), 0.0, None))
+        tukey = np.square(np.maximum(1.0 - np.square(residual / (3.0 * scale)), 0.0))
     kept = weight * tukey
     total = float(kept.sum())
     if total < 1e-6:
@@ -265,5 +271,5 @@ def _subpixel(
     independent = max(total**2 / float(np.sum(kept**2)) / 3.0, 2.0)
     sigma = float(np.hypot(scatter / np.sqrt(independent), EDGE_FLOOR_PX))
     turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
-    offset = float(centre[0] - turn * (along[0] - 0.5 * length) + solution[0])
-    return offset, float(turn + solution[1] / length), sigma, median(top[inner])
+    offset = float(centre[0] - turn * (along[0] - 0.5 * length) + shift)
+    return offset, float(turn + slope / length), sigma, median(top[inner])

@@ -14,12 +14,13 @@ from asbuilt_bim.geometry.disparity_plane import plane_of
 from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
-from asbuilt_bim.measure.drafts import Draft, Workbench
+from asbuilt_bim.measure.drafts import Draft
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.outline import Outline
 from asbuilt_bim.measure.proof import is_open
 from asbuilt_bim.measure.uncertainty import image_sigma_m2
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.segment import Instance
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.outline import Outline
 from asbuilt_bim.measure.walk import at_places, walk
+from asbuilt_bim.measure.workbench import Workbench
 
 NEARER_PX = 1.2
 """A thing 0.15 m before a wall at 6 m; less is a joint, a chamfer, the ground rising from its edge."""

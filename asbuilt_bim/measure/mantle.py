@@ -12,8 +12,8 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, median
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import Line, edge_share, pixel_plane
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.warp import sample
 
 STEP_PX = 0.5

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.outline import FaceEdge, Outline
 from asbuilt_bim.measure.walk import at_places, walk
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene import q_of_piece
 from asbuilt_bim.vision.warp import sample
 
@@ -125,19 +125,13 @@ def _looks_other(bench: Workbench, points: FloatArray, normals: FloatArray) -> b
 
 def _in_one_plane(bench: Workbench, q_px: FloatArray, label: int) -> list[int]:
     """Return the other flat pieces that lie on the face's plane: past its side the face goes on in them."""
-    scene, level = bench.scene, bench.scene.level
     found: list[int] = []
-    for number, piece in enumerate(scene.pieces):
-        if number == label or piece.circle is not None or scene.sizes[number] == 0:
+    for number, (rays, disparity) in bench.samples.items():
+        if number == label or len(disparity) <= LEAST_KNOWN:
             continue
-        q = q_of_piece(piece, level)
+        q = q_of_piece(bench.scene.pieces[number], bench.scene.level)
         cosine = float(q @ q_px) / float(np.linalg.norm(q) * np.linalg.norm(q_px))
-        if cosine < np.cos(np.radians(SAME_PLANE_DEG)):
-            continue
-        rows, columns = scene.pixels(number)
-        step = level.disparity_px[rows, columns] - level.rays[rows, columns] @ q_px
-        step = step[np.isfinite(step)]
-        if step.size > LEAST_KNOWN and abs(median(step)) < OFF_PX:
+        if cosine >= np.cos(np.radians(SAME_PLANE_DEG)) and abs(median(disparity - rays @ q_px)) < OFF_PX:
             found.append(number)
     return found
 

@@ -21,6 +21,8 @@ BLOCK_PX = 16
 """Residuals within a block are taken as one observation: texture and interpolation err together over that far."""
 MOST_PIXELS = 40_000
 """Enough for thousandths of a pixel; more only costs time."""
+ENOUGH_COARSE = 8_000
+"""For the coarse level, which only has to lead into the fine one's basin."""
 MOST_STEEP = 5.0
 STILL_PX = 0.002
 """A step that moves no pixel further than this is the last one."""
@@ -64,11 +66,12 @@ def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: Boo
 
 
 def refine_plane(
-    both: Pictures, rays: FloatArray, mask: BoolArray, start_px: FloatArray, most_px: float = 2.5
+    both: Pictures, rays: FloatArray, mask: BoolArray, start_px: FloatArray, most_px: float = 2.5, again: bool = False
 ) -> PlaneFit | None:
     """Refine q (3,) on the pixels of `mask` (H, W); None where the pictures don't hold it.
 
-    Refused where it diverges: a disparity inside the mask that moves by over `most_px`, or a picture without texture.
+    `again`: the start was refined before, on other pixels, and needs no wide basin. Refused where it diverges: a
+    disparity inside the mask that moves by over `most_px`, or a picture without texture.
 
     Reference: the plane-induced homography, x_right = x - q . r.
     """
@@ -85,8 +88,10 @@ def refine_plane(
         return None
     q = np.asarray(start_px, dtype=np.float64)
     fit: PlaneFit | None = None
-    for left, right, steps in ((*both.coarse, 4), (*both.fine, 6)):
-        fit = _gauss_newton(left, right, rows, columns, r, q, steps)
+    some = slice(None, None, max(1, rows.size // ENOUGH_COARSE))
+    levels = [(*both.coarse, some, 4), (*both.fine, slice(None), 6)]
+    for left, right, used, steps in levels[1 if again else 0 :]:
+        fit = _gauss_newton(left, right, rows[used], columns[used], r[used], q, steps)
         if fit is None or float(np.max(np.abs(r @ (fit.q_px - start_px)))) > most_px:
             return None
         q = fit.q_px

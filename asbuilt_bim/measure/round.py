@@ -11,7 +11,6 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.outline import Outline
@@ -19,6 +18,7 @@ from asbuilt_bim.measure.round_circle import fit_circle
 from asbuilt_bim.measure.round_ends import find_ends
 from asbuilt_bim.measure.silhouettes import chord_plane, facing_plane
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, rings_area_m2
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.segment import Instance
 
 ARC_POINTS = 24

@@ -8,9 +8,9 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.round_piece import LEAST_RADIUS_M, MOST_RADIUS_M, Circle, disparity_of_circle
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.mantle import MantleEnd, mantle_end
 from asbuilt_bim.measure.silhouettes import Touching, chord_plane, expected_side, find_silhouettes, touch_silhouettes
+from asbuilt_bim.measure.workbench import Workbench
 
 WIDE_PX = (7.0, 3.0)
 CLOSE_PX = (3.0, 1.0)

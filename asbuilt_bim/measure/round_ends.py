@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import edge_share
 from asbuilt_bim.measure.mantle import MantleEnd, foreign_share, shares_beside
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.warp import sample
 
 CORE = 0.6

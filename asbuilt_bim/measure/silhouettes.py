@@ -9,9 +9,9 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.round_piece import Circle
-from asbuilt_bim.measure.drafts import Workbench
 from asbuilt_bim.measure.edges import Gradients, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline import ALONE_SIGMA_PX, ALONE_STRENGTH, LEAST_STRENGTH, image_direction
+from asbuilt_bim.measure.workbench import Workbench
 
 MOST_AT_FRAME = 0.3
 """A side that the photo's end cuts on this share of its rows isn't seen."""

@@ -15,17 +15,16 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.measure.constraints import adjust_drafts
 from asbuilt_bim.measure.drafts import (
     Draft,
-    Workbench,
     draft_faces,
     outline_faces,
     pieces_of,
     refine_inside,
-    workbench,
 )
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.finish import Settled, finish_face
 from asbuilt_bim.measure.round import fit_round_column, round_face
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2
+from asbuilt_bim.measure.workbench import Workbench, workbench
 from asbuilt_bim.vision.scene import Scene
 from asbuilt_bim.vision.segment import Instance
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +16,9 @@ from asbuilt_bim.geometry.transform import apply, rotation_from_vector, vector_f
 def polygon_area(points_m: FloatArray) -> float:
     """Return the area of a nearly flat ring (N, 3) in space: half the length of its vector area."""
     centred = points_m - points_m.mean(axis=0)
-    return 0.5 * float(np.linalg.norm(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)))
+    turning = centred.T @ np.concatenate([centred[1:], centred[:1]])
+    (_, xy, xz), (yx, _, yz), (zx, zy, _) = turning.tolist()  # the cross products' sum is what isn't symmetric in it
+    return 0.5 * math.hypot(yz - zy, zx - xz, xy - yx)
 
 
 def rings_area_m2(rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera) -> float:
@@ -73,14 +76,17 @@ def calibration_sigmas_m2(
     steps = np.sqrt(np.maximum(np.diag(rig.covariance), 1e-20))
     areas = np.zeros((len(outlines), len(steps)))
     nominal = _rig_numbers(rig)
-    seen = [[_seen(_left_points(ring, q, camera), nominal) for ring in rings] for rings, q in outlines]
+    points = [_left_points(ring, q, camera) for rings, q in outlines for ring in rings]
+    ends = np.cumsum([len(ring) for ring in points])[:-1]
+    left, right = _seen(np.concatenate(points), nominal)
     for k, step in enumerate(steps):
         for sign in (1.0, -1.0):
             moved = nominal.copy()
             moved[k] += sign * step
-            for i, rings in enumerate(seen):
-                sizes = [polygon_area(_triangulated(left, right, moved)) for left, right in rings]
-                areas[i, k] += sign * 0.5 * (sizes[0] - sum(sizes[1:])) / step
+            sizes = iter([polygon_area(ring) for ring in np.split(_triangulated(left, right, moved), ends)])
+            for i, (rings, _) in enumerate(outlines):
+                outer, *holes = (next(sizes) for _ in rings)
+                areas[i, k] += sign * 0.5 * (outer - sum(holes)) / step
     variance = np.einsum("ik,kl,il->i", areas, rig.covariance, areas)
     sigmas: FloatArray = np.sqrt(np.maximum(variance, 0.0))
     return sigmas

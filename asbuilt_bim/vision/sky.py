@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import grey
@@ -95,8 +94,8 @@ def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> 
     found = np.zeros_like(sky)
     count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
     pieces = [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
-    while pieces and (fits := _gradient(sky | found, colour)) is not None:
-        alike = [bool(np.mean(fits(piece)) >= ALIKE) for piece in pieces]
+    while pieces and (gradient := _gradient(sky | found, colour)) is not None:
+        alike = [bool(np.mean(gradient.fits(piece)) >= ALIKE) for piece in pieces]
         if not any(alike):
             break
         found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
@@ -112,36 +111,60 @@ def coloured_like(photo: ByteImage, sky: BoolArray) -> BoolArray:
     fits = _gradient(sky, photo)
     if fits is None:
         return np.zeros_like(sky)
-    alike = fits(np.arange(sky.size)).reshape(sky.shape)
+    alike = fits.everywhere()
     _, parts, stats, _ = cv2.connectedComponentsWithStats(alike.astype(np.uint8), connectivity=4)
     kept: BoolArray = alike & (stats[:, cv2.CC_STAT_AREA] >= SPECK_PIXELS)[parts]
     return kept
 
 
-def _gradient(sky: BoolArray, colour: np.ndarray) -> Callable[[np.ndarray], BoolArray] | None:
-    """Return what says of pixels, by their numbers, whether they have the colour (H, W, 3) that the sky has there."""
-    flat, size = colour.reshape(-1, 3), np.array(sky.shape)
-    known = np.flatnonzero(sky)
-    if len(known) < LEAST_PIXELS:
-        return None
-    known = known[:: max(1, len(known) // MOST_SAMPLES)]
-    design = _places(known, size)
-    gradient, *_ = np.linalg.lstsq(design, flat[known].astype(np.float64), rcond=None)
-    spread = 1.4826 * np.median(np.abs(flat[known] - design @ gradient), axis=0)
-    if np.any(spread > MOST_SPREAD_GREY):
-        return None
-    most = 3.0 * np.maximum(spread, LEAST_SPREAD_GREY)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Gradient:
+    """The sky's colour by place: `slope` (3, 3) of row, column and 1, as shares of the photo; what it differs by."""
 
-    def fits(numbers: np.ndarray) -> BoolArray:
-        alike: BoolArray = np.all(np.abs(flat[numbers] - _places(numbers, size) @ gradient) < most, axis=1)
+    colour: np.ndarray  # (H, W, 3)
+    slope: FloatArray
+    most: FloatArray  # (3,)
+
+    def fits(self, numbers: np.ndarray) -> BoolArray:
+        """Say which pixels, by their numbers, have the colour that the sky has there."""
+        height, width, _ = self.colour.shape
+        rows, columns = np.divmod(numbers, width)
+        there = self.colour.reshape(-1, 3)[numbers]
+        alike: BoolArray = np.all(
+            np.abs(there - _places(rows, columns, (height, width)) @ self.slope) < self.most, axis=1
+        )
         return alike
 
-    return fits
+    def everywhere(self) -> BoolArray:
+        """Say the same of all pixels (H, W)."""
+        height, width, _ = self.colour.shape
+        alike = np.ones((height, width), dtype=bool)
+        for channel, (down, across, level) in enumerate(self.slope.T.astype(np.float32)):
+            expected = (np.arange(height, dtype=np.float32) * (down / height) + level)[:, None]
+            expected = expected + np.arange(width, dtype=np.float32) * (across / width)
+            alike &= np.abs(self.colour[..., channel] - expected) < self.most[channel]
+        return alike
 
 
-def _places(numbers: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Return row and column, as shares of the photo, and a one (N, 3) of pixels by their numbers."""
-    return np.column_stack([*(np.unravel_index(numbers, size) / size[:, None]), np.ones(len(numbers))])
+def _gradient(sky: BoolArray, colour: np.ndarray) -> _Gradient | None:
+    """Fit the gradient of the colour (H, W, 3) over the sky; None where too little is known or it scatters too much."""
+    rows, columns = np.nonzero(sky)
+    if len(rows) < LEAST_PIXELS:
+        return None
+    some = slice(None, None, max(1, len(rows) // MOST_SAMPLES))
+    rows, columns = rows[some], columns[some]
+    known = colour[rows, columns].astype(np.float64)
+    design = _places(rows, columns, sky.shape)
+    slope, *_ = np.linalg.lstsq(design, known, rcond=None)
+    spread = 1.4826 * np.median(np.abs(known - design @ slope), axis=0)
+    if np.any(spread > MOST_SPREAD_GREY):
+        return None
+    return _Gradient(colour=colour, slope=slope, most=3.0 * np.maximum(spread, LEAST_SPREAD_GREY))
+
+
+def _places(rows: np.ndarray, columns: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
+    """Return row and column, as shares of the photo, and a one (N, 3)."""
+    return np.column_stack([rows / size[0], columns / size[1], np.ones(len(rows))])
 
 
 def _local_level(mean: np.ndarray, sky: BoolArray) -> np.ndarray:

@@ -12,6 +12,7 @@ from asbuilt_bim.geometry.level import level_view, pixel_rays
 from asbuilt_bim.measure.edges import EdgeFit, Line
 from asbuilt_bim.measure.outline import FaceEdge, Outline, Source
 from asbuilt_bim.measure.proof import is_open
+from asbuilt_bim.measure.workbench import samples_of
 
 SIZE = 240
 LOW, HIGH = 80, 160
@@ -34,6 +35,7 @@ def scene() -> SimpleNamespace:
     return SimpleNamespace(
         pair=SimpleNamespace(camera=camera),
         scene=SimpleNamespace(level=level, labels=labels, pieces=(), pixels=lambda n: np.nonzero(labels == n)),
+        samples={},
         frame=np.zeros((SIZE, SIZE), dtype=bool),
         grey_levels=(np.full((SIZE, SIZE), 90.0, dtype=np.float32),) * 2,
         slopes=SimpleNamespace(
@@ -128,6 +130,7 @@ def piece_beyond(bench: SimpleNamespace, slope: float) -> None:
     bench.scene.labels[LOW:HIGH, HIGH + 12 : HIGH + 60] = 0
     piece = Piece(x0_px=52.0, x1_px=100.0, slope=slope, offset_px=FACE_PX, circle=None, rms_px=0.1, chain=0)
     bench.scene.pieces, bench.scene.sizes = (piece,), np.array([48 * (HIGH - LOW)])
+    bench.samples = samples_of(bench.scene)
 
 
 def test_a_strip_between_two_pieces_of_one_plane_is_no_end_of_either() -> None:
