@@ -6,12 +6,18 @@ python benchmarks/speed.py --quick                         two stations
 Processor seconds of one thread, everything in one process and one run. Unavoidable: decoding both photos, rectifying
 both, one pass of semi-global matching at that size, and one pass of a network where one is named (the published
 YOLOv8n-seg of the shared data stands in for it; without the data that line is left out).
+
+What a station spends within OpenCV's own functions is told beside: with everything else for nothing, it would still
+take that much. Most of it is asked for: matching with the photo's left border, a second look past bars, markers, the
+plumb line from upright edges, and the rig's health from matches of its own.
 """
 
 from __future__ import annotations
 
+import cProfile
 import json
 import os
+import pstats
 import shutil
 import subprocess
 import sys
@@ -98,6 +104,18 @@ def unavoidable(photos: StationPhotos, prepared: Rectification) -> dict[str, flo
     }
 
 
+def seconds_in_opencv(call: Callable[[], object]) -> float:
+    """Return the processor seconds that a call spends within OpenCV's own functions."""
+    profile = cProfile.Profile(time.process_time)
+    profile.runcall(call)
+    spent = pstats.Stats(profile).stats  # type: ignore[attr-defined]
+    return sum(own for (file, _, name), (_, _, own, _, _) in spent.items() if file == "~" and _is_opencv(name))
+
+
+def _is_opencv(name: str) -> bool:
+    return "cv2." in name or hasattr(cv2, name.strip("<>"))
+
+
 def published_network() -> NetworkSegmenter | None:
     """Return the published network of the shared data, None where that isn't there."""
     data = Path(os.environ.get("ASBUILT_BIM_DATA", ROOT.parent / "shared" / "data"))
@@ -118,6 +136,7 @@ class Costs:
     ratios: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     shares: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     seconds: list[float] = field(default_factory=list)
+    in_opencv: list[float] = field(default_factory=list)  # over the unavoidable calls
 
     def add(self, photos: StationPhotos, bench: Bench) -> None:
         """Measure a station with and without a network and hold it against its unavoidable calls."""
@@ -128,6 +147,8 @@ class Costs:
         alone = seconds(lambda: measure_station(photos, bench.rig, bench.asked), 2)
         self.seconds.append(alone)
         self.ratios["without a network"].append(alone / sum(floor.values()))
+        opencv = seconds_in_opencv(lambda: measure_station(photos, bench.rig, bench.asked))
+        self.in_opencv.append(opencv / sum(floor.values()))
         whole = sum(found.seconds.values())
         for step, value in found.seconds.items():
             self.shares[step].append(value / whole)
@@ -156,6 +177,8 @@ def station_lines(quick: bool) -> list[Line]:
              len(values), bool(np.median(values) <= MOST_TIMES), least_n=1)
         for name, values in costs.ratios.items()
     ]  # fmt: skip
+    share = f"{np.median(costs.in_opencv):.1f} times"
+    lines.append(told("  OpenCV's own functions in it alone, without a network", share, len(costs.in_opencv)))
     lines.append(told("a station, median processor seconds", f"{np.median(costs.seconds):.2f} s", len(costs.seconds)))
     return lines + [told(f"  {step}", f"{np.mean(part):.0%} of it", len(part)) for step, part in costs.shares.items()]
 
