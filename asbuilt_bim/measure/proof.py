@@ -43,6 +43,8 @@ STRIP_PX = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 STEP_TIMES, LEAST_STEP_GREY = 3.0, 5.0
 GRAIN_TIMES, GLARE_GREY = 3.0, 250.0
 
+MISS_PX, MISS_SIGMAS = 0.5, 3.5
+"""A station has some hundred sides, so three sigmas would doubt one that is sound at every few stations."""
 SAME_PLANE_DEG = 12.0
 """A surface that lies on the face's plane and is turned from it by less goes on from it: a corner turns by far more."""
 LEAST_KNOWN = 30
@@ -82,9 +84,10 @@ def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int, same: 
         owner = _owners(outline.edges, points, normals)
         for number in np.unique(owner):
             own = owner == number
-            plain = number >= 0 and _is_plain(outline.edges[number])
+            edge = outline.edges[number] if number >= 0 else None
+            plain = edge is not None and _is_plain(edge)
             plain = plain or _looks_other(bench, points[own], normals[own])
-            proven = (state == PROVEN) | framed | ((state == UNKNOWN) & plain)
+            proven = framed | (((state == PROVEN) | ((state == UNKNOWN) & plain)) & (not _is_of_another(edge)))
             yield _Side(
                 length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()),
                 parted_px=float(steps[own & (state == PARTED)].sum()),
@@ -96,6 +99,16 @@ def _is_plain(edge: FaceEdge) -> bool:
     if edge.source in ("planes", "frame"):
         return True
     return edge.fit is not None and edge.source != "mask" and edge.fit.strength >= PLAIN_STRENGTH
+
+
+def _is_of_another(edge: FaceEdge | None) -> bool:
+    """Say whether the photos show an edge off the face's plane: that of what stands before it, or lies beyond it.
+
+    A narrow side lit as the face is shows no edge between the two; the one that is found is its far one.
+    """
+    if edge is None or edge.fit is None or not np.isfinite(edge.fit.disparity_miss_px):
+        return False
+    return abs(edge.fit.disparity_miss_px) > max(MISS_PX, MISS_SIGMAS * edge.fit.miss_sigma_px)
 
 
 def _looks_other(bench: Workbench, points: FloatArray, normals: FloatArray) -> bool:

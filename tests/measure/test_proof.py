@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -90,6 +91,18 @@ def test_a_plain_edge_in_the_photos_stands_for_depth_that_is_lost(strength: floa
     bench = scene()
     lose(bench, slice(HIGH, SIZE))
     assert opened(bench, square("photo", strength)) is not proves
+
+
+@pytest.mark.parametrize("miss_px", [-0.8, 0.8])
+def test_an_edge_that_both_photos_show_off_the_faces_plane_is_not_its_end(miss_px: float) -> None:
+    outline = square("photo", 0.9)
+    assert not opened(scene(), outline)
+    right = outline.edges[1]
+    assert right.fit is not None
+    missed = replace(right, fit=replace(right.fit, disparity_miss_px=miss_px))
+    assert opened(scene(), replace(outline, edges=(outline.edges[0], missed, *outline.edges[2:])))
+    unsure = replace(right, fit=replace(right.fit, disparity_miss_px=miss_px, miss_sigma_px=0.3))
+    assert not opened(scene(), replace(outline, edges=(outline.edges[0], unsure, *outline.edges[2:])))
 
 
 def test_a_step_in_brightness_is_an_end_even_where_no_pixel_votes_for_an_edge() -> None:
