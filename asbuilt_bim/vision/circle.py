@@ -22,6 +22,7 @@ _CAUCHY = 1.5  # spreads: an outline errs along whole arcs where what lies behin
 _LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
 _SIGNS = np.array([[1.0], [1.0], [-1.0]])  # of the unit circle x^2 + y^2 - 1
+_MOST_AVERTED = 0.1  # cosine with the optical axis: no disc that leans more is a disc in the photo
 _HELD = 1e8  # information on a radius that is held
 _POINTS_PER_OBSERVATION = 10.0
 """Edge points 1.2 px apart share JPEG's blocks (8 px of brightness, 16 of colour) and err together: ten are one."""
@@ -90,26 +91,42 @@ def fit_circle(
     )
 
 
-def guessed_circle(ellipse: Ellipse, disparity_px: float, radius_m: float, camera: RectifiedCamera) -> SpaceCircle:
-    """Return a circle of a told radius about where an ellipse of the left photo and a disparity place one."""
+def guessed_circles(
+    ellipse: Ellipse, disparity_px: float, radius_m: float, camera: RectifiedCamera
+) -> tuple[SpaceCircle, ...]:
+    """Return both circles of a told radius about where an ellipse of the left photo and a disparity place one."""
     right = replace(ellipse, x_px=ellipse.x_px - disparity_px)
-    parameters = _starts(ellipse, right, camera, radius_m)[0]
-    return SpaceCircle(
-        centre_px=frozen(parameters[:2]), disparity_px=disparity_px, radius_m=radius_m,
-        normal=frozen(_normal(parameters)), covariance=frozen(np.eye(4)), rms_px=0.0,
+    return tuple(
+        SpaceCircle(
+            centre_px=frozen(parameters[:2]), disparity_px=disparity_px, radius_m=radius_m,
+            normal=frozen(_normal(parameters)), covariance=frozen(np.eye(4)), rms_px=0.0,
+        )
+        for parameters in _starts(ellipse, right, camera, radius_m)
     )  # fmt: skip
 
 
+def mirrored(circle: SpaceCircle, camera: RectifiedCamera) -> SpaceCircle:
+    """Return the circle that leans the other way, whose picture in the left photo is nearly the same."""
+    ray = unit(np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]), camera.f_px]))
+    normal = 2.0 * float(circle.normal @ ray) * ray - circle.normal
+    normal[2] = min(normal[2], -_MOST_AVERTED)
+    return replace(circle, normal=frozen(unit(normal)))
+
+
 def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera, radius_m: float | None) -> list[FloatArray]:
+    """Return both circles (6,) whose picture in the left photo is an ellipse.
+
+    Reference: Kanatani & Liu 1993, the normals of a circle from the eigenvectors of its cone.
+    """
     disparity = left.x_px - right.x_px
     radius = radius_m or left.major_px * camera.baseline_m / disparity
-    tilt = np.tan(np.arccos(np.clip(left.minor_px / left.major_px, 0.2, 0.995)))
-    across = left.angle_rad + np.pi / 2  # a circle is foreshortened along the minor axis
-    lean = tilt * np.array([np.cos(across), np.sin(across)])
-    # tilts count from the ray to the disc: from the optical axis both would lie on one side, away from the middle
-    facing = -(left.centre - [camera.cx_px, camera.cy_px]) / camera.f_px
+    lens = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
+    values, vectors = np.linalg.eigh(lens.T @ left.conic @ lens)
+    lean = np.sqrt((values[2] - values[1]) / (values[2] - values[0])) * vectors[:, 2]
+    facing = np.sqrt((values[1] - values[0]) / (values[2] - values[0])) * vectors[:, 0]
+    facing = -facing if facing[2] > 0.0 else facing
     base = [left.x_px, left.y_px, disparity, np.log(radius)]
-    return [np.array([*base, *(facing + sign * lean)]) for sign in (1.0, -1.0)]
+    return [np.array([*base, *(n[:2] / max(-n[2], _MOST_AVERTED))]) for n in (facing + lean, facing - lean)]
 
 
 def _normal(parameters: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,6 +16,9 @@ from asbuilt_bim.vision.red import RedBlob, red_blobs, redness
 
 MIN_SUPPORT = 0.57
 """Share of the outline that must be seen: a disc with 30 % of its area covered shows 59 %, half a disc 50 %."""
+MOST_HIDDEN = 0.41
+"""Share of the outline, of both photos together: a board that covers 30 % of a disc hides 39 %, one that leaves half
+of it (a helmet, a sign cut in two) hides 50 %."""
 FIRST_SUPPORT = 0.5
 """The same before both photos have agreed on where the outline is: a cover's blurred edge bends the first one."""
 MIN_ASPECT = 0.4
@@ -26,14 +29,24 @@ _MAX_EDGE_POINTS = 180
 EDGE_SPACING_PX = 1.2
 _SOME = 2  # every second edge point says what the lens's blur is
 _THINGS_IN_A_BLOB = 3
-LEAST_FILLED = 0.6
-"""Of the inside: 30 % may be covered, and blur at the cover's edges looks like cover."""
+LEAST_FILLED = 0.5
+"""Of the inside: a bar through the middle that hides 30 % of a disc hides 36 % of its inside, and blur at both of the
+bar's edges looks like another 12 %."""
 MOST_HOLE = 0.06
 """Of the inside: what is covered reaches the outline; a hole that doesn't is a print on a sign."""
-MOST_INSIDE = 4.0
-"""A cover hides outline where it hides inside: a bar twice as much of the inside, so more is a print near the rim."""
+MOST_INSIDE = 3.0
+"""A cover hides outline where it hides inside: a bar 2.4 times as much of the inside. More is a print near the rim."""
+_COVERED = 0.6  # of the inside's redness: below it something else is seen
 _BLURS_REACHED, _MOST_REACHED = 1.7, 0.5
 """A profile shorter than the blur has no ends; to half the minor half axis it has nothing but the disc inside."""
+_LOOKED_AT = 0.6  # of the reach to both sides of an outline: what is there says whether inside and outside are red
+_CLEAR_OF_BLUR = 1.5  # sigmas: nearer to the edge, blur mixes sky into a dark disc, and no red is left of that
+_COLOUR_BLUR_PX = 1.2  # what JPEG adds to the lens's blur
+_PARTED = 0.06  # of full scale: noise and a disc's dirt make less, two reds side by side make more
+_NEAR = 1.0  # slack: the outline is known to a pixel, and what counts is what lies right behind it, not further off
+_LEAST_REACH_PX, _BLURS_NEEDED = 2.5, 1.4
+"""Of a profile: of 40 development pairs (seed 62) edges lie off by 0.09 px where they reach so far, by 0.16 where they
+reach a quarter of the minor half axis; still shorter ones win no more."""
 _BLURRED_ENDS = 3
 """Edge points next to a covered stretch of the outline that are left out: the cover's own edge bends them."""
 
@@ -53,10 +66,18 @@ class RedDisc:
     support: float
     filled: float
     astray: float  # share of the outline that has its edge further in, or none that fits
-    overrun: float  # share of the outline that has it further out, or none: what is beyond is as red
-    redness: float  # 0..1, the median of the inside: a disc in shade keeps it, its reflection doesn't
+    further: float  # share of the outline that has it further out
+    overrun: float  # share of the outline that has none: what is beyond is as red
+    redness: (
+        float  # 0..1, the median of the inside that isn't covered: a disc in shade keeps it, its reflection doesn't
+    )
     uneven: float  # what the inside's redness differs by, relative
     patch: Patch
+
+    @property
+    def hidden(self) -> float:
+        """Return the share of the outline that isn't red inside."""
+        return 1.0 - self.support - self.astray - self.further - self.overrun
 
 
 def find_discs(image: ByteImage) -> tuple[RedDisc, ...]:
@@ -125,9 +146,14 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
     Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first.
     """
     reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
+    if slack <= _NEAR:
+        reach = min(max(_LEAST_REACH_PX, _BLURS_NEEDED * float(np.hypot(blur_px, _COLOUR_BLUR_PX))), reach)
     points, outward = _outline(ellipse)
-    placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px)
-    sides = _sides(patch, points, outward, reach)
+    bend = ellipse.bend(len(points))
+    placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
+    sides = _sides(patch, points, outward, reach, blur_px)
+    # two reds in one light differ in brightness: a disc before something as red still has an outline
+    sides = replace(sides, outside=sides.outside | (placed.contrast > _PARTED))
     edge = np.where(sides.differ[:, None], placed.points + patch.corner, np.nan)
     return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), sides, patch, least, slack, placed.sigma_px)
 
@@ -163,15 +189,19 @@ def _judged(
     filled, hole = filled_share(patch, ellipse)
     trust = 1.0 / sigma**2
     rms = float(np.sqrt(np.sum(trust * ellipse.distance_px(edge) ** 2) / np.sum(trust)))
-    is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * (1.0 - support)
+    hidden = 1.0 - float(np.mean(sides.inside))
+    is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * hidden
     if filled < LEAST_FILLED or is_printed or rms > slack * _tolerance_px(ellipse):
         return None
-    beyond = sides.inside & ~is_on & (~sides.outside | (ellipse.distance_px(whole) > 0.0))
+    beyond = sides.inside & ~is_on & ~sides.outside
+    further = sides.differ & ~is_on & (ellipse.distance_px(whole) > 0.0)
     inside = patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
+    inside = inside[inside > _COVERED * np.median(inside)]
     red = float(np.median(inside))
     return RedDisc(
         ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
-        astray=float(np.mean(sides.differ & ~is_on & ~beyond)), overrun=float(np.mean(beyond)),
+        astray=float(np.mean(sides.differ & ~is_on & ~further)), overrun=float(np.mean(beyond)),
+        further=float(np.mean(further)),
         redness=red, uneven=float(np.median(np.abs(inside - red))) / max(red, 1e-6), patch=patch,
     )  # fmt: skip
 
@@ -240,10 +270,12 @@ def _outline(ellipse: Ellipse) -> tuple[FloatArray, FloatArray]:
     return ellipse.outline(points_round(ellipse))
 
 
-def _sides(patch: Patch, points: FloatArray, outward: FloatArray, reach: float) -> _Sides:
-    """Say of which points (N, 2) of an outline the inside is red and the outside less so."""
-    just_inside = _at(patch.red, points - patch.corner - 0.6 * reach * outward)
-    just_outside = _at(patch.red, points - patch.corner + 0.6 * reach * outward)
+def _sides(patch: Patch, points: FloatArray, outward: FloatArray, reach: float, blur_px: float = 0.0) -> _Sides:
+    """Say of which points (N, 2) of an outline the inside is red and the outside less so; `blur_px` 0: not known."""
+    clear = _CLEAR_OF_BLUR * float(np.hypot(blur_px, _COLOUR_BLUR_PX)) if blur_px else 0.0
+    deep = min(max(_LOOKED_AT * reach, clear), reach)
+    just_inside = _at(patch.red, points - patch.corner - deep * outward)
+    just_outside = _at(patch.red, points - patch.corner + _LOOKED_AT * reach * outward)
     typical = float(np.median(just_inside))
     return _Sides(inside=just_inside > 0.5 * typical, outside=just_outside < 0.8 * just_inside)
 

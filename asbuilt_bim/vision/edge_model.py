@@ -31,15 +31,21 @@ _BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
 _NOISE = 0.011  # of full scale: three grey levels
 _JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
 _WELL_FITTED = 0.25  # of the profiles fit as well as the noise allows; the others are measured against them
+_TWO_SIDES = 4.0 * _NOISE  # what has but one colour fits anywhere, and says nothing of how well edges fit
+_MOST_BENT = 0.5  # of a blur for each radius: first order holds no further
 _KERNEL_END = 4.0  # sigmas of the colours' blur
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlacedEdges:
-    """Edge places on N profiles: `points` (N, 2), NaN where none was found; `sigma_px` (N,) how sure each one is."""
+    """Edge places on N profiles: `points` (N, 2), NaN where none was found; `sigma_px` (N,) how sure each one is.
+
+    `contrast` (N,) is what both sides differ by, of full scale.
+    """
 
     points: FloatArray
     sigma_px: FloatArray
+    contrast: FloatArray
 
 
 def colour_planes(image: ByteImage) -> Float32Array:
@@ -49,16 +55,24 @@ def colour_planes(image: ByteImage) -> Float32Array:
 
 
 def place_edges(
-    planes: Float32Array, points: FloatArray, outward: FloatArray, reach_px: float, blur_px: float
+    planes: Float32Array,
+    points: FloatArray,
+    outward: FloatArray,
+    reach_px: float,
+    blur_px: float,
+    bend: FloatArray | float = 0.0,
 ) -> PlacedEdges:
     """Place the edge near each of `points` (N, 2) along its `outward` unit direction (N, 2).
 
     `planes` are those of `colour_planes`. Profiles reach `reach_px` to both sides; their outer halves say what inside
-    and outside look like.
+    and outside look like. `bend` (N,) is the edge's curvature in 1/px: blur moves a bent edge inwards.
+
+    Reference: Bouma et al. 2005, the dislocation of curved surfaces by a point spread function, first order.
     """
     profiles = profiles_across(planes, points, outward, reach_px)
     shifts = int(np.ceil(_SEARCH * reach_px / _STEP_PX))
-    fits, cost = _compared(profiles, shifts, blur_px)
+    fits, cost, contrast = _compared(profiles, shifts, blur_px)
+    has_edge = contrast > _TWO_SIDES
     best = np.clip(np.argmin(cost, axis=1), 1, cost.shape[1] - 2)
     row = np.arange(len(profiles))
     before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
@@ -66,9 +80,10 @@ def place_edges(
     aside = 0.5 * (before - after) / curve
     offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * _STEP_PX, np.nan)
     misfit = np.mean(np.square(profiles - fits[row, best].transpose(0, 2, 1)), axis=(1, 2))
-    usual = max(float(np.quantile(misfit, _WELL_FITTED)), 1e-9)
+    usual = max(float(np.quantile(misfit[has_edge] if has_edge.any() else misfit, _WELL_FITTED)), 1e-9)
     sigma = np.hypot(_JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
-    return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma)
+    offset = offset + 0.5 * blur_px**2 * np.minimum(bend, _MOST_BENT / blur_px)
+    return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=contrast)
 
 
 def likely_blur(profiles: list[FloatArray]) -> float:
@@ -96,8 +111,10 @@ def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArra
     return np.asarray(values, dtype=np.float64).reshape(len(points), len(offsets), 3)
 
 
-def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatArray, FloatArray]:
-    """Return the edge at every place, as windows (N, K, 3, S), and how far (N, K) each is from the profiles."""
+def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the edge at every place, as windows (N, K, 3, S), how far (N, K) each is from the profiles, and what
+    both sides (N,) of these differ by.
+    """
     count = profiles.shape[1]
     end = max(2, count // 4)
     inside, outside = profiles[:, :end].mean(axis=1), profiles[:, -end:].mean(axis=1)
@@ -107,7 +124,7 @@ def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatA
     windows = np.lib.stride_tricks.sliding_window_view(edge, count, axis=1)[:, ::-1]
     apart = profiles.transpose(0, 2, 1)[:, None] - windows
     cost = np.einsum("nkc,nc->nk", np.einsum("nkcs,nkcs->nkc", apart, apart), 1.0 / (_NOISE**2 + uneven))
-    return windows, cost
+    return windows, cost, np.linalg.norm(inside - outside, axis=1)
 
 
 def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:

@@ -60,6 +60,13 @@ class Ellipse:
         normals = np.stack([self.minor_px * np.cos(turn), self.major_px * np.sin(turn)], axis=-1) @ axes
         return points, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
 
+    def bend(self, count: int) -> FloatArray:
+        """Return the curvature (count,) in 1/px at the points of `outline`: most at the major axis' ends."""
+        turn = np.arange(count) * (2 * np.pi / count)
+        speed = np.hypot(self.major_px * np.sin(turn), self.minor_px * np.cos(turn))
+        curvature: FloatArray = self.major_px * self.minor_px / speed**3
+        return curvature
+
     def distance_px(self, points: FloatArray) -> FloatArray:
         """Return how far points (N, 2) lie outside the outline, to first order."""
         return conic_distance(self.conic, points)

@@ -10,7 +10,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.disc import find_discs
-from asbuilt_bim.vision.target_odds import LEAST_ODDS, log_odds
+from asbuilt_bim.vision.target_odds import LEAST_ODDS, SURE_ODDS, log_odds, sharpness
 from asbuilt_bim.vision.target_pairing import (
     Pairing,
     TargetOptions,
@@ -51,7 +51,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     """Find the red disc in both rectified photos and triangulate its centre.
 
     Of several discs the told diameter decides; of several that have it one that isn't much paler (a reflection is),
-    then a whole one before what is round in part, then the nearest, which is measured best.
+    then the likeliest: that is mostly the nearest, since more of it is seen.
     Without a told diameter several are refused.
 
     Returns the sighting, or None with the reasons. With `required` off, a target that is simply not there gives no
@@ -62,16 +62,21 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     lefts, rights = find_discs(pair.left), find_discs(pair.right)
     found = pairings(lefts, rights, pair.camera, options.diameter_m)
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
-    right_size = _likely(level, options)
     off_all_rows = bool(found) and not level
-    if not right_size and not off_all_rows and options.diameter_m is not None:
-        right_size = _likely(sought(pair, lefts, rights, options.diameter_m), options)
+    is_knocked = off_all_rows and any(is_clear(p) for p in found)
+    right_size = _likely(level, options)
+    is_sure = any(how_likely > SURE_ODDS for how_likely, _ in right_size)
+    if options.diameter_m is not None and not is_sure and not is_knocked:
+        seen = [p for _, p in right_size]
+        right_size = _likely([*seen, *sought(pair, lefts, rights, options.diameter_m)], options)
     if right_size:
-        likely = likeliest(right_size)
+        likely = likeliest([p for _, p in right_size])
+        if options.diameter_m is None:
+            likely = [p for p in likely if is_clear(p)] or likely
         if len(likely) > 1 and options.diameter_m is None:
             return None, (several(pair, likely, options),)
-        chosen = max(likely, key=lambda p: p.circle.disparity_px)
-        twins = tuple(twin(pair, p, chosen) for p in right_size if p is not chosen and (p in likely or is_clear(p)))
+        chosen = likely[0]
+        twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
         return _sighting(chosen, pair.camera, options), (*doubt(pair, chosen, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
@@ -82,15 +87,18 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     return None, absent(pair, clear_ones(lefts), clear_ones(rights), options)
 
 
-def _likely(found: list[Pairing], options: TargetOptions) -> list[Pairing]:
-    """Return those of the target's size that are likelier it than not, one for each place, the likeliest first."""
+def _likely(found: list[Pairing], options: TargetOptions) -> list[tuple[float, Pairing]]:
+    """Return those of the target's size that are likelier it than not, with the odds' logarithm, the likeliest first.
+
+    Of several at one place the one is kept that also explains the outlines best.
+    """
     odds = [(log_odds(p, options.diameter_m), p) for p in found if size_fits(p.circle, options)]
-    kept: list[Pairing] = []
-    for how_likely, one in sorted(odds, key=lambda item: -item[0]):
-        is_new = all(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) > p.left.ellipse.major_px for p in kept)
+    kept: list[tuple[float, Pairing]] = []
+    for how_likely, one in sorted(odds, key=lambda item: -item[0] - sharpness(item[1])):
+        is_new = all(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) > p.left.ellipse.major_px for _, p in kept)
         if how_likely > LEAST_ODDS and is_new:
-            kept.append(one)
-    return kept
+            kept.append((how_likely, one))
+    return sorted(kept, key=lambda item: -item[0])
 
 
 def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -> TargetSighting:

@@ -8,8 +8,8 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import frozen
-from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
-from asbuilt_bim.vision.disc import FIRST_SUPPORT, MIN_SUPPORT, RedDisc, followed, some_profiles
+from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, mirrored, outlines_of
+from asbuilt_bim.vision.disc import FIRST_SUPPORT, MIN_SUPPORT, MOST_HIDDEN, RedDisc, followed, some_profiles
 from asbuilt_bim.vision.disc_patch import Patch
 from asbuilt_bim.vision.edge_model import likely_blur
 from asbuilt_bim.vision.ellipse import Ellipse
@@ -28,6 +28,7 @@ _HELD_FAIRLY = 0.04  # of the told diameter: where it comes out further off, it 
 _ROUNDS = ((3.0, 0.35), (2.0, 0.4), (2.0, 0.45), (2.0, 0.45), (1.0, 0.45), (1.0, 0.45))
 """Slack and least support: the first outlines lean where what is behind is dark or bright, or where something covers
 them. They must not choose what is seen next, or the circle stays near where it began."""
+_ASTRAY_PX = 0.7  # and one that moves by more has told the lens's blur from profiles beside its outline
 _SETTLED_PX = 0.2  # a circle that moves and turns by less needs no further round of the same slack
 
 
@@ -97,7 +98,7 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: floa
 
     A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide, and
     better still, mostly, one of the told size about the same place. Where that doesn't show a clear disc both are
-    tried, and what comes out is weighed later.
+    tried, and the one that leans the other way, since covered outlines hide which it is; all are weighed later.
     """
     circle = circle_of(left, right, camera)
     if circle is None:
@@ -113,7 +114,8 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: floa
         if told is not None and abs(2.0 * told.circle.radius_m / told_m - 1.0) < _HELD_FAIRLY:
             if is_clear(told):
                 return [told]
-            found.append(told)
+            other = follow(patches, mirrored(told.circle, camera), camera, 0.5 * told_m)
+            found.extend([told] if other is None else [told, other])
         elif abs(diameter_m / told_m - 1.0) > _OF_ANOTHER_SIZE:
             return _as_found(left, right, circle)
     free = follow(patches, circle, camera)
@@ -151,6 +153,8 @@ def follow(
         moved = np.hypot(*(fitted.centre_px - circle.centre_px)) + abs(fitted.disparity_px - circle.disparity_px)
         turned = left.ellipse.major_px * float(np.abs(fitted.normal - circle.normal).max())
         settled_at = slack if moved + turned < _SETTLED_PX else 0.0
+        if slack == _ROUNDS[0][0] and moved + turned > _ASTRAY_PX:
+            blur_px = None  # beside the outline an edge's blur can't be told
         circle = fitted
     if left is None or right is None or min(left.support, right.support) < FIRST_SUPPORT:
         return None
@@ -169,6 +173,8 @@ def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> list[Pairin
 def _fits(found: Pairing) -> bool:
     """Say whether both outlines are one circle's: discs keep to 0.3 px and less, jackets and squares don't."""
     circle = found.circle
+    if found.left.hidden + found.right.hidden > 2.0 * MOST_HIDDEN:
+        return False
     unsure = float(np.sqrt(circle.covariance[2, 2])) / circle.disparity_px
     return circle.rms_px < 0.25 + 0.01 * found.left.ellipse.major_px and unsure < _MOST_UNSURE_DEPTH
 
@@ -239,7 +245,6 @@ def in_doubt(circle: SpaceCircle, options: TargetOptions) -> bool:
 
 
 def likeliest(found: list[Pairing]) -> list[Pairing]:
-    """Leave out what is much paler than the reddest; then what is round only in part, where one is whole."""
+    """Leave out what is much paler than the reddest."""
     reddest = max(pairing.left.redness for pairing in found)
-    red = [pairing for pairing in found if pairing.left.redness > PALE * reddest]
-    return [pairing for pairing in red if is_clear(pairing)] or red
+    return [pairing for pairing in found if pairing.left.redness > PALE * reddest]

@@ -10,7 +10,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
-from asbuilt_bim.vision.circle import SpaceCircle, guessed_circle, outlines_of
+from asbuilt_bim.vision.circle import SpaceCircle, guessed_circles, outlines_of
 from asbuilt_bim.vision.disc import MAX_BLOBS, MIN_ASPECT, MIN_RADIUS_PX, RedDisc
 from asbuilt_bim.vision.disc_patch import cut_patch
 from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
@@ -69,7 +69,7 @@ def _guesses(
             shift = _found_again(scores[side], scores[1 - side], ellipse, range_px)
             if shift is not None:
                 left = ellipse if side == 0 else replace(ellipse, x_px=ellipse.x_px + shift)
-                yield guessed_circle(left, abs(shift), 0.5 * told_m, pair.camera)
+                yield from guessed_circles(left, abs(shift), 0.5 * told_m, pair.camera)
 
 
 def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:

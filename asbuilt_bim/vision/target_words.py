@@ -34,7 +34,7 @@ def not_it(pair: RectifiedPair, found: Pairing, options: TargetOptions) -> Rejec
 
 def twin(pair: RectifiedPair, found: Pairing, chosen: Pairing) -> Rejection:
     """Say why of several discs of the target's size this one was not taken."""
-    why = "is further away"
+    why = "is further away" if found.circle.disparity_px < chosen.circle.disparity_px else "looks less like it"
     if found.left.redness <= PALE * chosen.left.redness:
         why = "is much paler: a reflection?"
     elif is_clear(chosen) and not is_clear(found):

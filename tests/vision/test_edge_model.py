@@ -6,6 +6,7 @@ import pytest
 
 from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
 from asbuilt_bim.vision.edge_model import colour_planes, likely_blur, place_edges, profiles_across
+from asbuilt_bim.vision.ellipse import Ellipse
 
 RED = np.array([0.01, 0.01, 0.14])  # linear BGR of red paint in shade
 SIZE, FINE, REACH_PX = 96, 4, 6.0
@@ -14,11 +15,15 @@ SIZE, FINE, REACH_PX = 96, 4, 6.0
 def jpeg(grey: float, blur_px: float, at_px: float, slope: float) -> ByteImage:
     """Return a JPEG of a red half plane, left of a slanted edge, before an even grey."""
     fine = (np.arange(SIZE * FINE) + 0.5) / FINE - 0.5
-    red = (fine[None] + slope * (fine[:, None] - 48.0) < at_px).astype(np.float64)
+    return shown((fine[None] + slope * (fine[:, None] - 48.0) < at_px).astype(np.float64), grey, blur_px)
+
+
+def shown(red: FloatArray, grey: float, blur_px: float) -> ByteImage:
+    """Return a JPEG of what is `red` (0 or 1, on the fine raster) before an even grey."""
     share = red.reshape(SIZE, FINE, SIZE, FINE).mean(axis=(1, 3))[..., None]
     light = cv2.GaussianBlur(share * RED + (1.0 - share) * grey, None, blur_px)
-    shown = (255.0 * light ** (1 / 2.2)).astype(np.uint8)
-    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, 90])[1], cv2.IMREAD_COLOR))
+    done = (255.0 * light ** (1 / 2.2)).astype(np.uint8)
+    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", done, [cv2.IMWRITE_JPEG_QUALITY, 90])[1], cv2.IMREAD_COLOR))
 
 
 def along(at_px: float, slope: float) -> tuple[FloatArray, FloatArray]:
@@ -41,6 +46,30 @@ def test_an_edge_lies_where_it_was_drawn_before_black_grey_and_white(grey: float
         placed = place_edges(planes, start, outward, REACH_PX, blur)
         misses.append(np.nanmean(np.sum((placed.points - points) * outward, axis=1)))
     assert abs(np.mean(misses)) < 0.1
+
+
+def test_blur_does_not_move_a_bent_edge_inwards() -> None:
+    disc = Ellipse(x_px=47.3, y_px=48.6, major_px=26.0, minor_px=11.0, angle_rad=0.4)
+    fine = (np.arange(SIZE * FINE) + 0.5) / FINE - 0.5
+    grid = np.stack(np.meshgrid(fine, fine), axis=-1).reshape(-1, 2)
+    red = (disc.distance_px(grid) < 0.0).astype(np.float64).reshape(SIZE * FINE, SIZE * FINE)
+    planes = colour_planes(shown(red, 0.1, 2.0))
+    points, outward = disc.outline(80)
+    at_ends = disc.bend(80) > 0.1
+    miss = [
+        np.nanmean(disc.distance_px(place_edges(planes, points, outward, REACH_PX, 2.0, bend).points)[at_ends])
+        for bend in (0.0, disc.bend(80))
+    ]
+    assert at_ends.sum() > 5 and miss[0] < -0.2 and abs(miss[1]) < 0.1
+
+
+def test_profiles_of_one_colour_say_nothing_of_how_well_edges_fit() -> None:
+    planes = colour_planes(jpeg(0.3, 0.8, 46.2, 0.2))
+    points, outward = along(46.2, 0.2)
+    flat = np.array([[80.0, y] for y in np.linspace(20.0, 70.0, 3 * len(points))])
+    alone = place_edges(planes, points, outward, REACH_PX, 0.8)
+    among = place_edges(planes, np.r_[points, flat], np.r_[outward, np.tile(outward[0], (len(flat), 1))], REACH_PX, 0.8)
+    assert np.median(among.sigma_px[: len(points)]) < 1.5 * np.median(alone.sigma_px)
 
 
 def test_a_profile_that_something_behind_runs_across_is_trusted_less() -> None:

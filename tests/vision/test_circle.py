@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.vision.circle import SpaceCircle, guessed_circles, mirrored, outlines_of
+from tests.vision.flat_scene import CAMERA
+
+AT_A_CORNER = SpaceCircle(
+    centre_px=np.array([1000.0, 200.0]),
+    disparity_px=40.0,
+    radius_m=0.15,
+    normal=np.array([0.36, 0.1, -0.92]) / np.sqrt(0.986),
+    covariance=np.eye(4),
+    rms_px=0.0,
+)
+
+
+def test_both_circles_guessed_from_an_ellipse_are_seen_as_that_ellipse_far_off_the_axis_too() -> None:
+    ellipse, _ = outlines_of(AT_A_CORNER, CAMERA)
+    assert ellipse is not None
+    normals = []
+    for circle in guessed_circles(ellipse, 40.0, 0.15, CAMERA):
+        seen, _ = outlines_of(circle, CAMERA)
+        assert seen is not None and seen.minor_px / seen.major_px == pytest.approx(
+            ellipse.minor_px / ellipse.major_px, rel=0.03
+        )
+        normals.append(circle.normal)
+    assert min(np.abs(normal - AT_A_CORNER.normal).max() for normal in normals) < 0.02
+    assert np.abs(normals[0] - normals[1]).max() > 0.3
+
+
+def test_a_circle_that_leans_the_other_way_looks_alike_in_one_photo_and_not_in_the_other() -> None:
+    other = mirrored(AT_A_CORNER, CAMERA)
+    (left, right), (left_of_other, right_of_other) = outlines_of(AT_A_CORNER, CAMERA), outlines_of(other, CAMERA)
+    assert left and right and left_of_other and right_of_other
+    assert left.minor_px == pytest.approx(left_of_other.minor_px, rel=0.03)
+    assert abs(right.minor_px / right_of_other.minor_px - 1.0) > 0.02
+    assert np.abs(mirrored(other, CAMERA).normal - AT_A_CORNER.normal).max() < 1e-9
+
+
+def test_a_circle_seen_edge_on_still_faces_the_camera_when_mirrored() -> None:
+    turned = replace(AT_A_CORNER, normal=np.array([-0.99, 0.0, -0.14]))
+    assert mirrored(turned, CAMERA).normal[2] < 0.0
