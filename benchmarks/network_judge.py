@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from network_figures import DepthTally, Tally, filled, true_things
 from network_pictures import Shot, drawn_shots, sample_shots, twin_shots
+from network_rows import rows_as_one, said_by_truth
 from numpy.typing import NDArray
 from twins import CYCLES_SEEDS
 
@@ -30,6 +31,7 @@ SURFACES = "network, the photo's surfaces known"
 ALONE, FUSED = "depth, photo alone", "depth, stereo and in its holes the network (fused)"
 FILLED = "depth, stereo and in its holes the nearest"
 PIXELS, BLIND_PIXELS = "network, class by pixel", "network without geometry, class by pixel"
+ROWS, ROWS_TRUE = "network, walls in one plane as one", "no mistake but walls in one plane as one"
 SAMPLE, SPECIMENS = "path-traced sample", "path-traced specimens"
 
 
@@ -105,6 +107,10 @@ class Judged:
         stereo = depth_map(shot.pair, SemiGlobalMatcher())
         for name, instances in found_by(shot.pair, stereo, loaded).items():
             self.masks.setdefault(name, Tally()).add(instances, things)
+            if name == NETWORK:
+                rows = true_things(rows_as_one(shot))
+                self.masks.setdefault(ROWS, Tally()).add(instances, rows)
+                self.masks.setdefault(ROWS_TRUE, Tally()).add(said_by_truth(rows), things)
         for name, nearness in depths_by(shot.pair, stereo, depths).items():
             self.depths.setdefault(name, DepthTally()).add(nearness, shot)
         self.pairs += 1
