@@ -47,20 +47,28 @@ class EdgeSight:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Touch:
-    """Planes `one` and `other` meet in a visible edge that runs through these rectified rays (K, 3)."""
+    """Planes `one` and `other` meet in a visible edge that runs through these rectified rays (K, 3).
+
+    `off_px` is by how much their disparities may differ there because the edge itself lies off by its own sigma.
+    """
 
     one: int
     other: int
     rays: FloatArray
     square: bool = True
+    off_px: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Adjusted:
-    """The planes after adjustment: q (n, 3), covariances (n, 3, 3), plumb (3,) downwards, dropped constraints."""
+    """The planes after adjustment: q (n, 3), covariances (n, 3, 3), plumb (3,) downwards, dropped constraints.
+
+    `joint` (3n, 3n) is the covariance of all q together: planes that were held against each other err together.
+    """
 
     q_px: FloatArray
     covariance: FloatArray
+    joint: FloatArray
     down: FloatArray
     dropped: tuple[str, ...]
 
@@ -117,9 +125,9 @@ def adjust_planes(
         dropped.add(worst.name)
         q = np.array([s.q_px for s in sights], dtype=np.float64).reshape(count, 3)
         plumb = np.array(down, dtype=np.float64)
-    inverse = np.linalg.inv(normal)
-    blocks = np.array([inverse[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(count)]).reshape(count, 3, 3)
-    return Adjusted(q_px=q, covariance=blocks, down=plumb, dropped=tuple(sorted(dropped)))
+    joint = np.asarray(np.linalg.inv(normal)[: 3 * count, : 3 * count], dtype=np.float64)
+    blocks = np.array([joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(count)]).reshape(count, 3, 3)
+    return Adjusted(q_px=q, covariance=blocks, joint=joint, down=plumb, dropped=tuple(sorted(dropped)))
 
 
 def _axes(plumb: FloatArray) -> FloatArray:
@@ -204,7 +212,7 @@ def _plane_rows(
 def _touch_rows(number: int, touch: Touch, q: FloatArray) -> list[_Row]:
     i, j = touch.one, touch.other
     columns = [3 * i, 3 * i + 1, 3 * i + 2, 3 * j, 3 * j + 1, 3 * j + 2]
-    sigma = TOUCH_SIGMA_PX * np.sqrt(len(touch.rays))
+    sigma = float(np.hypot(TOUCH_SIGMA_PX, touch.off_px)) * np.sqrt(len(touch.rays))
     rows = [
         _Row(
             name=f"touch {number}", residual=float((q[i] - q[j]) @ ray) / sigma, columns=columns,

@@ -6,20 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.measure.adjust import EdgeSight, Touch, adjust_planes
+from asbuilt_bim.measure.adjust import Adjusted, EdgeSight, Touch, adjust_planes
 from asbuilt_bim.measure.drafts import Draft
+from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.workbench import Workbench
 
 
-def adjust_drafts(
-    bench: Workbench, drafts: Sequence[Draft]
-) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
-    """Solve the drafts' planes together; returns q (n, 3), covariances (n, 3, 3), plumb (3,) and what was dropped."""
+def adjust_drafts(bench: Workbench, drafts: Sequence[Draft]) -> Adjusted:
+    """Solve the drafts' planes together."""
     scene = bench.scene
     vertical = scene.vertical
     sigma = vertical.sigma_rad if vertical is not None else np.radians(10.0)
-    found = adjust_planes(
+    return adjust_planes(
         [draft.sight for draft in drafts],
         _edge_sights(bench, drafts),
         _touches(bench, drafts),
@@ -27,7 +25,6 @@ def adjust_drafts(
         max(sigma, 1e-3),
         [True] * len(drafts),
     )
-    return found.q_px, found.covariance, found.down, found.dropped
 
 
 def _edge_sights(bench: Workbench, drafts: Sequence[Draft]) -> list[EdgeSight]:
@@ -65,5 +62,7 @@ def _touches(bench: Workbench, drafts: Sequence[Draft]) -> list[Touch]:
         ends = np.stack([edge.line.start, edge.line.stop])
         rays = np.ones((2, 3))
         rays[:, :2] = (ends - [camera.cx_px, camera.cy_px]) / camera.f_px
-        touches.append(Touch(one=i, other=j, rays=rays))
+        slope = pixel_plane(draft.sight.q_px - drafts[j].sight.q_px, camera)[:2]
+        off_px = edge.sigma_px * float(np.hypot(slope[0], slope[1]))
+        touches.append(Touch(one=i, other=j, rays=rays, off_px=off_px))
     return touches

@@ -11,6 +11,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.measure.adjust import PlaneSight
+from asbuilt_bim.measure.crossing import apart, side_by_side
 from asbuilt_bim.measure.edges import Gradients, pixel_plane
 from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.raster import nonzero
@@ -91,9 +92,15 @@ def pieces_of(scene: Scene, instance: Instance) -> list[int]:
     return [int(n) for n in np.flatnonzero(counts >= np.maximum(LEAST_PIXELS, LEAST_SHARE * scene.sizes))]
 
 
-def outline_faces(bench: Workbench, drafts: Sequence[Draft], planes: FloatArray) -> list[Draft]:
-    """Draw every draft's outline with the planes (n, 3) as they stand; drafts without one are kept without."""
+def outline_faces(
+    bench: Workbench, drafts: Sequence[Draft], planes: FloatArray, joint: FloatArray | None = None
+) -> list[Draft]:
+    """Draw every draft's outline with the planes (n, 3) as they stand; drafts without one are kept without.
+
+    `joint` (3n, 3n) is the planes' covariance; without it they are as the photos alone show each.
+    """
     scene = bench.scene
+    joint = side_by_side([draft.sight.covariance for draft in drafts]) if joint is None else joint
     known = {draft.piece: planes[i] for i, draft in enumerate(drafts)}
     known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(scene.floors)}
     widths = [_width_px(draft.mask) for draft in drafts]
@@ -106,7 +113,7 @@ def outline_faces(bench: Workbench, drafts: Sequence[Draft], planes: FloatArray)
             gradients=bench.slopes, labels=scene.labels, planes=known, frame=bench.frame,
             valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]), camera=bench.pair.camera,
             down=scene.level.view.down, texture_grey=_texture(bench.slopes, draft.mask),
-            meets=tuple(drafts[j].piece for j in touching),
+            meets=tuple(drafts[j].piece for j in touching), apart=_apart(joint, i, drafts, scene),
         )  # fmt: skip
         ends = None
         for j in touching:
@@ -115,6 +122,13 @@ def outline_faces(bench: Workbench, drafts: Sequence[Draft], planes: FloatArray)
                 ends = _down_to(shared_ends(neighbour, draft.piece), draft.mask)
         drawn[i] = replace(draft, outline=find_outline(draft.mask, draft.piece, around, ends))
     return [drawn[i] for i in range(len(drafts))]
+
+
+def _apart(joint: FloatArray, i: int, drafts: Sequence[Draft], scene: Scene) -> dict[int, FloatArray]:
+    """Return, by label, the covariance (3, 3) of draft i's q less that of what lies there; a floor's own is small."""
+    own = joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
+    floors = {len(scene.pieces) + k: own for k in range(len(scene.floors))}
+    return floors | {draft.piece: apart(joint, i, j) for j, draft in enumerate(drafts)}
 
 
 def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:

@@ -13,6 +13,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.measure.closing import close_ring, pixel_area
 from asbuilt_bim.measure.contour import Course, Side, contours, sides
+from asbuilt_bim.measure.crossing import Crossing, between, crossing_near
 from asbuilt_bim.measure.edges import EdgeFit, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.straight import BEHIND_PX, Surroundings, straight_sides
 
@@ -22,10 +23,8 @@ LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
 ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
-CLEAR_STRENGTH, FAINT_SIGMA_PX = 0.3, 0.25
-"""Under a third of its length, a shared edge may be a stain beside it: their mean was off by 0.2 px."""
-PLANES_SIGMA_PX = 0.5
-"""Where two planes cross, each sure to some hundredths of a pixel in disparity, at half a right angle or more."""
+CLEAR_STRENGTH = 0.3
+"""A shared edge that shows on less of its length than this is faint: both faces are lit alike."""
 MASK_SIGMA_PX = 3.0
 """How well the matcher's own border lies on an edge that no photo shows."""
 LEVEL_SIGMA_PX = 0.25
@@ -153,12 +152,15 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
         )
     neighbour = _neighbour(side.line, label, around)
     crossing = _crossing(side.line, label, neighbour, around, reach_px)
-    start = crossing if crossing is not None else side.line
+    start = crossing.line if crossing is not None else side.line
     plane = pixel_plane(around.planes[label], around.camera)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px)
     if fit is not None and fit.strength >= LEAST_STRENGTH:
         if fit.strength < CLEAR_STRENGTH and crossing is not None:
-            return _between(side, crossing, fit, neighbour)
+            edge = between(crossing, fit)
+            return FaceEdge(
+                line=edge.line, sigma_px=edge.sigma_px, source="photo", course=side.course, neighbour=neighbour, fit=fit
+            )
         own_px = 0.0
         if side.course == "level":
             own_px = LEVEL_SIGMA_PX if fit.strength >= HALF_SEEN else HALF_SEEN_SIGMA_PX
@@ -169,21 +171,9 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit)
     return FaceEdge(
-        line=start, sigma_px=PLANES_SIGMA_PX if crossing is not None else MASK_SIGMA_PX,
+        line=start, sigma_px=crossing.sigma_px if crossing is not None else MASK_SIGMA_PX,
         source="planes" if crossing is not None else "mask", course=side.course, neighbour=neighbour, fit=None,
     )  # fmt: skip
-
-
-def _between(side: Side, crossing: Line, fit: EdgeFit, neighbour: int) -> FaceEdge:
-    """Put a side half-way between where the two planes meet and the faint edge that the photos show near it.
-
-    A shared edge is faint where both faces are lit alike; what is seen then is one side of its chamfer, or a stain.
-    """
-    apart = [float((photo - planes) @ crossing.normal) for photo, planes in
-             ((fit.line.start, crossing.start), (fit.line.stop, crossing.stop))]  # fmt: skip
-    line = crossing.moved(0.5 * apart[0], 0.5 * apart[1])
-    sigma = float(np.hypot(fit.sigma_px, FAINT_SIGMA_PX))
-    return FaceEdge(line=line, sigma_px=sigma, source="photo", course=side.course, neighbour=neighbour, fit=fit)
 
 
 def _neighbour(line: Line, label: int, around: Surroundings) -> int:
@@ -204,18 +194,10 @@ def _neighbour(line: Line, label: int, around: Surroundings) -> int:
     return int(values[top]) if counts[top] > 0.35 * x.size else -1
 
 
-def _crossing(line: Line, label: int, neighbour: int, around: Surroundings, reach_px: float) -> Line | None:
-    """Return the picture of the line where two planes meet, if it runs along this side."""
+def _crossing(line: Line, label: int, neighbour: int, around: Surroundings, reach_px: float) -> Crossing | None:
+    """Return where two planes meet, if it runs along this side and is better known than a mask's border."""
     if neighbour not in around.planes:
         return None
-    n = pixel_plane(around.planes[label] - around.planes[neighbour], around.camera)
-    length = float(np.hypot(n[0], n[1]))
-    if length < 1e-4:  # a disparity step of under 1 px in 10,000: the planes are one
-        return None
-    foot = [end - (n[0] * end[0] + n[1] * end[1] + n[2]) / length**2 * n[:2] for end in (line.start, line.stop)]
-    if (
-        max(float(np.linalg.norm(f - end)) for f, end in zip(foot, (line.start, line.stop), strict=True))
-        > 1.5 * reach_px
-    ):
-        return None
-    return Line(start=foot[0], stop=foot[1])
+    q_apart = around.planes[label] - around.planes[neighbour]
+    found = crossing_near(line, q_apart, around.apart[neighbour], around.camera, 1.5 * reach_px)
+    return found if found is not None and found.sigma_px < MASK_SIGMA_PX else None

@@ -169,6 +169,7 @@ def _beyond(
     """Return per place (N,) what lies beyond: PROVEN to be another surface, the face that GOES_ON, PARTED from
     another piece of its plane, or UNKNOWN.
 
+    What is taken for bars stands for no end by itself: a border of shade looks like one, and concrete ends at an edge.
     Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
     in it, and what is measured past it speaks for the edge all the same.
     """
@@ -189,7 +190,7 @@ def _beyond(
         near = (beyond <= NEAR_PX[-1]) | hidden_strip
         state[(state == MEETS) & inside & of_plane & ~off] = PARTED
         state[((state == UNKNOWN) | (state == MEETS)) & inside & off & near] = PROVEN
-        other = inside & (seen >= 0) & (seen != label)
+        other = inside & (seen >= 0) & (seen != label) & (seen != bench.scene.bars_label)
         state[(state == UNKNOWN) & other & near] = MEETS
         state[(state == MEETS) & of_plane & other] = PROVEN  # at once: a joint or a gap, which the photos show
         if beyond > FATTENED_PX:

@@ -61,8 +61,9 @@ def measure_faces(
     planes, covariances, down = _start(drafts), np.zeros((0, 3, 3)), scene.level.view.down
     if drafts:
         drafts = refine_inside(bench, outline_faces(bench, drafts, planes))
-        planes, covariances, down, _ = adjust_drafts(bench, drafts)
-        drafts = outline_faces(bench, drafts, planes)
+        found = adjust_drafts(bench, drafts)
+        planes, covariances, down = found.q_px, found.covariance, found.down
+        drafts = outline_faces(bench, drafts, planes, found.joint)
     settled = [
         Settled(draft=draft, q_px=planes[i], covariance=covariances[i], outline=draft.outline)
         for i, draft in enumerate(drafts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -58,6 +58,9 @@ class Surroundings:
     down: FloatArray  # (3,) rectified
     texture_grey: float = 1.5
     meets: tuple[int, ...] = ()  # the labels of the faces that it meets in a convex edge
+    apart: Mapping[int, FloatArray] = field(
+        default_factory=dict
+    )  # by label, the covariance (3, 3) of own q less that one's
 
 
 def straight_sides(

@@ -7,6 +7,7 @@ import pytest
 
 from asbuilt_bim.measure import outline
 from asbuilt_bim.measure.contour import Side
+from asbuilt_bim.measure.crossing import Crossing
 from asbuilt_bim.measure.edges import EdgeFit, Line
 from asbuilt_bim.measure.likeness import bridged
 
@@ -41,14 +42,14 @@ def test_a_gap_that_is_measured_behind_the_faces_stays_open() -> None:
     assert not bridged(own, other, other, off, colour, gap_px=31)[:, 34:46].any()
 
 
-@pytest.mark.parametrize(("strength", "at_px", "sigma_px"), [(0.25, 50.5, 0.277), (0.8, 51.0, 0.12)])
-def test_a_faint_shared_edge_lies_half_way_to_where_the_planes_meet(
+@pytest.mark.parametrize(("strength", "at_px", "sigma_px"), [(0.25, 50.5, 0.5), (0.8, 51.0, 0.12)])
+def test_a_faint_shared_edge_lies_half_way_to_where_planes_meet_that_know_it_as_well(
     monkeypatch: pytest.MonkeyPatch, strength: float, at_px: float, sigma_px: float
 ) -> None:
     crossing = Line(start=np.array([50.0, 90.0]), stop=np.array([50.0, 10.0]))
     photo = Line(start=np.array([51.0, 90.0]), stop=np.array([51.0, 10.0]))
     fit = EdgeFit(line=photo, sigma_px=0.12, strength=strength, contrast=4.0, disparity_miss_px=0.0, miss_sigma_px=0.2)
-    monkeypatch.setattr(outline, "_crossing", lambda *_: crossing)
+    monkeypatch.setattr(outline, "_crossing", lambda *_: Crossing(line=crossing, sigma_px=0.37))
     monkeypatch.setattr(outline, "_neighbour", lambda *_: 2)
     monkeypatch.setattr(outline, "find_edge", lambda *_, **__: fit)
     monkeypatch.setattr(outline, "pixel_plane", lambda *_: np.zeros(3))

@@ -19,7 +19,7 @@ SIZE = 240
 LOW, HIGH = 80, 160
 FACE_PX, BEHIND_PX = 30.0, 8.0
 PLANE = np.array([0.0, 0.0, FACE_PX])
-OWN = 3
+OWN, BARS = 3, 9
 
 
 def scene() -> SimpleNamespace:
@@ -35,7 +35,9 @@ def scene() -> SimpleNamespace:
     camera = SimpleNamespace(f_px=1000.0, cx_px=120.0, cy_px=120.0)
     return SimpleNamespace(
         pair=SimpleNamespace(camera=camera),
-        scene=SimpleNamespace(level=level, labels=labels, pieces=(), pixels=lambda n: np.nonzero(labels == n)),
+        scene=SimpleNamespace(
+            level=level, labels=labels, pieces=(), pixels=lambda n: np.nonzero(labels == n), bars_label=BARS
+        ),
         samples={},
         frame=np.zeros((SIZE, SIZE), dtype=bool),
         grey_levels=(np.full((SIZE, SIZE), 90.0, dtype=np.float32),) * 2,
@@ -119,6 +121,15 @@ def test_grain_that_stops_at_a_sky_as_bright_as_the_concrete_is_an_end_but_glare
     assert not opened(bench, square())
     bench.grey_levels[0][:] = 252.0
     assert opened(bench, square())
+
+
+@pytest.mark.parametrize(("strength", "proves"), [(0.8, True), (0.0, False)])
+def test_what_is_taken_for_bars_is_an_end_only_where_the_photos_show_an_edge(strength: float, proves: bool) -> None:
+    """The upright border of a shade looked like bars: half of a column was called whole."""
+    bench = scene()
+    bench.scene.labels[:, HIGH : HIGH + 60] = BARS
+    bench.scene.level.disparity_px[:, HIGH : HIGH + 60] = FACE_PX
+    assert opened(bench, square("photo" if strength else "mask", strength)) is not proves
 
 
 def test_a_stain_is_no_end_where_the_face_goes_on_past_it() -> None:
