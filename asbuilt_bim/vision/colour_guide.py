@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
 from asbuilt_bim.vision.finer import EVEN, inside_px
@@ -23,6 +24,8 @@ THINNED = 2
 """Coefficients are found at every so many pixels."""
 FINEST_PX = 3.0
 """What a border may be off in the last round: it can't be seen much better."""
+FALL = 0.5
+"""What a border may be off in a round, of what it might in the round before."""
 WINDOW = 0.7
 """A window's reach, as a share of what the border may be off."""
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -40,63 +43,95 @@ class _Round:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ColourGuide:
-    """A BGR photo, at most `LOOKED_AT_PX` wide, as what masks are drawn to."""
+    """A BGR photo, looked at up to `LOOKED_AT_PX` wide, as what masks are drawn to."""
 
-    scale: float
-    colours: Float32Array  # (H, W, 3), 0..1
+    colours: Float32Array  # (h, w, 3), 0..1; h and w multiples of `THINNED`
+    shrunk: tuple[float, float]  # (x, y): the looked-at pixels of one of the photo's; 1, 1 where it is only padded
     thinned: Float32Array
     rounds: tuple[_Round, ...]
 
     @classmethod
     def of(cls, photo: ByteImage, off_share: float) -> ColourGuide:
         """Prepare a BGR photo for masks whose border is off by up to `off_share` of its width."""
-        scale = min(1.0, LOOKED_AT_PX / photo.shape[1])
-        small = photo if scale == 1.0 else cv2.resize(photo, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        height, width = photo.shape[:2]
+        scale = min(1.0, LOOKED_AT_PX / width)
+        if scale < 1.0:
+            size = (max(1, round(scale * s / THINNED)) * THINNED for s in (width, height))
+            way = cv2.INTER_LINEAR if scale > 0.5 else cv2.INTER_AREA  # means over fractions of pixels cost the most
+            small = np.asarray(cv2.resize(photo, tuple(size), interpolation=way))
+            shrunk = (small.shape[1] / width, small.shape[0] / height)
+        else:
+            small, shrunk = _padded(photo), (1.0, 1.0)
         colours = small.astype(np.float32) * np.float32(1.0 / 255.0)
         thinned = _thinned(colours)
-        rounds: list[_Round] = []
         band = max(off_share * colours.shape[1], FINEST_PX)
-        while True:
+        rounds = [_round(thinned, band)]
+        while band > FINEST_PX:
+            band = max(FALL * band, FINEST_PX)
             rounds.append(_round(thinned, band))
-            if band <= FINEST_PX:
-                break
-            band = max(0.5 * band, FINEST_PX)
-        return cls(scale=scale, colours=colours, thinned=thinned, rounds=tuple(rounds))
+        return cls(colours=colours, shrunk=shrunk, thinned=thinned, rounds=tuple(rounds))
 
     def drawn(self, mask: BoolArray) -> BoolArray:
         """Return a mask (H, W) of the photo with its border at the photo's edges."""
-        if not mask.any():
-            return mask
-        own = mask
-        if self.scale < 1.0:
-            size = (self.colours.shape[1], self.colours.shape[0])
-            own = np.asarray(cv2.resize(mask.view(np.uint8) * 255, size, interpolation=cv2.INTER_AREA) > 127)
-        value = np.where(own, np.float32(1.0), np.float32(-1.0))
+        height, width = self.colours.shape[:2]
+        whole = self.shrunk == (1.0, 1.0)
+        own = _padded(mask.view(np.uint8)) if whole else _nearest(mask.view(np.uint8), (width, height))
+        found = np.zeros_like(mask)
         for one in self.rounds:
-            value = self._drawn_once(value > 0.0, one)
-        if self.scale < 1.0:
-            value = np.asarray(cv2.resize(value, mask.shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-        return np.asarray(value > 0.0)
+            if not own.any():
+                return found
+            (top, left), deep = self._drawn_once(own, one)
+            own = np.zeros((height, width), dtype=np.uint8)
+            own[top : top + deep.shape[0], left : left + deep.shape[1]] = deep > 0.0
+        if whole:
+            return own[: mask.shape[0], : mask.shape[1]] > 0
+        window, deep = _raised((top, left), deep, self.shrunk, mask.shape)
+        found[window] = deep > 0.0
+        return found
 
-    def _drawn_once(self, own: BoolArray, one: _Round) -> Float32Array:
-        """Return (H, W) how deep in a mask each pixel lies, by its colour too, within the round's band."""
-        value = np.where(own, np.float32(one.band_px), np.float32(-one.band_px))
-        x, y, width, height = cv2.boundingRect(own.view(np.uint8))
+    def _drawn_once(self, own: NDArray[np.uint8], one: _Round) -> tuple[tuple[int, int], Float32Array]:
+        """Return how deep in a mask (H, W) pixels lie, by their colour too, within the round's band.
+
+        That is of the part of the photo around the mask, whose upper left corner (row, column) comes with it.
+        """
+        x, y, width, height = cv2.boundingRect(own)
         margin = 2 * round(one.band_px) + 2
         left, top = (max(0, at - margin) // THINNED * THINNED for at in (x, y))
-        right, bottom = (
-            min(size, at + long + margin) // THINNED * THINNED
-            for size, at, long in ((own.shape[1], x, width), (own.shape[0], y, height))
-        )
-        if min(right - left, bottom - top) < 2 * THINNED:
-            return value
+        right = min(own.shape[1], -(-(x + width + margin) // THINNED) * THINNED)
+        bottom = min(own.shape[0], -(-(y + height + margin) // THINNED) * THINNED)
         window = (slice(top, bottom), slice(left, right))
         small = (slice(top // THINNED, bottom // THINNED), slice(left // THINNED, right // THINNED))
-        deep = _thinned(inside_px(own[window], one.band_px))
+        deep = _thinned(inside_px(own[window].view(bool), one.band_px))
         lines = _coefficients(deep, self.thinned[small], one, small)
         lines = np.asarray(cv2.resize(lines, (right - left, bottom - top), interpolation=cv2.INTER_LINEAR))
-        value[window] = np.einsum("hwc,hwc->hw", lines[..., :3], self.colours[window]) + lines[..., 3]
-        return value
+        return (top, left), np.einsum("hwc,hwc->hw", lines[..., :3], self.colours[window]) + lines[..., 3]
+
+
+def _raised(
+    corner: tuple[int, int], deep: Float32Array, shrunk: tuple[float, float], size: tuple[int, ...]
+) -> tuple[tuple[slice, slice], Float32Array]:
+    """Return the window of the whole photo that a part of the looked-at one covers, and the part's values there."""
+    low = [round(at / s) for at, s in zip(corner, shrunk[::-1], strict=True)]
+    high = [min(round((at + n) / s), m) for at, n, s, m in zip(corner, deep.shape, shrunk[::-1], size, strict=True)]
+    turn = np.array([
+        [shrunk[0], 0.0, (low[1] + 0.5) * shrunk[0] - 0.5 - corner[1]],
+        [0.0, shrunk[1], (low[0] + 0.5) * shrunk[1] - 0.5 - corner[0]],
+    ])  # fmt: skip
+    raised = cv2.warpAffine(
+        deep, turn, (high[1] - low[1], high[0] - low[0]), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_REPLICATE,
+    )  # fmt: skip
+    return (slice(low[0], high[0]), slice(low[1], high[1])), np.asarray(raised, dtype=np.float32)
+
+
+def _nearest(mask: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    return np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_NEAREST_EXACT), dtype=np.uint8)
+
+
+def _padded(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return an image with its last row and column repeated until both sizes are multiples of `THINNED`."""
+    below, right = (-size % THINNED for size in image.shape[:2])
+    return np.asarray(cv2.copyMakeBorder(image, 0, below, 0, right, cv2.BORDER_REPLICATE))
 
 
 def _coefficients(deep: Float32Array, colours: Float32Array, one: _Round, window: tuple[slice, slice]) -> Float32Array:
@@ -136,7 +171,6 @@ def _round(thinned: Float32Array, band_px: float) -> _Round:
 
 
 def _thinned(image: Float32Array) -> Float32Array:
-    """Return the means (h / 2, w / 2) of an image's pixels; an odd row or column at the end is left out."""
-    height, width = (size // THINNED for size in image.shape[:2])
-    whole = image[: THINNED * height, : THINNED * width]
-    return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), dtype=np.float32)
+    """Return the means (h / 2, w / 2) of an image's pixels."""
+    size = (image.shape[1] // THINNED, image.shape[0] // THINNED)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
