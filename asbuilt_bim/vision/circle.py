@@ -23,6 +23,7 @@ _LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
 _SIGNS = np.array([[1.0], [1.0], [-1.0]])  # of the unit circle x^2 + y^2 - 1
 _MOST_AVERTED = 0.1  # cosine with the optical axis: no disc that leans more is a disc in the photo
+_MOST_SCALED, _MOST_SLOPE = 2.0, 20.0  # ln of the radius, tangent of the lean: a step beyond follows no outline
 _HELD = 1e8  # information on a radius that is held
 _POINTS_PER_OBSERVATION = 10.0
 """Edge points 1.2 px apart share JPEG's blocks (8 px of brightness, 16 of colour) and err together: ten are one."""
@@ -55,13 +56,14 @@ def fit_circle(
 ) -> SpaceCircle | None:
     """Fit the circle whose pictures run through both outlines (N, 2) and (M, 2); None where the fit fails.
 
-    An ellipse leaves two tilts open; without a `start` both are tried, and the one that both photos agree on is taken.
+    An ellipse leaves two tilts open; both are tried, and the one that both photos agree on is taken.
     `sigma_px` (N + M,) says how sure the points are against each other; they are alike where it isn't given. A radius
     that is `held_m` stays as it is: foreign points can't shrink the circle.
     """
     trust = np.ones(len(left_edge) + len(right_edge)) if sigma_px is None else np.median(sigma_px) / sigma_px
     free = np.array([True, True, True, held_m is None, True, True])
-    starts = _starts(left, right, camera, held_m) if start is None else [_parameters(start)]
+    both = (start, mirrored(start, camera)) if start is not None else ()
+    starts = [_parameters(one) for one in both] or _starts(left, right, camera, held_m)
     fits = [_descend(start, left_edge, right_edge, camera, trust, free) for start in starts]
     good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
     if not good:
@@ -193,7 +195,7 @@ def _descend(
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
         tried = parameters + change
-        if tried[2] <= 0.0:
+        if tried[2] <= 0.0 or abs(tried[3] - start[3]) > _MOST_SCALED or np.abs(tried[4:]).max() > _MOST_SLOPE:
             damping *= 10.0
             continue
         after = weighted(tried)

@@ -47,6 +47,7 @@ _NEAR = 1.0  # slack: the outline is known to a pixel, and what counts is what l
 _LEAST_REACH_PX, _BLURS_NEEDED = 2.5, 1.4
 """Of a profile: of 40 development pairs (seed 62) edges lie off by 0.09 px where they reach so far, by 0.16 where they
 reach a quarter of the minor half axis; still shorter ones win no more."""
+_LEAST_TOLD_PX, _BLURS_TOLD = 3.0, 1.8  # of a profile that tells the blur: it has to show both of its ends
 _BLURRED_ENDS = 3
 """Edge points next to a covered stretch of the outline that are left out: the cover's own edge bends them."""
 
@@ -147,7 +148,8 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
     """
     reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     if slack <= _NEAR:
-        reach = min(max(_LEAST_REACH_PX, _BLURS_NEEDED * float(np.hypot(blur_px, _COLOUR_BLUR_PX))), reach)
+        blur = float(np.hypot(blur_px, _COLOUR_BLUR_PX))
+        reach = min(max(_LEAST_REACH_PX, _BLURS_NEEDED * blur), reach)
     points, outward = _outline(ellipse)
     bend = ellipse.bend(len(points))
     placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
@@ -158,11 +160,17 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
     return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), sides, patch, least, slack, placed.sigma_px)
 
 
-def some_profiles(patch: Patch, ellipse: Ellipse) -> FloatArray:
-    """Return profiles (N, S, 3) across a disc's outline, enough of them to say what the lens's blur is."""
+def some_profiles(patch: Patch, ellipse: Ellipse, blur_px: float = 0.0) -> FloatArray:
+    """Return profiles (N, S, 3) across a disc's outline, enough of them to say what the lens's blur is.
+
+    They are no longer than a blur that is known about (0: it isn't) needs: what lies further off isn't even.
+    """
     points, outward = _outline(ellipse)
     some = slice(None, None, _SOME)
-    return profiles_across(patch.planes, (points - patch.corner)[some], outward[some], reach_px(ellipse, 0.25))
+    reach = reach_px(ellipse, 0.25)
+    if blur_px:
+        reach = min(max(_LEAST_TOLD_PX, _BLURS_TOLD * float(np.hypot(blur_px, _COLOUR_BLUR_PX))), reach)
+    return profiles_across(patch.planes, (points - patch.corner)[some], outward[some], reach)
 
 
 def reach_px(ellipse: Ellipse, share: float) -> float:

@@ -33,6 +33,8 @@ _JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of bl
 _WELL_FITTED = 0.25  # of the profiles fit as well as the noise allows; the others are measured against them
 _TWO_SIDES = 4.0 * _NOISE  # what has but one colour fits anywhere, and says nothing of how well edges fit
 _MOST_BENT = 0.5  # of a blur for each radius: first order holds no further
+_PASSES = 2
+_LEAST_APART = 0.3  # of an edge's contrast: where its profile's ends show less of it, its colours can't be told
 _KERNEL_END = 4.0  # sigmas of the colours' blur
 
 
@@ -71,14 +73,16 @@ def place_edges(
     """
     profiles = profiles_across(planes, points, outward, reach_px)
     shifts = int(np.ceil(_SEARCH * reach_px / _STEP_PX))
-    fits, cost, contrast = _compared(profiles, shifts, blur_px)
+    row, offset = np.arange(len(profiles)), np.zeros(len(profiles))
+    for _ in range(_PASSES):
+        # which colours both sides have depends on where the edge is: or it would be found where it was looked for
+        fits, cost, contrast = _compared(profiles, shifts, blur_px, np.nan_to_num(offset))
+        best = np.clip(np.argmin(cost, axis=1), 1, cost.shape[1] - 2)
+        before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
+        curve = np.maximum(before - 2.0 * at + after, 1e-9)
+        aside = 0.5 * (before - after) / curve
+        offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * _STEP_PX, np.nan)
     has_edge = contrast > _TWO_SIDES
-    best = np.clip(np.argmin(cost, axis=1), 1, cost.shape[1] - 2)
-    row = np.arange(len(profiles))
-    before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
-    curve = np.maximum(before - 2.0 * at + after, 1e-9)
-    aside = 0.5 * (before - after) / curve
-    offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * _STEP_PX, np.nan)
     misfit = np.mean(np.square(profiles - fits[row, best].transpose(0, 2, 1)), axis=(1, 2))
     usual = max(float(np.quantile(misfit[has_edge] if has_edge.any() else misfit, _WELL_FITTED)), 1e-9)
     sigma = np.hypot(_JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
@@ -111,7 +115,9 @@ def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArra
     return np.asarray(values, dtype=np.float64).reshape(len(points), len(offsets), 3)
 
 
-def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _compared(
+    profiles: FloatArray, shifts: int, blur_px: float, about_px: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the edge at every place, as windows (N, K, 3, S), how far (N, K) each is from the profiles, and what
     both sides (N,) of these differ by.
     """
@@ -119,7 +125,8 @@ def _compared(profiles: FloatArray, shifts: int, blur_px: float) -> tuple[FloatA
     end = max(2, count // 4)
     inside, outside = profiles[:, :end].mean(axis=1), profiles[:, -end:].mean(axis=1)
     uneven = profiles[:, :end].var(axis=1) + profiles[:, -end:].var(axis=1)
-    one, other = _unmixed(_linear(inside), _linear(outside), count, end, blur_px)
+    about = np.zeros(len(profiles)) if about_px is None else about_px
+    one, other = _unmixed(_linear(inside), _linear(outside), _offsets(count // 2), end, blur_px, about)
     edge = _edge_between(one, other, count // 2 + shifts, blur_px)
     windows = np.lib.stride_tricks.sliding_window_view(edge, count, axis=1)[:, ::-1]
     apart = profiles.transpose(0, 2, 1)[:, None] - windows
@@ -139,14 +146,19 @@ def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: 
 
 
 def _unmixed(
-    inside: FloatArray, outside: FloatArray, count: int, end: int, blur_px: float
+    inside: FloatArray, outside: FloatArray, offsets: FloatArray, end: int, blur_px: float, about_px: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Take off the linear colours (N, 3) of a profile's ends what a wide blur brings there from the other side."""
-    share = _share(_offsets(count // 2), math.hypot(blur_px, 0.5 * _COLOUR_BLUR_PX))
-    mixed = float(share[-end:].mean())
-    step = (inside - outside) / (1.0 - 2.0 * mixed)
-    one: FloatArray = np.maximum(inside + mixed * step, 0.0)
-    other: FloatArray = np.maximum(outside - mixed * step, 0.0)
+    """Take off the linear colours (N, 3) of a profile's ends what a wide blur brings there from the other side.
+
+    `about_px` (N,) is where the edges about are, and so how much that is at either end.
+    """
+    blur = math.hypot(blur_px, 0.5 * _COLOUR_BLUR_PX)
+    grid = np.linspace(2.0 * offsets[0], 2.0 * offsets[-1], 4 * len(offsets) - 3)
+    seen = np.interp(offsets - about_px[:, None], grid, _share(grid, blur))
+    within, beyond = seen[:, :end].mean(axis=1)[:, None], seen[:, -end:].mean(axis=1)[:, None]
+    apart = np.maximum(within - beyond, _LEAST_APART)
+    one: FloatArray = np.maximum(((1.0 - beyond) * inside - (1.0 - within) * outside) / apart, 0.0)
+    other: FloatArray = np.maximum((within * outside - beyond * inside) / apart, 0.0)
     return one, other
 
 

@@ -132,16 +132,19 @@ def follow(
     """
     blur_px: float | None = None
     left = right = None
-    settled_at = 0.0
+    settled_at, is_sharpened = 0.0, False
     for slack, least in _ROUNDS:
         if slack == settled_at:
             continue
         guide, other = outlines_of(circle, camera)
         if guide is None or other is None:
             return None
-        if blur_px is None:
+        if blur_px is None or (slack == 1.0 and not is_sharpened):
+            is_sharpened = slack == 1.0
             # the same lens at the same distance: one blur for both photos
-            blur_px = likely_blur([some_profiles(patches[0], guide), some_profiles(patches[1], other)])
+            about_px = blur_px or 0.0
+            profiles = [some_profiles(patch, e, about_px) for patch, e in zip(patches, (guide, other), strict=True)]
+            blur_px = likely_blur(profiles)
         left = followed(patches[0], guide, blur_px, slack, least)
         right = followed(patches[1], other, blur_px, slack, least)
         if left is None or right is None:

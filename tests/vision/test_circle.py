@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from asbuilt_bim.vision.circle import SpaceCircle, guessed_circles, mirrored, outlines_of
+from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, guessed_circles, mirrored, outlines_of
 from tests.vision.flat_scene import CAMERA
 
 AT_A_CORNER = SpaceCircle(
@@ -39,6 +39,23 @@ def test_a_circle_that_leans_the_other_way_looks_alike_in_one_photo_and_not_in_t
     assert left.minor_px == pytest.approx(left_of_other.minor_px, rel=0.03)
     assert abs(right.minor_px / right_of_other.minor_px - 1.0) > 0.02
     assert np.abs(mirrored(other, CAMERA).normal - AT_A_CORNER.normal).max() < 1e-9
+
+
+def test_a_fit_that_starts_leaning_the_wrong_way_ends_leaning_the_right_way() -> None:
+    left, right = outlines_of(AT_A_CORNER, CAMERA)
+    assert left is not None and right is not None
+    edges = left.outline(90)[0], right.outline(90)[0]
+    found = fit_circle(*edges, left, right, CAMERA, start=mirrored(AT_A_CORNER, CAMERA))
+    assert found is not None and np.abs(found.normal - AT_A_CORNER.normal).max() < 1e-3
+    assert found.disparity_px == pytest.approx(AT_A_CORNER.disparity_px, abs=1e-3)
+
+
+def test_points_of_no_outline_end_a_fit_and_not_the_program() -> None:
+    left, right = outlines_of(AT_A_CORNER, CAMERA)
+    assert left is not None and right is not None
+    edges = [np.linspace([900.0, 100.0], [1100.0, 300.0 + 40.0 * side], 40) for side in (0, 1)]
+    found = fit_circle(*edges, left, right, CAMERA, start=AT_A_CORNER)
+    assert found is None or abs(np.log(found.radius_m / AT_A_CORNER.radius_m)) < 4.5
 
 
 def test_a_circle_seen_edge_on_still_faces_the_camera_when_mirrored() -> None:

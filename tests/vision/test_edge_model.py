@@ -60,7 +60,18 @@ def test_blur_does_not_move_a_bent_edge_inwards() -> None:
         np.nanmean(disc.distance_px(place_edges(planes, points, outward, REACH_PX, 2.0, bend).points)[at_ends])
         for bend in (0.0, disc.bend(80))
     ]
-    assert at_ends.sum() > 5 and miss[0] < -0.2 and abs(miss[1]) < 0.1
+    assert at_ends.sum() > 5 and miss[0] < -0.2 and abs(miss[1]) < 0.15
+
+
+def test_an_edge_is_not_found_where_it_is_looked_for() -> None:
+    planes = colour_planes(jpeg(0.1, 2.0, 46.2, 0.2))
+    points, outward = along(46.2, 0.2)
+    found = [
+        float(np.nanmedian(np.sum((placed.points - points) * outward, axis=1)))
+        for aside in (-0.6, 0.6)
+        for placed in [place_edges(planes, points + aside * outward, outward, 3.5, 2.0)]
+    ]
+    assert found[1] - found[0] < 0.5 * 1.2
 
 
 def test_profiles_of_one_colour_say_nothing_of_how_well_edges_fit() -> None:

@@ -31,7 +31,8 @@ def test_a_disc_is_likelier_the_target_than_a_square_of_its_size() -> None:
     assert log_odds(found, 0.30) > SURE_ODDS
     assert log_odds(found, 0.315) < log_odds(found, 0.30)
     square = replace(found.left, support=0.6, astray=0.3, overrun=0.1)
-    assert log_odds(replace(found, left=square, right=square), 0.30) < LEAST_ODDS - 3.0
+    misfit = replace(found.circle, rms_px=0.2)
+    assert log_odds(replace(found, left=square, right=square, circle=misfit), 0.30) < LEAST_ODDS - 3.0
     sighting, _ = find_target(pair_of([rectangle((0.1, 0.1, 7.0), 0.27, 0.27)]), TOLD)
     assert sighting is None
 
