@@ -27,6 +27,7 @@ _SEARCH = 0.6  # of the reach: a place further out has no two sides left to comp
 _COLOUR_BLUR_PX = (
     1.2  # halving and doubling: a box of two pixels, then a triangle of two to both sides, and what JPEG drops
 )
+_HALF_COLOUR_PX = 0.5 * _COLOUR_BLUR_PX  # of three planes one keeps its resolution
 _BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
 _NOISE = 0.011  # of full scale: three grey levels
 _JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
@@ -73,21 +74,22 @@ def place_edges(
     """
     profiles = profiles_across(planes, points, outward, reach_px)
     shifts = int(np.ceil(_SEARCH * reach_px / _STEP_PX))
+    ends = _ends_of(profiles)
     row, offset = np.arange(len(profiles)), np.zeros(len(profiles))
     for _ in range(_PASSES):
         # which colours both sides have depends on where the edge is: or it would be found where it was looked for
-        fits, cost, contrast = _compared(profiles, shifts, blur_px, np.nan_to_num(offset))
+        fits, cost = _compared(profiles, ends, shifts, blur_px, np.nan_to_num(offset))
         best = np.clip(np.argmin(cost, axis=1), 1, cost.shape[1] - 2)
         before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
         curve = np.maximum(before - 2.0 * at + after, 1e-9)
         aside = 0.5 * (before - after) / curve
         offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * _STEP_PX, np.nan)
-    has_edge = contrast > _TWO_SIDES
+    has_edge = ends.contrast > _TWO_SIDES
     misfit = np.mean(np.square(profiles - fits[row, best].transpose(0, 2, 1)), axis=(1, 2))
     usual = max(float(np.quantile(misfit[has_edge] if has_edge.any() else misfit, _WELL_FITTED)), 1e-9)
     sigma = np.hypot(_JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
     offset = offset + 0.5 * blur_px**2 * np.minimum(bend, _MOST_BENT / blur_px)
-    return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=contrast)
+    return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=ends.contrast)
 
 
 def likely_blur(profiles: list[FloatArray]) -> float:
@@ -97,8 +99,8 @@ def likely_blur(profiles: list[FloatArray]) -> float:
     """
     costs = np.zeros(len(_BLURS_PX))
     for some in profiles:
-        shifts = some.shape[1] // 3
-        each = np.stack([_compared(some, shifts, blur)[1].min(axis=1) for blur in _BLURS_PX])
+        shifts, ends, middle = some.shape[1] // 3, _ends_of(some), np.zeros(1)
+        each = np.stack([_compared(some, ends, shifts, float(blur), middle)[1].min(axis=1) for blur in _BLURS_PX])
         costs += np.sort(each, axis=1)[:, : max(1, each.shape[1] // 2)].mean(axis=1)
     best = int(np.clip(np.argmin(costs), 1, len(costs) - 2))
     before, at, after = np.log(costs[best - 1 : best + 2] + 1e-9)
@@ -115,29 +117,47 @@ def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArra
     return np.asarray(values, dtype=np.float64).reshape(len(points), len(offsets), 3)
 
 
-def _compared(
-    profiles: FloatArray, shifts: int, blur_px: float, about_px: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the edge at every place, as windows (N, K, 3, S), how far (N, K) each is from the profiles, and what
-    both sides (N,) of these differ by.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Ends:
+    """What N profiles (N, S, 3) show at their ends, `count` samples each: linear colours (N, 3) of both sides.
+
+    `uneven` (N, 3) is what the planes differ by there, `contrast` (N,) what both sides do.
     """
+
+    count: int
+    inside: FloatArray
+    outside: FloatArray
+    uneven: FloatArray
+    contrast: FloatArray
+
+
+def _ends_of(profiles: FloatArray) -> _Ends:
+    count = max(2, profiles.shape[1] // 4)
+    first, last = profiles[:, :count], profiles[:, -count:]
+    inside, outside = first.mean(axis=1), last.mean(axis=1)
+    return _Ends(
+        count=count, inside=_linear(inside), outside=_linear(outside), uneven=first.var(axis=1) + last.var(axis=1),
+        contrast=np.linalg.norm(inside - outside, axis=1),
+    )  # fmt: skip
+
+
+def _compared(
+    profiles: FloatArray, ends: _Ends, shifts: int, blur_px: float, about_px: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the edge at every place, as windows (N, K, 3, S), and how far (N, K) each is from the profiles."""
     count = profiles.shape[1]
-    end = max(2, count // 4)
-    inside, outside = profiles[:, :end].mean(axis=1), profiles[:, -end:].mean(axis=1)
-    uneven = profiles[:, :end].var(axis=1) + profiles[:, -end:].var(axis=1)
-    about = np.zeros(len(profiles)) if about_px is None else about_px
-    one, other = _unmixed(_linear(inside), _linear(outside), _offsets(count // 2), end, blur_px, about)
+    one, other = _unmixed(ends, count // 2, blur_px, about_px)
     edge = _edge_between(one, other, count // 2 + shifts, blur_px)
     windows = np.lib.stride_tricks.sliding_window_view(edge, count, axis=1)[:, ::-1]
     apart = profiles.transpose(0, 2, 1)[:, None] - windows
-    cost = np.einsum("nkc,nc->nk", np.einsum("nkcs,nkcs->nkc", apart, apart), 1.0 / (_NOISE**2 + uneven))
-    return windows, cost, np.linalg.norm(inside - outside, axis=1)
+    cost = np.einsum("nkc,nc->nk", np.einsum("nkcs,nkcs->nkc", apart, apart), 1.0 / (_NOISE**2 + ends.uneven))
+    return windows, cost
 
 
 def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:
     """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
     pad = int(_KERNEL_END * _COLOUR_BLUR_PX / _STEP_PX)
-    share = _share(_offsets(steps + pad), blur_px)
+    share = _share(steps + pad, 1.0, blur_px)
     light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
     planes = _shown(light)
     inner = slice(pad, -pad)
@@ -145,26 +165,26 @@ def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: 
     return np.concatenate([brightness, _bell(steps + pad, _COLOUR_BLUR_PX)[inner] @ planes[..., 1:]], axis=-1)
 
 
-def _unmixed(
-    inside: FloatArray, outside: FloatArray, offsets: FloatArray, end: int, blur_px: float, about_px: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Take off the linear colours (N, 3) of a profile's ends what a wide blur brings there from the other side.
+def _unmixed(ends: _Ends, steps: int, blur_px: float, about_px: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the linear colours (N, 3) of both sides without what a wide blur brings from the other side.
 
-    `about_px` (N,) is where the edges about are, and so how much that is at either end.
+    The profiles reach `steps` to both sides; `about_px` (N,), or one for all, is where the edges about are.
     """
-    blur = math.hypot(blur_px, 0.5 * _COLOUR_BLUR_PX)
-    grid = np.linspace(2.0 * offsets[0], 2.0 * offsets[-1], 4 * len(offsets) - 3)
-    seen = np.interp(offsets - about_px[:, None], grid, _share(grid, blur))
-    within, beyond = seen[:, :end].mean(axis=1)[:, None], seen[:, -end:].mean(axis=1)[:, None]
+    offsets, grid = _offsets(steps), 0.5 * _offsets(4 * steps)
+    seen = np.interp(offsets - about_px[:, None], grid, _share(4 * steps, 0.5, math.hypot(blur_px, _HALF_COLOUR_PX)))
+    within = seen[:, : ends.count].mean(axis=1)[:, None]
+    beyond = seen[:, -ends.count :].mean(axis=1)[:, None]
     apart = np.maximum(within - beyond, _LEAST_APART)
-    one: FloatArray = np.maximum(((1.0 - beyond) * inside - (1.0 - within) * outside) / apart, 0.0)
-    other: FloatArray = np.maximum((within * outside - beyond * inside) / apart, 0.0)
+    one: FloatArray = np.maximum(((1.0 - beyond) * ends.inside - (1.0 - within) * ends.outside) / apart, 0.0)
+    other: FloatArray = np.maximum((within * ends.outside - beyond * ends.inside) / apart, 0.0)
     return one, other
 
 
-def _share(offsets: FloatArray, blur_px: float) -> FloatArray:
-    """Return how much (S,) of a blurred edge's inside is seen at offsets from it."""
-    return np.array([0.5 * math.erfc(offset / (math.sqrt(2.0) * blur_px)) for offset in offsets])
+@lru_cache(maxsize=256)
+def _share(steps: int, scale: float, blur_px: float) -> FloatArray:
+    """Return how much (S,) of a blurred edge's inside is seen at `scale` times `_offsets(steps)` from it."""
+    offsets = scale * _offsets(steps)
+    return frozen(np.array([0.5 * math.erfc(offset / (math.sqrt(2.0) * blur_px)) for offset in offsets]))
 
 
 def _offsets(steps: int) -> FloatArray:
