@@ -177,6 +177,7 @@ def ifcpatch_dir() -> None:
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
 @click.option("--target-diameter", type=click.FloatRange(0.05, 2.0), default=None, metavar="METRES")
 @click.option("--no-target", is_flag=True, help="Go on without a red disc: nothing then checks the scale.")
+@click.option("--refine-rig", is_flag=True, help="Where the rig has moved: use it as these photos show it.")
 @click.option("--masks", type=_FILE, default=None, help="PNG of labels, COCO JSON or clicked polygons of LEFT.")
 @click.option("--mask-class", multiple=True, metavar="LABEL=CLASS", help="What a PNG's label is: 1=wall, 2=column.")
 @click.option("--segment-network", default="", metavar="CARD", help="Card of a segmenter, bundled, or plugin:NAME.")
@@ -187,6 +188,8 @@ def ifcpatch_dir() -> None:
 @click.pass_context
 def measure(context: click.Context, /, **options: Any) -> None:
     """Measure the walls and columns of one photo pair, LEFT and RIGHT, without any IFC file."""
+    if options["no_target"] and options["target_diameter"] is not None:
+        raise click.UsageError("--no-target and --target-diameter contradict each other: give one")
     screen = Screen()
 
     def action() -> int:
@@ -222,11 +225,13 @@ def label(
 
 def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -> None:
     """Run an action (it imports what it needs: `--help` stays quick); what goes wrong is a message and an exit code."""
-    from asbuilt_bim.errors import AsBuiltError
+    from asbuilt_bim.errors import AsBuiltError, OptionError
     from asbuilt_bim.terminal.crash import write_crash_log
 
     try:
         code = action()
+    except OptionError as problem:
+        raise click.UsageError(str(problem)) from problem
     except AsBuiltError as problem:
         screen.error(str(problem))
         code = FAILED

@@ -3,6 +3,7 @@
 AsBuiltError                  everything this package raises on purpose; the command line prints it and exits 1
 ├── ProjectError              the project file: unknown keys, wrong types, paths that leave the project
 ├── PhotoError                a photo can't be used: missing, truncated, no picture, wrong size, another camera
+├── OptionError               a command line's option can't be understood; the command line exits 2
 ├── MaskError                 a file of masks can't be used: no PNG, COCO or polygons, wrong size, unknown class
 ├── MeasureError              a photo pair can't be measured; the message holds every reason
 ├── CalibrationError          boards or control points don't give a rig
@@ -34,6 +35,10 @@ class ProjectError(AsBuiltError):
 
 class PhotoError(AsBuiltError):
     """A photo can't be used."""
+
+
+class OptionError(AsBuiltError):
+    """The value of a command line's option can't be understood."""
 
 
 class MaskError(AsBuiltError):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.instruments import NetworkChoice, instruments_of
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
@@ -23,7 +24,7 @@ from asbuilt_bim.vision.segment import InstanceClass
 def measure_pair(
     left: Path | str,
     right: Path | str,
-    rig: StereoRig,
+    rig: StereoRig | Path | str,
     *,
     target_diameter_m: float | None = None,
     target: bool = True,
@@ -31,6 +32,7 @@ def measure_pair(
     mask_classes: Mapping[int, InstanceClass] | None = None,
     segment_network: Path | str = "",
     depth_network: Path | str = "",
+    refine_rig: bool = False,
     options: MeasureOptions | None = None,
 ) -> PairMeasurement:
     """Measure the walls and columns of one photo pair; prints nothing, writes nothing.
@@ -39,13 +41,15 @@ def measure_pair(
     `masks` (PNG of labels, COCO JSON, clicked polygons; pixels of the ORIGINAL left photo) say what is measured;
     geometry finds it where there are none, together with `segment_network`. `mask_classes` says what a PNG's labels
     are. A network is named by the path of its card, as `bundled` (the one that is shipped), or as `plugin:NAME`.
+    `refine_rig`: a rig that has moved is taken as the pair's own photos show it; `rig` of the answer is that one.
 
     Raises:
-        PhotoError: a photo can't be read.
+        RigError, PhotoError: the rig file or a photo can't be read.
         MaskError: the masks can't be used.
         NetworkError, PluginError: a network can't be used.
         MeasureError: the pair can't be measured; the message holds every reason.
     """
+    rig = rig if isinstance(rig, StereoRig) else read_rig(rig)
     photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
     instruments = instruments_of(
         NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
@@ -58,7 +62,7 @@ def measure_pair(
         instruments, left_out = replace(instruments, segmenter=given, opinion=None), read.left_out
     chosen = options or MeasureOptions()
     asked = replace(chosen.target, required=target, diameter_m=target_diameter_m)
-    found = measure_photos(photos, rig, replace(chosen, target=asked), instruments)
+    found = measure_photos(photos, rig, replace(chosen, target=asked), instruments, refine=refine_rig)
     unused = [Rejection(what=f"masks {Path(str(masks)).name}", reason=f"{text}: left out") for text in left_out]
     return replace(found, rejections=(*found.rejections, *unused))
 

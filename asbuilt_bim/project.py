@@ -96,13 +96,13 @@ class Project:
             return path.name
 
 
-def read_project(path: Path, *, allow_outside: bool = False) -> Project:
+def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
     """Read and check a project file; paths that leave its folder need `allow_outside`.
 
     Raises:
         ProjectError: with EVERY mistake: where, what was expected, what is there.
     """
-    path = path.absolute()
+    path = Path(path).absolute()
     document = read_yaml(path)
     problems = Problems()
     written: ProjectFile | None = structure(document.value, ProjectFile, problems)

@@ -22,8 +22,8 @@ from asbuilt_bim.register.scale import doubt_rejection as doubt_about_scale
 from asbuilt_bim.vision.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
 from asbuilt_bim.vision.rig_words import (
     doubt_rejection,
-    effect_in_words,
     knock_rejection,
+    refined_note,
     turn_in_words,
     undetermined_rejection,
 )
@@ -64,8 +64,7 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
             found.update(left)
             warnings += doubts
             records.append(_record(verdict, refined=state == "refined"))
-            notes.append(f"{what}: refined from {verdict.matches} matches: {turn_in_words(verdict)}; unrefined, "
-                         f"{effect_in_words(verdict)}")  # fmt: skip
+            notes.append(str(refined_note(what, verdict)))
             continue
         records.append(_record(verdict, refined=False))
         if verdict.state == "knocked":

@@ -83,7 +83,7 @@ def test_options_that_do_not_go_together_are_wrong_usage(photos: Path, tmp_path:
 def test_what_cannot_be_read_from_the_command_line_is_named(photos: Path, tmp_path: Path) -> None:
     out = tmp_path / "rig.yaml"
     points = invoke(photos, "--out", out, "--check-length", "1.2", "--check-points", "1,1 2,2")
-    assert points.exit_code == 1 and 'expected "xl,yl xr,yr' in points.stderr.replace("\n", " ")
+    assert points.exit_code == 2 and 'expected "xl,yl xr,yr' in points.stderr.replace("\n", " ")
     board = invoke(photos, "--out", out, board="chessboard,9x6")
     assert board.exit_code == 1 and "expected chessboard,COLUMNSxROWS,SQUARE_M" in board.stderr.replace("\n", " ")
     same = invoke(photos, "--out", out, "--report", out)

@@ -17,6 +17,8 @@ import asbuilt_bim
 from asbuilt_bim.camera.rig_file import write_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.errors import MeasureError
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
 from asbuilt_bim.report.figures import figures
 from asbuilt_bim.schemas_dir import schema
@@ -85,6 +87,20 @@ def test_what_dominates_sigma_is_told_and_a_rig_that_does_not_know_is_not_calibr
     assert dominating(big, calibration_known=True) == "calibration"
     assert dominating(replace(big, area_sigma_image_m2=2.0), calibration_known=True) == "image"
     assert dominating(big, calibration_known=False) == "image (calibration unknown)"
+
+
+def test_a_knocked_rig_is_refused_and_refined_on_the_pairs_own_photos_where_asked(folder: Path, found) -> None:
+    rig = asbuilt_bim.read_rig(str(folder / "rig.yaml"))
+    turn = np.eye(4)
+    turn[:3, :3] = rotation_from_vector(np.radians([0.0, 0.0, 0.5]))
+    knocked = replace(rig, right_from_left=frozen(turn @ rig.right_from_left))
+    left, right = folder / "left.png", folder / "right.png"
+    with pytest.raises(MeasureError, match="--refine-rig"):
+        asbuilt_bim.measure_pair(left, right, knocked, target=False)
+    again = asbuilt_bim.measure_pair(left, right, knocked, target=False, refine_rig=True)
+    assert "refined from" in str(again.rejections[0])
+    areas = [max(face.area_m2 for face in one.faces) for one in (found, again)]
+    assert abs(areas[1] / areas[0] - 1.0) < 0.02
 
 
 def test_every_figure_of_the_paper_is_returned_as_a_picture(found) -> None:
@@ -171,9 +187,10 @@ def test_the_published_method_without_a_network_says_what_to_do(folder: Path) ->
     ("more", "code", "said"),
     [
         (["--depth", "paper"], 1, "method: paper only"),
-        (["--mask-class", "x=wall"], 1, "1=wall"),
+        (["--mask-class", "x=wall"], 2, "1=wall"),
         (["--method", "best"], 2, "--method"),
         (["--target-diameter", "300"], 2, "--target-diameter"),
+        (["--target-diameter", "0.3"], 2, "contradict"),
         (["--masks", "nowhere.json"], 1, "no such file"),
     ],
 )

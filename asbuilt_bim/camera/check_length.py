@@ -19,6 +19,7 @@ CORNER_SIGMA_PX = 0.1
 SCALE_LIMIT = 0.01
 """Of a length, 2 % of an area: a print or a tape is good to a tenth of it, areas are wanted to 3 %."""
 _SIGNIFICANT = 2.0
+_OTHER_UNIT = 0.85  # off by so much, up or down, no print and no tape errs: millimetres, centimetres and inches do
 _NO_MEETING_PX = 5.0  # five sigmas of a hand: these are not the same point
 
 
@@ -90,6 +91,11 @@ def refuse_wrong_scale(check: LengthCheck) -> None:
     Raises: CalibrationError with both lengths.
     """
     sigma = check.sigma_m / check.known_m
+    if abs(check.off) > _OTHER_UNIT:
+        raise CalibrationError(
+            f"check length: {check.what} comes out at {check.measured_m:.4g} m instead of {check.known_m:.4g} m: "
+            "lengths and squares are in metres; one of the two was given in another unit"
+        )
     if not np.isfinite(check.off) or sigma > SCALE_LIMIT:
         raise CalibrationError(
             f"check length: {check.what} is measured to {100 * sigma:.1f} % only (limit {100 * SCALE_LIMIT:g} %), "

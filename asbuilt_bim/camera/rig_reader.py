@@ -19,7 +19,7 @@ RIG_FORMATS: tuple[RigFormat, ...] = get_args(RigFormat)
 _PLAIN = Foreign()
 
 
-def read_rig(path: Path, second: Path | None = None, foreign: Foreign = _PLAIN) -> StereoRig:
+def read_rig(path: Path | str, second: Path | str | None = None, foreign: Foreign = _PLAIN) -> StereoRig:
     """Read a rig, whichever program wrote it.
 
     One file: this program's, Kalibr's camchain, OpenCV's matrices. Two: OpenCV's intrinsics and extrinsics in either
@@ -27,8 +27,9 @@ def read_rig(path: Path, second: Path | None = None, foreign: Foreign = _PLAIN) 
 
     Raises: RigError with every bad key, where the kind isn't known, or where the rig can't be right.
     """
-    documents = [read_document(one) for one in (path, second) if one is not None]
-    where = "rig file " + " + ".join(str(one) for one in (path, second) if one is not None)
+    paths = [Path(one) for one in (path, second) if one is not None]
+    documents = [read_document(one) for one in paths]
+    where = "rig file " + " + ".join(str(one) for one in paths)
     rig = _rig(documents, where, foreign)
     if problems := rig_problems(rig):
         raise RigError(f"{where}:\n  " + "\n  ".join(problems))

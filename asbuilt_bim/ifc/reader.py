@@ -33,7 +33,7 @@ class Inspection:
     refusal: str
 
 
-def read_design(path: Path | Sequence[Path], scope: str | None = None) -> BimModel:
+def read_design(path: Path | str | Sequence[Path | str], scope: str | None = None) -> BimModel:
     """Read the design from an IFC file (IFC2X3, IFC4, IFC4X3): walls and columns with their exposed faces.
 
     Several files are one design in the world of the first: what two of them hold counts for the one named first, and
@@ -44,7 +44,7 @@ def read_design(path: Path | Sequence[Path], scope: str | None = None) -> BimMod
         DesignError: a file is missing, no IFC, cut short, of another schema, two walls or columns of it share a
             GlobalId, or there is no wall or column that has a body.
     """
-    paths = [path] if isinstance(path, Path) else list(path)
+    paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path)]
     return _design([(one, open_ifc(one)) for one in paths], scope)
 
 

@@ -89,18 +89,19 @@ def mark_file(
         painter.finish()
 
 
-def strip_asbuilt(source: Path, target: Path) -> int:
+def strip_asbuilt(source: Path | str, target: Path | str) -> int:
     """Write a copy of `source` without anything of ours, overwritten values put back; return how many sets went.
 
     Raises:
         DesignError: the source can't be read.
         OutputError: the copy can't be written, or would replace its own source.
     """
-    if target.resolve() == source.resolve():
-        raise OutputError(f"{target}: would overwrite its own source; give another name")
-    file = open_ifc(source)
+    original, copy = Path(source), Path(target)
+    if copy.resolve() == original.resolve():
+        raise OutputError(f"{copy}: would overwrite its own source; give another name")
+    file = open_ifc(original)
     count = strip(file)
-    save(file, target)
+    save(file, copy)
     return count
 
 

@@ -18,6 +18,8 @@ from asbuilt_bim.measure.station import (
     measure_in_detail,
 )
 from asbuilt_bim.vision.given_masks import photo_from_rectified
+from asbuilt_bim.vision.rig_health import judge, refined_rig
+from asbuilt_bim.vision.rig_words import refined_note
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.target import TargetSighting
 
@@ -61,9 +63,9 @@ class PairMeasurement:
 
 
 def measure_photos(
-    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, instruments: Instruments
+    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, instruments: Instruments, *, refine: bool = False
 ) -> PairMeasurement:
-    """Measure a pair with the rig that took it.
+    """Measure a pair with the rig that took it; with `refine`, as its own photos show it where it has moved.
 
     Where `options.target.required` is off the rig's baseline alone gives the scale, and no marker is asked for.
 
@@ -75,9 +77,16 @@ def measure_photos(
         raise MeasureError(missing)
     chosen = options if options.target.required else replace(options, least_markers_without_target=0)
     found = measure_in_detail(photos, rig, chosen, instruments=instruments)
+    health = found.measurement.health if isinstance(found, StationDetail) else found.health
+    verdict = judge([health], rig) if refine and health is not None else None
+    notes: tuple[Rejection, ...] = ()
+    if health is not None and verdict is not None and verdict.state in ("doubtful", "knocked"):
+        rig = refined_rig(rig, verdict, health.camera)
+        found = measure_in_detail(photos, rig, chosen, instruments=instruments)
+        notes = (refined_note("rig", verdict),)
     if isinstance(found, RejectedStation):
         raise MeasureError("\n".join(str(rejection) for rejection in found.rejections))
-    rejections = found.measurement.rejections
+    rejections = (*notes, *found.measurement.rejections)
     if instruments.segmenter is not None:
         rejections = (*rejections, *_unmeasured(found, photos.name))
     return PairMeasurement(

@@ -51,12 +51,13 @@ def result_document(report: ProgressReport) -> dict[str, Any]:
     return document
 
 
-def read_result(path: Path) -> ProgressReport:
+def read_result(path: Path | str) -> ProgressReport:
     """Read a `result.json`, written by this version or a newer minor one.
 
     Raises:
         ResultError: missing, too large, no JSON, another format or a newer version, or damaged; says where.
     """
+    path = Path(path)
     document = _loaded(path)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ResultError(f'{path}: not a result: "format" is not "{FORMAT}"; give the result.json of a run folder')

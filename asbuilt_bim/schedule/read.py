@@ -18,12 +18,13 @@ from asbuilt_bim.schedule.table import csv_rows
 _BINARY = {b"\xd0\xcf\x11\xe0": "an MS Project file (.mpp)", b"PK\x03\x04": "an Excel workbook or a zip archive"}
 
 
-def read_schedule(path: Path) -> ScheduleFile:
+def read_schedule(path: Path | str) -> ScheduleFile:
     """Read an MS Project XML, a Primavera P6 XML or a CSV file.
 
     Raises:
         ScheduleError: it can't be read, is none of these, or holds no task.
     """
+    path = Path(path)
     data = read_bytes(path)
     for beginning, what in _BINARY.items():
         if data.startswith(beginning):

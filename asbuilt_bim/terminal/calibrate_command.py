@@ -15,7 +15,7 @@ from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import read_photo
 from asbuilt_bim.camera.rig_reader import RigFormat, rig_files, write_rig_as
-from asbuilt_bim.errors import CalibrationError, OutputError
+from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
 from asbuilt_bim.project import read_project
 from asbuilt_bim.project_paths import PathChecker
 from asbuilt_bim.report.calibration_page import write_calibration_page
@@ -123,7 +123,7 @@ def _marks(text: str) -> np.ndarray:
     except ValueError:
         marks = np.zeros(0)
     if marks.shape != (4, 2) or not np.all(np.isfinite(marks)):
-        raise CalibrationError(
+        raise OptionError(
             f'--check-points "{text[:80]}": expected "xl,yl xr,yr xl,yl xr,yr", pixels of the first end in the left '
             "and the right photo, then of the second"
         )

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asbuilt_bim.camera.rig_reader import read_rig
-from asbuilt_bim.errors import MaskError, MeasureError
+from asbuilt_bim.errors import MeasureError, OptionError
 from asbuilt_bim.measure.depth_source import Method
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.station import MeasureOptions
@@ -36,6 +36,7 @@ class MeasureRequest:
     out: Path
     target_diameter: float | None = None
     no_target: bool = False
+    refine_rig: bool = False
     masks: Path | None = None
     mask_class: tuple[str, ...] = ()
     segment_network: str = ""
@@ -66,6 +67,7 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
         mask_classes=_classes(request.mask_class),
         segment_network=request.segment_network,
         depth_network=request.depth_network,
+        refine_rig=request.refine_rig,
         options=options,
     )
     written = save_measurement(found, request.out, when)
@@ -78,13 +80,15 @@ def _classes(given: tuple[str, ...]) -> dict[int, InstanceClass]:
     """Read `1=wall` and the like.
 
     Raises:
-        MaskError: it isn't of that form.
+        OptionError: it isn't of that form.
     """
     classes: dict[int, InstanceClass] = {}
     for text in given:
         value, _, label = text.partition("=")
         if not value.isdecimal() or len(value) > 5 or label not in ("wall", "column"):
-            raise MaskError(f"--mask-class {text:.40}: a label and its class are expected, such as 1=wall or 2=column")
+            raise OptionError(
+                f"--mask-class {text:.40}: a label and its class are expected, such as 1=wall or 2=column"
+            )
         classes[int(value)] = "wall" if label == "wall" else "column"
     return classes
 

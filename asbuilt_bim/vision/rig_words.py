@@ -6,9 +6,12 @@ import numpy as np
 
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.vision.rig_effect import AREA_DISTANCE_M
-from asbuilt_bim.vision.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, RigVerdict
+from asbuilt_bim.vision.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, SIGNIFICANT, RigVerdict
 
-RECALIBRATE = "calibrate the rig again, or pass --refine-rig (the baseline's length stays)"
+RECALIBRATE = (
+    "see that both photos are of one moment and calibrate the rig again, boards in every corner of the frame, or pass "
+    "--refine-rig (the baseline's length stays)"
+)
 
 
 def turn_in_words(verdict: RigVerdict) -> str:
@@ -32,7 +35,8 @@ def effect_in_words(verdict: RigVerdict) -> str:
 
 def knock_rejection(what: str, verdict: RigVerdict) -> Rejection:
     """Return why nothing that `what` names can be measured with this rig."""
-    by_rows = verdict.rows_px > ROWS_LIMIT_PX and abs(verdict.area_effect) <= AREA_LIMIT
+    by_area = abs(verdict.area_effect) > max(AREA_LIMIT, SIGNIFICANT * verdict.area_sigma)
+    by_rows = verdict.rows_px > ROWS_LIMIT_PX and not by_area
     return Rejection(
         what=what,
         reason=f"the rig was knocked since its calibration: its right camera is turned by {turn_in_words(verdict)}; "
@@ -40,6 +44,15 @@ def knock_rejection(what: str, verdict: RigVerdict) -> Rejection:
         value=f"{verdict.rows_px:.1f} px" if by_rows else f"{100 * verdict.area_effect:+.1f} %",
         limit=f"{ROWS_LIMIT_PX:g} px" if by_rows else f"{100 * AREA_LIMIT:g} %",
         remedy=RECALIBRATE,
+    )
+
+
+def refined_note(what: str, verdict: RigVerdict) -> Rejection:
+    """Return what is said of a rig that was measured with as its photos show it."""
+    return Rejection(
+        what=what,
+        reason=f"refined from {verdict.matches} matches: {turn_in_words(verdict)}; unrefined, "
+        f"{effect_in_words(verdict)}",
     )
 
 

@@ -50,6 +50,12 @@ def test_a_known_length_confirms_a_rig_and_refuses_one_whose_squares_were_typed_
         refuse_wrong_scale(wrong)
 
 
+def test_a_length_in_another_unit_is_told_as_such() -> None:
+    for known in (1200.0, 120.0, 0.0012):
+        with pytest.raises(CalibrationError, match="metres; one of the two was given in another unit"):
+            refuse_wrong_scale(check_points(rig(), marks(), known))
+
+
 def test_the_sigma_of_the_marks_is_that_of_many_hands() -> None:
     one = rig()
     hands = marks() + np.random.default_rng(1).normal(0, 0.5, (2000, 4, 2))
