@@ -45,6 +45,7 @@ def test_boards_in_a_folder_give_a_rig_a_page_and_a_known_length(photos: Path, t
     result = invoke(photos, "--out", out, "--report", page, *second)
     assert result.exit_code == 0, result.output
     assert read_rig(out).baseline_m == pytest.approx(0.2, rel=0.003)
+    assert "no known length was checked" not in result.output
     assert "Known length: the check board" in result.output and "an area at 5 m" in result.output
     assert str(photos) not in page.read_text(encoding="utf-8").split("Known lengths")[0]
     assert "left_08.jpg" in page.read_text(encoding="utf-8")
@@ -61,6 +62,7 @@ def test_a_rig_whose_scale_is_off_is_refused_and_not_written(photos: Path, tmp_p
 def test_a_rig_for_ros_is_two_files_and_they_are_named(photos: Path, tmp_path: Path) -> None:
     result = invoke(photos, "--out", tmp_path / "rig.yaml", "--format", "ros")
     assert result.exit_code == 0, result.output
+    assert "no known length was checked" in result.output  # whoever asks for no page hears of it, too
     found = read_rig(tmp_path / "rig_left.yaml", tmp_path / "rig_right.yaml")
     assert found.baseline_m == pytest.approx(0.2, rel=0.003) and "file_right: rig_right.yaml" in result.output
 

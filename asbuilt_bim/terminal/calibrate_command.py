@@ -69,7 +69,7 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     written = write_rig_as(made.rig, request.out, request.form)
     if request.report is not None:
         write_calibration_page(made, request.report, checks)
-    for line in calibration_lines(made):
+    for line in calibration_lines(made, checks):
         screen.say(line)
     for check in checks:
         screen.say(

@@ -9,7 +9,9 @@ from rich.text import Text
 
 from asbuilt_bim.camera.area_effect import area_effect
 from asbuilt_bim.camera.calibrate import Calibration
+from asbuilt_bim.camera.check_length import LengthCheck
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
+from asbuilt_bim.report.calibration_page import verdict
 from asbuilt_bim.report.tables import station_of
 from asbuilt_bim.report.wording import percent, percent_range
 
@@ -73,8 +75,11 @@ def time_line(seconds: Mapping[str, float]) -> str:
     return f"Took {total:.0f} s: {shares}." if shares else "Took no time."
 
 
-def calibration_lines(calibration: Calibration) -> list[str]:
-    """Return what a calibration says of itself, and the boards that it left out."""
+def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck, ...] | None = None) -> list[str]:
+    """Return what a calibration says of itself, and the boards that it left out.
+
+    With the `known_lengths` that it was held against (perhaps none) also the verdict of its page.
+    """
     rig = calibration.rig
     points = len(calibration.corners_left.view), len(calibration.corners_right.view)
     seen = f"{rig.views_used} board pairs"
@@ -90,7 +95,12 @@ def calibration_lines(calibration: Calibration) -> list[str]:
             f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px; the calibration "
             f"alone leaves an area at 5 m open by {100 * effect.sigma:.2f} % (one sigma)"
         )
-    lines += [f"  take care: {warning}" for warning in checks.warnings]
+    reasons: Sequence[str] = checks.warnings
+    if known_lengths is not None:
+        judged = verdict(calibration, effect, known_lengths)
+        lines.append(f"  {judged.sentence}")
+        reasons = judged.reasons
+    lines += [f"  take care: {reason}" for reason in reasons]
     return lines + [f"  left out: {rejection}" for rejection in calibration.left_out]
 
 
