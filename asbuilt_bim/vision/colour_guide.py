@@ -37,7 +37,7 @@ class _Round:
 
     band_px: float
     reach: int
-    mean: Float32Array  # (h, w, 3)
+    mean: Float32Array  # (3, h, w)
     inverse: Float32Array  # (6, h, w): of the covariance matrix, by `_PAIRS`
 
 
@@ -45,9 +45,9 @@ class _Round:
 class ColourGuide:
     """A BGR photo, looked at up to `LOOKED_AT_PX` wide, as what masks are drawn to."""
 
-    colours: Float32Array  # (h, w, 3), 0..1; h and w multiples of `THINNED`
+    colours: Float32Array  # (3, h, w), 0..1; h and w multiples of `THINNED`; each colour by itself: that is faster
     shrunk: tuple[float, float]  # (x, y): the looked-at pixels of one of the photo's; 1, 1 where it is only padded
-    thinned: Float32Array
+    thinned: Float32Array  # (3, h / 2, w / 2)
     rounds: tuple[_Round, ...]
 
     @classmethod
@@ -62,9 +62,9 @@ class ColourGuide:
             shrunk = (small.shape[1] / width, small.shape[0] / height)
         else:
             small, shrunk = _padded(photo), (1.0, 1.0)
-        colours = small.astype(np.float32) * np.float32(1.0 / 255.0)
-        thinned = _thinned(colours)
-        band = max(off_share * colours.shape[1], FINEST_PX)
+        colours = np.stack(cv2.split(small)).astype(np.float32) * np.float32(1.0 / 255.0)
+        thinned = np.stack([_thinned(one) for one in colours])
+        band = max(off_share * colours.shape[2], FINEST_PX)
         rounds = [_round(thinned, band)]
         while band > FINEST_PX:
             band = max(FALL * band, FINEST_PX)
@@ -73,7 +73,7 @@ class ColourGuide:
 
     def drawn(self, mask: BoolArray) -> BoolArray:
         """Return a mask (H, W) of the photo with its border at the photo's edges."""
-        height, width = self.colours.shape[:2]
+        height, width = self.colours.shape[1:]
         whole = self.shrunk == (1.0, 1.0)
         own = _padded(mask.view(np.uint8)) if whole else _nearest(mask.view(np.uint8), (width, height))
         found = np.zeros_like(mask)
@@ -102,9 +102,13 @@ class ColourGuide:
         window = (slice(top, bottom), slice(left, right))
         small = (slice(top // THINNED, bottom // THINNED), slice(left // THINNED, right // THINNED))
         deep = _thinned(inside_px(own[window].view(bool), one.band_px))
-        lines = _coefficients(deep, self.thinned[small], one, small)
-        lines = np.asarray(cv2.resize(lines, (right - left, bottom - top), interpolation=cv2.INTER_LINEAR))
-        return (top, left), np.einsum("hwc,hwc->hw", lines[..., :3], self.colours[window]) + lines[..., 3]
+        *slopes, value = (
+            np.asarray(cv2.resize(line, (right - left, bottom - top), interpolation=cv2.INTER_LINEAR))
+            for line in _coefficients(deep, self.thinned[:, *small], one, small)
+        )
+        for slope, colour in zip(slopes, self.colours[:, *window], strict=True):
+            value += slope * colour
+        return (top, left), np.asarray(value, dtype=np.float32)
 
 
 def _raised(
@@ -134,26 +138,25 @@ def _padded(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.copyMakeBorder(image, 0, below, 0, right, cv2.BORDER_REPLICATE))
 
 
-def _coefficients(deep: Float32Array, colours: Float32Array, one: _Round, window: tuple[slice, slice]) -> Float32Array:
-    """Return slopes and offset (h, w, 4) of `deep` (h, w) over colour (h, w, 3), means over all windows of a pixel."""
+def _coefficients(
+    deep: Float32Array, colours: Float32Array, one: _Round, window: tuple[slice, slice]
+) -> list[Float32Array]:
+    """Return three slopes and the offset (h, w) of `deep` (h, w) over colours (3, h, w), means of a pixel's windows."""
     side = (2 * one.reach + 1, 2 * one.reach + 1)
-    mean_deep, mean = np.asarray(cv2.blur(deep, side)), one.mean[window]
-    common = np.asarray(cv2.blur(colours * deep[..., None], side)) - mean * mean_deep[..., None]
-    b, g, r = np.moveaxis(common, 2, 0)
+    mean_deep, mean = np.asarray(cv2.blur(deep, side)), one.mean[:, *window]
+    b, g, r = (np.asarray(cv2.blur(c * deep, side)) - m * mean_deep for c, m in zip(colours, mean, strict=True))
     i = one.inverse[:, *window]
-    slopes = np.dstack([i[0] * b + i[1] * g + i[2] * r, i[1] * b + i[3] * g + i[4] * r, i[2] * b + i[4] * g + i[5] * r])
-    offset = mean_deep - np.einsum("hwc,hwc->hw", slopes, mean)
-    return np.asarray(cv2.blur(np.dstack([slopes, offset]), side), dtype=np.float32)
+    slopes = (i[0] * b + i[1] * g + i[2] * r, i[1] * b + i[3] * g + i[4] * r, i[2] * b + i[4] * g + i[5] * r)
+    offset = mean_deep - slopes[0] * mean[0] - slopes[1] * mean[1] - slopes[2] * mean[2]
+    return [np.asarray(cv2.blur(line, side), dtype=np.float32) for line in (*slopes, offset)]
 
 
 def _round(thinned: Float32Array, band_px: float) -> _Round:
     """Return the statistics of a thinned photo's colours in windows about as wide as the band."""
     reach = max(1, round(WINDOW * band_px / THINNED))
     side = (2 * reach + 1, 2 * reach + 1)
-    mean = np.asarray(cv2.blur(thinned, side), dtype=np.float32)
-    spread = [
-        np.asarray(cv2.blur(thinned[..., a] * thinned[..., b], side)) - mean[..., a] * mean[..., b] for a, b in _PAIRS
-    ]
+    mean = np.stack([np.asarray(cv2.blur(colour, side), dtype=np.float32) for colour in thinned])
+    spread = [np.asarray(cv2.blur(thinned[a] * thinned[b], side)) - mean[a] * mean[b] for a, b in _PAIRS]
     bb, bg, br, gg, gr, rr = spread
     bb, gg, rr = bb + EVEN, gg + EVEN, rr + EVEN
     cofactors = np.stack(
