@@ -84,14 +84,16 @@ def input_of(image: ByteImage, card: InputCard) -> tuple[NDArray[np.float32], Fi
     inside = (max(1, round(width * fit.scale_x)), max(1, round(height * fit.scale_y)))
     shrunk = inside[0] < width or inside[1] < height
     small = cv2.resize(image, inside, interpolation=cv2.INTER_AREA if shrunk else cv2.INTER_LINEAR)
-    canvas = np.full((card.height_px, card.width_px, 3), card.pad_value, dtype=np.float32)
+    values = np.full((3, card.height_px, card.width_px), card.pad_value, dtype=np.float32)
     x, y = round(fit.offset_x_px), round(fit.offset_y_px)
-    canvas[y : y + inside[1], x : x + inside[0]] = small
-    if card.colour == "rgb":
-        canvas = canvas[:, :, ::-1]
-    std = np.array(card.std)
-    values = canvas * (1.0 / (card.divide * std)).astype(np.float32) - (np.array(card.mean) / std).astype(np.float32)
-    ordered = values if card.order == "nhwc" else values.transpose(2, 0, 1)
+    colours = cv2.split(small)
+    for plane, colour, mean, std in zip(
+        values, colours[::-1] if card.colour == "rgb" else colours, card.mean, card.std, strict=True
+    ):
+        plane[y : y + inside[1], x : x + inside[0]] = colour
+        plane *= np.float32(1.0 / (card.divide * std))
+        plane -= np.float32(mean / std)
+    ordered = values.transpose(1, 2, 0) if card.order == "nhwc" else values
     batched = ordered if card.order == "chw" else ordered[None]
     return np.ascontiguousarray(batched, dtype=np.float32), fit
 
