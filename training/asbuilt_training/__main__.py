@@ -9,6 +9,7 @@ from importlib import import_module
 COMMANDS = {
     "images": ("asbuilt_training.images.command", "draw training pictures with masks, instances and depth"),
     "fit": ("asbuilt_training.fit", "learn from the pictures for a given time"),
+    "mean": ("asbuilt_training.mean", "take the mean of a run's weights and those that it started from"),
     "evaluate": ("asbuilt_training.evaluate", "judge a run on pictures that it never learned from"),
     "export": ("asbuilt_training.export", "write the two ONNX files with their cards"),
     "quantise": ("asbuilt_training.quantise", "try both networks with 8-bit integers"),

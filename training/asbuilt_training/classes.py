@@ -8,3 +8,5 @@ CONCRETE = (WALL, COLUMN)
 """The classes that come as things with a number: what the program measures."""
 IGNORED = 255
 """Nobody asks what stands in such a pixel."""
+BOND_STEPS = (2, 8, 24)
+"""How far apart in half-size pixels the pixels are of which the network says whether they are one thing's."""

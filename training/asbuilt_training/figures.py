@@ -42,8 +42,8 @@ class Answering(Protocol):
     def eval(self) -> object:
         """Make it answer as it will when it is used."""
 
-    def __call__(self, image: Tensor, geometry: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return logits, offsets and the logarithm of relative inverse depth."""
+    def __call__(self, image: Tensor, geometry: Tensor) -> tuple[Tensor, ...]:
+        """Return logits, offsets and the logarithm of relative inverse depth; what follows isn't judged."""
 
 
 @torch.no_grad()
@@ -57,7 +57,7 @@ def figures(net: Answering, samples: Iterable[Sample]) -> Figures:
     for sample in samples:
         count += 1
         batch = collate([sample])
-        logits, _, depth = net(*network_inputs(batch["image"], batch["geometry"]))
+        logits, _, depth, *_ = net(*network_inputs(batch["image"], batch["geometry"]))
         raised = functional.interpolate(logits.float(), size=sample.kind.shape, mode="bilinear", align_corners=False)
         answer = raised[0].argmax(0).numpy()
         asked = sample.kind != IGNORED

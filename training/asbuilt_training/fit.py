@@ -25,7 +25,17 @@ from asbuilt_training.curves import Row, plot, write_csv
 from asbuilt_training.figures import figures
 from asbuilt_training.gallery import write_gallery
 from asbuilt_training.loader import Batch, Loader
-from asbuilt_training.losses import DEPTH_WEIGHT, OFFSET_WEIGHT, class_loss, depth_loss, offset_loss
+from asbuilt_training.losses import (
+    BOND_WEIGHT,
+    DEPTH_WEIGHT,
+    OFFSET_WEIGHT,
+    THING_WEIGHT,
+    bond_loss,
+    class_loss,
+    depth_loss,
+    offset_loss,
+    thing_loss,
+)
 from asbuilt_training.model import ConcreteNet, network_inputs
 from asbuilt_training.samples import Recipe, Sample, plain_sample
 from asbuilt_training.shards import Pool
@@ -120,7 +130,7 @@ class Run:
         """Learn until the time is up, or until nothing gets better."""
         whole = self.progress >= self.plan.whole_from
         loader = Loader(Path(self.plan.data), *(WHOLE if whole else CROPS), seed=self.plan.seed + self.step)
-        parts: list[tuple[float, float, float]] = []
+        parts: list[tuple[float, ...]] = []
         looked_s = kept_s = self.spent_s
         begun = time.monotonic() - self.spent_s
         try:
@@ -148,26 +158,28 @@ class Run:
         """Return the share of the run's time that is spent."""
         return min(self.spent_s / (60.0 * self.plan.minutes), 1.0)
 
-    def one_step(self, batch: Batch) -> tuple[float, float, float]:
-        """Learn from one batch; return the loss of classes, offsets and depth."""
+    def one_step(self, batch: Batch) -> tuple[float, ...]:
+        """Learn from one batch; return the loss of classes, offsets, depth, bonds and things' classes."""
         self.net.train()
         for group in self.optimiser.param_groups:
             group["lr"] = rate_at(self.progress, self.plan.rate)
         with torch.autocast("cpu", dtype=torch.bfloat16):
-            logits, offsets, depth = self.net(*network_inputs(batch["image"], batch["geometry"]))
+            logits, offsets, depth, bonds = self.net(*network_inputs(batch["image"], batch["geometry"]))
         kind = batch["kind"].long()
         classes = class_loss(logits, kind, batch["weight"].float(), self.class_weights)
         centres = offset_loss(offsets, batch["offsets"].float())
         # With stereo depth among its inputs, depth would be copied and nothing learned.
         alone = ~batch["has_geometry"]
         order = depth_loss(depth[alone], batch["inverse_depth"][alone]) if alone.any() else classes.detach() * 0.0
+        bound, whole = bond_loss(bonds, batch["thing"]), thing_loss(logits, kind, batch["thing"])
+        total = classes + OFFSET_WEIGHT * centres + DEPTH_WEIGHT * order + BOND_WEIGHT * bound + THING_WEIGHT * whole
         self.optimiser.zero_grad(set_to_none=True)
-        (classes + OFFSET_WEIGHT * centres + DEPTH_WEIGHT * order).backward()
+        total.backward()
         torch.nn.utils.clip_grad_norm_(self.net.parameters(), 3.0)
         self.optimiser.step()
         self.average.update(self.net)
         self.step += 1
-        return classes.item(), centres.item(), order.item()
+        return classes.item(), centres.item(), order.item(), bound.item(), whole.item()
 
     def keep(self, path: Path) -> None:
         """Write all that is needed to go on, whole or not at all."""
@@ -191,12 +203,12 @@ class Run:
         """Judge the average on pictures it never learned from, and put it on record."""
         with_geometry, without = self.looked_at
         seen, blind = figures(self.average.net, with_geometry), figures(self.average.net, without)
-        classes, centres, order = (float(v) for v in losses)
+        classes, centres, order, bound, whole = (float(v) for v in losses)
         row: Row = {
             "minutes": self.spent_s / 60, "step": self.step, "steps": steps,
             "rate": rate_at(self.progress, self.plan.rate),
-            "loss": classes + OFFSET_WEIGHT * centres + DEPTH_WEIGHT * order,
-            "class_loss": classes, "offset_loss": centres, "depth_loss": order,
+            "loss": float(losses @ (1.0, OFFSET_WEIGHT, DEPTH_WEIGHT, BOND_WEIGHT, THING_WEIGHT)),
+            "class_loss": classes, "offset_loss": centres, "depth_loss": order, "bond_loss": bound, "thing_loss": whole,
             "wall_iou": seen.iou["wall"], "column_iou": seen.iou["column"], "concrete_iou": seen.concrete_iou,
             "wall_iou_without": blind.iou["wall"], "column_iou_without": blind.iou["column"],
             "concrete_iou_without": blind.concrete_iou, "abs_rel": blind.abs_rel, "delta": blind.delta,

@@ -33,7 +33,7 @@ def _row(net: ConcreteNet, seen: Sample, blind: Sample) -> np.ndarray:
     depth = np.zeros(blind.kind.shape, dtype=np.float32)
     for sample in (seen, blind):
         batch = collate([sample])
-        logits, _, relative = net(*network_inputs(batch["image"], batch["geometry"]))
+        logits, _, relative, *_ = net(*network_inputs(batch["image"], batch["geometry"]))
         raised = functional.interpolate(logits.float(), size=sample.kind.shape, mode="bilinear", align_corners=False)
         pictures.append(painted(sample.image, raised[0].argmax(0).numpy().astype(np.uint8)))
         depth = (relative[0] - relative[0].mean()).float().exp().numpy()

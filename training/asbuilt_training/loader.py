@@ -29,6 +29,7 @@ def collate(samples: Sequence[Sample]) -> Batch:
         "kind": torch.from_numpy(np.stack([s.kind for s in samples])),
         "weight": torch.from_numpy(np.stack([s.weight for s in samples])),
         "offsets": torch.from_numpy(np.stack([s.offsets for s in samples])),
+        "thing": torch.from_numpy(np.stack([s.thing for s in samples])),
         "inverse_depth": torch.from_numpy(np.stack([s.inverse_depth for s in samples])),
         "has_geometry": torch.tensor([s.has_geometry for s in samples]),
     }

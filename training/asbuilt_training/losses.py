@@ -1,15 +1,23 @@
-"""What is asked of the network while it learns: the right class, the way to each centre, the order of depths."""
+"""What is asked of the network while it learns: classes, the way to each centre, what is one thing, depths' order."""
 
 from __future__ import annotations
+
+import math
 
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-from asbuilt_training.classes import COLUMN, IGNORED, WALL
+from asbuilt_training.classes import BOND_STEPS, COLUMN, IGNORED, WALL
 
 DICE_WEIGHT = 0.7
 OFFSET_WEIGHT = 0.3
+BOND_WEIGHT = 0.5
+THING_WEIGHT = 0.2
+LEAST_LIKELY = 1e-3
+"""A likelihood counts as no less when a thing's class is decided: as in the program's vision/networks/things.py."""
+LEAST_THING = 20
+"""Half-size pixels of a thing whose class is asked for as a whole."""
 DEPTH_WEIGHT = 0.5
 SCALES = 4
 """Depth's slopes are compared at this many sizes, each half the one before."""
@@ -49,6 +57,48 @@ def offset_loss(offsets: Tensor, target: Tensor) -> Tensor:
     asked = torch.isfinite(target)
     missed = (offsets.float() - torch.where(asked, target, 0.0)).abs() * asked
     return missed.sum() / asked.sum().clamp(min=1)
+
+
+def bond_loss(bonds: Tensor, thing: Tensor) -> Tensor:
+    """Return the cross entropy of bonds (N, 2 S, h, w) between pixels of walls and columns.
+
+    `thing` (N, h, w) is each pixel's, 0 none: asked is only between two that are of some. The two answers weigh the
+    same, by half: pixels of one thing are many more.
+    """
+    total = bonds.new_zeros((), dtype=torch.float32)
+    for k, step in enumerate(BOND_STEPS):
+        for dim in (2, 1):
+            size = thing.shape[dim] - step
+            if size <= 0:
+                continue
+            one, other = thing.narrow(dim, 0, size), thing.narrow(dim, step, size)
+            said = bonds[:, 2 * k + (dim == 1)].narrow(dim, 0, size).float()
+            asked, same = (one > 0) & (other > 0), one == other
+            bound, apart = (asked & same).sum().clamp(min=1), (asked & ~same).sum().clamp(min=1)
+            weight = torch.where(same, 1.0, (bound / apart).clamp(0.1, 100.0).sqrt()) * asked
+            missed = functional.binary_cross_entropy_with_logits(said, same.float(), reduction="none")
+            total = total + (missed * weight).sum() / weight.sum().clamp(min=1.0)
+    return total / (2 * len(BOND_STEPS))
+
+
+def thing_loss(logits: Tensor, kind: Tensor, thing: Tensor) -> Tensor:
+    """Return the cross entropy of whole things' classes, wall against column, each thing counting once.
+
+    A thing's class is what the mean of its pixels' log-odds says; `logits` (N, C, h, w), `kind` (N, 2h, 2w) and `thing`
+    (N, h, w), 0 none.
+    """
+    share = functional.log_softmax(logits.float(), dim=1)[:, [WALL, COLUMN]].clamp(min=math.log(LEAST_LIKELY))
+    there = thing > 0
+    picture = torch.arange(len(thing))[:, None, None].expand_as(thing)[there]
+    _, number = torch.unique(picture * (int(thing.max()) + 1) + thing[there], return_inverse=True)
+    if not len(number):
+        return logits.sum() * 0.0
+    count = torch.bincount(number).float()
+    odds = torch.zeros_like(count).index_add(0, number, (share[:, 1] - share[:, 0])[there]) / count
+    column = torch.bincount(number, (kind[:, ::2, ::2][there] == COLUMN).float()) / count
+    asked = (count >= LEAST_THING).float()
+    missed = functional.binary_cross_entropy_with_logits(odds, (column > 0.5).float(), reduction="none")
+    return (missed * asked).sum() / asked.sum().clamp(min=1.0)
 
 
 def depth_loss(log_nearness: Tensor, inverse_depth: Tensor) -> Tensor:

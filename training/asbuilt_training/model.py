@@ -1,9 +1,10 @@
-"""The network: one small trunk, and read off it classes, offsets to each thing's centre, and relative depth.
+"""The network: one small trunk, and read off it classes, offsets to each thing's centre, bonds, and relative depth.
 
 Plain 3x3 convolutions rather than depthwise ones: at this size they are faster, on the processors that train it and
 on those that run it, for the same number of multiplications. Its form is that of U-Net (Ronneberger et al. 2015) on a
 residual trunk (He et al. 2016), with self-attention where the map is smallest (Vaswani et al. 2017) and each pixel
-told where in the picture it stands (Liu et al. 2018); the offsets are Panoptic-DeepLab's (Cheng et al. 2020).
+told where in the picture it stands (Liu et al. 2018); the offsets are Panoptic-DeepLab's (Cheng et al. 2020). Bonds
+say whether two pixels some way apart are one thing's, for several ways (Wolf et al. 2018, The mutex watershed).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from asbuilt_training.classes import CLASSES
+from asbuilt_training.classes import BOND_STEPS, CLASSES
 
 STRIDE = 2
 """The outputs are at half the input's size."""
@@ -143,6 +144,7 @@ class ConcreteNet(nn.Module):
         self.logits = Head(inside, self.size.head, classes)
         self.offsets = Head(inside, self.size.head, 2)
         self.depth = Head(inside, self.size.head, 1)
+        self.bonds = Head(inside, self.size.head, 2 * len(BOND_STEPS))
         self._begin()
 
     def _begin(self) -> None:
@@ -158,10 +160,13 @@ class ConcreteNet(nn.Module):
             for parameter in told.parameters():
                 nn.init.normal_(parameter, std=1e-4)  # next to nothing: weights without them are a start, too
 
-    def forward(self, image: Tensor, geometry: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
-        """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2), log of relative inverse depth (N, h/2, w/2)."""
+    def forward(self, image: Tensor, geometry: Tensor | None) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return logits (N, 6, h/2, w/2), offsets (N, 2, h/2, w/2), log of relative inverse depth (N, h/2, w/2), bonds.
+
+        Bonds (N, 2 S, h/2, w/2) are logits: is a pixel of one thing with that a step to the right, and that below.
+        """
         x = self.trunk(image, geometry)
-        return self.logits(x), self.offsets(x), self.depth(x)[:, 0]
+        return self.logits(x), self.offsets(x), self.depth(x)[:, 0], self.bonds(x)
 
 
 MEAN, STD = 0.45, 0.25

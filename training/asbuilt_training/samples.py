@@ -25,7 +25,8 @@ class Sample:
     """One example: inputs of (h, w), answers at half that size where they are smooth.
 
     `image` uint8 (h, w, 3); `geometry` float16 (5, h, w); `kind` uint8 (h, w), 255 where nothing is asked; `weight`
-    uint8 (h, w); `offsets` float16 (2, h/2, w/2), NaN where nothing is asked; `inverse_depth` (h/2, w/2) in 1/m.
+    uint8 (h, w); `offsets` float16 (2, h/2, w/2), NaN where nothing is asked; `thing` int32 (h/2, w/2), the number of
+    a wall or column, else 0; `inverse_depth` (h/2, w/2) in 1/m.
     """
 
     image: ByteImage
@@ -33,6 +34,7 @@ class Sample:
     kind: np.ndarray
     weight: np.ndarray
     offsets: np.ndarray
+    thing: np.ndarray
     inverse_depth: Float32Array
     has_geometry: bool
 
@@ -86,6 +88,7 @@ def answers(
         kind=kind,
         weight=border_weight(kind, instance),
         offsets=centre_offsets(kind[::2, ::2], instance[::2, ::2]),
+        thing=np.where(np.isin(kind[::2, ::2], CONCRETE), instance[::2, ::2], 0).astype(np.int32),
         inverse_depth=cv2.resize(inverse_depth_per_m, half, interpolation=cv2.INTER_AREA),
         has_geometry=has_geometry,
     )

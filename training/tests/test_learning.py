@@ -13,7 +13,8 @@ from asbuilt_training.averaged import Averaged  # noqa: E402
 from asbuilt_training.figures import depth_errors  # noqa: E402
 from asbuilt_training.fit import Plan, Run, rate_at  # noqa: E402
 from asbuilt_training.loader import collate  # noqa: E402
-from asbuilt_training.losses import class_loss, depth_loss, offset_loss  # noqa: E402
+from asbuilt_training.losses import bond_loss, class_loss, depth_loss, offset_loss, thing_loss  # noqa: E402
+from asbuilt_training.mean import mean_of  # noqa: E402
 from asbuilt_training.model import ConcreteNet  # noqa: E402
 from asbuilt_training.samples import Recipe, centre_offsets, plain_sample, training_sample  # noqa: E402
 from asbuilt_training.shards import Picture, Pool, read_shard, sources_of  # noqa: E402
@@ -129,6 +130,33 @@ def test_the_offset_loss_asks_nothing_off_the_walls() -> None:
     assert offset_loss(torch.zeros(1, 2, 4, 4), target).item() == pytest.approx(2.0)
 
 
+def test_the_bond_loss_is_small_where_things_are_told_apart_and_asks_nothing_off_them() -> None:
+    thing = torch.zeros(1, 12, 12, dtype=torch.int32)
+    thing[:, :, :6], thing[:, 6:, 6:] = 4, 9
+    right, below = torch.full((1, 12, 12), 20.0), torch.full((1, 12, 12), 20.0)
+    right[:, 6:, 4:6] = -20.0  # two to the right stands the other thing
+    bonds = torch.stack([right, below, right, below, right, below], dim=1)
+    bonds[:, 2, 6:] = -20.0  # eight to the right, too
+    assert bond_loss(bonds, thing) < 1e-3
+    assert bond_loss(-bonds, thing) > 5.0
+    assert bond_loss(-bonds, torch.zeros_like(thing)).item() == 0.0
+
+
+def test_the_thing_loss_counts_a_small_thing_as_much_as_a_large_one() -> None:
+    kind, thing = torch.zeros(1, 40, 40, dtype=torch.long), torch.zeros(1, 20, 20, dtype=torch.int32)
+    kind[:, :, :20], thing[:, :, :10] = 1, 1
+    kind[:, 10:20, 30:], thing[:, 5:10, 15:] = 2, 2
+    logits = torch.zeros(1, 6, 20, 20)
+    logits[:, 1], logits[:, :, :, 15:] = 9.0, 0.0
+    logits[:, 2, :, 15:] = 9.0
+    right = thing_loss(logits, kind, thing)
+    small_wrong, large_wrong = logits.clone(), logits.clone()
+    small_wrong[:, 1:3, :, 15:] = logits[:, [2, 1], :, 15:]
+    large_wrong[:, 1:3, :, :10] = logits[:, [2, 1], :, :10]
+    assert right < 0.01 < 3.0 < thing_loss(small_wrong, kind, thing)
+    assert thing_loss(small_wrong, kind, thing).item() == pytest.approx(thing_loss(large_wrong, kind, thing).item())
+
+
 def test_the_depth_loss_does_not_see_scale_but_sees_a_wrong_order() -> None:
     true = torch.rand(3, 40, 40) * 0.5 + 0.05
     log = true.log() - true.log().mean()
@@ -151,6 +179,12 @@ def test_the_average_follows_the_network() -> None:
     for _ in range(8000):
         average.update(net)
     assert torch.allclose(average.net.weight, net.weight, atol=0.02)
+
+
+def test_the_mean_of_weights_lies_between_them_and_keeps_what_only_one_has() -> None:
+    one, other = {"a": torch.tensor([4.0]), "n": torch.tensor(7), "new": torch.ones(1)}, {"a": torch.tensor([0.0])}
+    found = mean_of(one, other | {"n": torch.tensor(3)}, 0.75)
+    assert (found["a"].item(), found["n"].item(), found["new"].item()) == (3.0, 7, 1.0)
 
 
 def test_steps_are_small_at_both_ends() -> None:
