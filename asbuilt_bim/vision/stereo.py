@@ -17,9 +17,6 @@ SIXTEENTHS = 16.0
 NEAREST_M = 1.5
 """Nothing that is measured stands nearer than an arm and a board."""
 
-ENOUGH_PIXELS = 50_000
-"""That many give a quantile of grey levels to a tenth of a level."""
-
 
 class StereoMatcher(Protocol):
     """Matches a rectified pair densely; version 1 of the interface."""
@@ -153,19 +150,11 @@ def _exposed(left: Float32Array, right: Float32Array, start: Float32Array, measu
     if not measured.any():
         return right
     warped, _ = warp_right(right, start)
-    some = _some(measured)
-    low, middle, high = np.quantile(left[some], [0.25, 0.5, 0.75])
-    low_right, middle_right, high_right = np.quantile(warped[some], [0.25, 0.5, 0.75])
+    low, middle, high = np.quantile(left[measured], [0.25, 0.5, 0.75])
+    low_right, middle_right, high_right = np.quantile(warped[measured], [0.25, 0.5, 0.75])
     gain = float(np.clip((high - low) / max(high_right - low_right, 1.0), 0.8, 1.25))
     exposed: Float32Array = ((right - middle_right) * gain + middle).astype(np.float32)
     return exposed
-
-
-def _some(measured: BoolArray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows and columns of measured pixels, as many as a quantile of all of them needs."""
-    rows, columns = np.nonzero(measured)
-    some = slice(None, None, max(1, len(rows) // ENOUGH_PIXELS))
-    return rows[some], columns[some]
 
 
 def _refine(
@@ -190,7 +179,7 @@ def _refine(
         disparity = disparity + np.clip(top / (steepness + 4.0 * count), -0.5, 0.5)
     disparity = np.clip(disparity, np.maximum(start - 0.75, 0.05), start + 0.75)
     # what the sensor's noise alone adds to the gradient is no evidence: half the residual's variance, per pixel
-    grain = float(np.median(residual_mean[_some(measured)])) if measured.any() else 1.0
+    grain = float(np.median(residual_mean[measured])) if measured.any() else 1.0
     evidence = np.maximum(steepness - 0.5 * 0.5 * (grain + 1.0) * count, 1e-3)
     # neighbouring residuals are correlated over about 2 px, hence the factor 2
     sigma = 2.0 * np.sqrt((residual_mean + 1.0) / evidence)
