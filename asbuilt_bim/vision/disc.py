@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.vision.disc_patch import Patch, conic_value, cut_patch, filled_share
+from asbuilt_bim.vision.disc_sides import COLOUR_BLUR_PX, Sides, outline_of, sides_of
 from asbuilt_bim.vision.edge_model import place_edges, profiles_across
 from asbuilt_bim.vision.edges import find_edges
 from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
@@ -25,8 +25,6 @@ MIN_ASPECT = 0.4
 """Minor over major axis: a disc turned by more than 66 degrees is too thin to be told from a strip."""
 MIN_RADIUS_PX = 5.0
 MAX_BLOBS = 16
-_MAX_EDGE_POINTS = 180
-EDGE_SPACING_PX = 1.2
 _SOME = 2  # every second edge point says what the lens's blur is
 _THINGS_IN_A_BLOB = 3
 LEAST_FILLED = 0.5
@@ -39,9 +37,6 @@ MOST_INSIDE = 3.0
 _COVERED = 0.6  # of the inside's redness: below it something else is seen
 _BLURS_REACHED, _MOST_REACHED = 1.7, 0.5
 """A profile shorter than the blur has no ends; to half the minor half axis it has nothing but the disc inside."""
-_LOOKED_AT = 0.6  # of the reach to both sides of an outline: what is there says whether inside and outside are red
-_CLEAR_OF_BLUR = 1.5  # sigmas: nearer to the edge, blur mixes sky into a dark disc, and no red is left of that
-_COLOUR_BLUR_PX = 1.2  # what JPEG adds to the lens's blur
 _PARTED = 0.06  # of full scale: noise and a disc's dirt make less, two reds side by side make more
 _NEAR = 1.0  # slack: the outline is known to a pixel, and what counts is what lies right behind it, not further off
 _LEAST_REACH_PX, _BLURS_NEEDED = 2.5, 1.4
@@ -69,9 +64,7 @@ class RedDisc:
     astray: float  # share of the outline that has its edge further in, or none that fits
     further: float  # share of the outline that has it further out
     overrun: float  # share of the outline that has none: what is beyond is as red
-    redness: (
-        float  # 0..1, the median of the inside that isn't covered: a disc in shade keeps it, its reflection doesn't
-    )
+    redness: float  # 0..1, the median of the bare inside: a disc in shade keeps it, its reflection doesn't
     uneven: float  # what the inside's redness differs by, relative
     patch: Patch
 
@@ -128,7 +121,7 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
     if patch.light.size == 0:
         return None
     edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
-    sides = _Sides(inside=is_on, outside=is_on)
+    sides = Sides(inside=is_on, outside=is_on)
     tolerance = _tolerance_px(ellipse)
     for reach_share in (0.3, 0.3, 0.25):
         edge, sides = _edge(patch, ellipse, reach_px(ellipse, reach_share))
@@ -148,12 +141,12 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
     """
     reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     if slack <= _NEAR:
-        blur = float(np.hypot(blur_px, _COLOUR_BLUR_PX))
+        blur = float(np.hypot(blur_px, COLOUR_BLUR_PX))
         reach = min(max(_LEAST_REACH_PX, _BLURS_NEEDED * blur), reach)
-    points, outward = _outline(ellipse)
+    points, outward = outline_of(ellipse)
     bend = ellipse.bend(len(points))
     placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
-    sides = _sides(patch, points, outward, reach, blur_px)
+    sides = sides_of(patch, points, outward, reach, blur_px)
     # two reds in one light differ in brightness: a disc before something as red still has an outline
     sides = replace(sides, outside=sides.outside | (placed.contrast > _PARTED))
     edge = np.where(sides.differ[:, None], placed.points + patch.corner, np.nan)
@@ -165,11 +158,11 @@ def some_profiles(patch: Patch, ellipse: Ellipse, blur_px: float = 0.0) -> Float
 
     They are no longer than a blur that is known about (0: it isn't) needs: what lies further off isn't even.
     """
-    points, outward = _outline(ellipse)
+    points, outward = outline_of(ellipse)
     some = slice(None, None, _SOME)
     reach = reach_px(ellipse, 0.25)
     if blur_px:
-        reach = min(max(_LEAST_TOLD_PX, _BLURS_TOLD * float(np.hypot(blur_px, _COLOUR_BLUR_PX))), reach)
+        reach = min(max(_LEAST_TOLD_PX, _BLURS_TOLD * float(np.hypot(blur_px, COLOUR_BLUR_PX))), reach)
     return profiles_across(patch.planes, (points - patch.corner)[some], outward[some], reach)
 
 
@@ -182,7 +175,7 @@ def _judged(
     ellipse: Ellipse,
     edge: FloatArray,
     is_on: BoolArray,
-    sides: _Sides,
+    sides: Sides,
     patch: Patch,
     least_support: float,
     slack: float,
@@ -249,48 +242,9 @@ def _plausible(ellipse: Ellipse, blob: RedBlob) -> bool:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Sides:
-    """Of each point (N,) of an outline: is the `inside` red, is the `outside` less so."""
-
-    inside: BoolArray
-    outside: BoolArray
-
-    @property
-    def differ(self) -> BoolArray:
-        return self.inside & self.outside
-
-
-def _edge(patch: Patch, ellipse: Ellipse, reach: float) -> tuple[FloatArray, _Sides]:
+def _edge(patch: Patch, ellipse: Ellipse, reach: float) -> tuple[FloatArray, Sides]:
     """Return edge points (N, 2) round the ellipse; NaN where the inside isn't red or the outside is just as red."""
-    points, outward = _outline(ellipse)
+    points, outward = outline_of(ellipse)
     edges = find_edges(patch.light, points - patch.corner, outward, reach)
-    sides = _sides(patch, points, outward, reach)
+    sides = sides_of(patch, points, outward, reach)
     return np.where(sides.differ[:, None], edges.points + patch.corner, np.nan), sides
-
-
-def points_round(ellipse: Ellipse) -> int:
-    """Return how many points of an outline are looked at."""
-    return int(np.clip(ellipse.perimeter_px / EDGE_SPACING_PX, 32, _MAX_EDGE_POINTS))
-
-
-def _outline(ellipse: Ellipse) -> tuple[FloatArray, FloatArray]:
-    return ellipse.outline(points_round(ellipse))
-
-
-def _sides(patch: Patch, points: FloatArray, outward: FloatArray, reach: float, blur_px: float = 0.0) -> _Sides:
-    """Say of which points (N, 2) of an outline the inside is red and the outside less so; `blur_px` 0: not known."""
-    clear = _CLEAR_OF_BLUR * float(np.hypot(blur_px, _COLOUR_BLUR_PX)) if blur_px else 0.0
-    deep = min(max(_LOOKED_AT * reach, clear), reach)
-    just_inside = _at(patch.red, points - patch.corner - deep * outward)
-    just_outside = _at(patch.red, points - patch.corner + _LOOKED_AT * reach * outward)
-    typical = float(np.median(just_inside))
-    return _Sides(inside=just_inside > 0.5 * typical, outside=just_outside < 0.8 * just_inside)
-
-
-def _at(picture: Float32Array, points: FloatArray) -> FloatArray:
-    x, y = points.astype(np.float32).T
-    values = cv2.remap(
-        picture, x[:, None].copy(), y[:, None].copy(), cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0
-    )
-    return np.asarray(values, dtype=np.float64).ravel()

@@ -14,7 +14,8 @@ import math
 
 import numpy as np
 
-from asbuilt_bim.vision.disc import RedDisc, points_round
+from asbuilt_bim.vision.disc import RedDisc
+from asbuilt_bim.vision.disc_sides import points_round
 from asbuilt_bim.vision.target_pairing import Pairing, diameter_sigma
 
 LEAST_ODDS = 0.0
