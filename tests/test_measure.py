@@ -20,7 +20,7 @@ from asbuilt_bim.errors import MeasureError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
-from asbuilt_bim.report.figures import figures
+from asbuilt_bim.report.figures import face_line, figures
 from asbuilt_bim.schemas_dir import schema
 from tests.measure.box_world import site, true_area
 from tests.measure.test_faces import rig_of
@@ -112,6 +112,12 @@ def test_every_figure_of_the_paper_is_returned_as_a_picture(found) -> None:
         assert figure.image.std() > 5.0
         assert figure._repr_png_().startswith(b"\x89PNG")
     assert b"eXIf" not in drawn["overlay"].png()
+
+
+def test_a_picture_says_of_a_face_that_it_is_not_the_whole(found) -> None:
+    face = replace(found.faces[0], cut_by_frame=False, occluded=False, open_edge=False)
+    assert face_line(found, face).endswith(" m²")
+    assert face_line(found, replace(face, occluded=True, open_edge=True)).endswith(" m² (hidden and open)")
 
 
 def test_masks_can_be_given_and_one_without_a_surface_is_named(folder: Path) -> None:

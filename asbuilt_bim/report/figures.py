@@ -9,7 +9,8 @@ import numpy as np
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.geometry.arrays import ByteImage
-from asbuilt_bim.measure.pair import PairMeasurement
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.pair import PairMeasurement, seen
 from asbuilt_bim.report import wording
 from asbuilt_bim.report.figure_depth import depth_figure, flatness_figure
 from asbuilt_bim.report.figure_instance import face_name, instance_figure
@@ -92,12 +93,18 @@ def overlay(found: PairMeasurement) -> ByteImage:
         outlines.append(Outline(rings=rings, colour=colour_of(face.instance), meaning="", dashed=False))
         anchor, _ = anchor_of(rings, width, height)
         if anchor is not None:
-            lines = (f"{face_name(face)} ({face.label}): {area_text(found, face.area_m2, face.area_sigma_m2)}",)
-            labels.append(place_label(anchor, lines, text_px, (width, height), taken))
+            labels.append(place_label(anchor, (face_line(found, face),), text_px, (width, height), taken))
     layout = OverlayLayout(
         width=width, height=height, text_px=text_px, outlines=tuple(outlines), labels=tuple(labels), disc=disc
     )
     return draw_layout(image, layout, wording.plain(pair.name))
+
+
+def face_line(found: PairMeasurement, face: MeasuredFace) -> str:
+    """Write a face's number, class and area, and what speaks against its being the whole."""
+    how = seen(face, found.options.method)
+    said = "" if how in ("whole", "not checked") else f" ({how})"
+    return f"{face_name(face)} ({face.label}): {area_text(found, face.area_m2, face.area_sigma_m2)}{said}"
 
 
 def area_text(found: PairMeasurement, area_m2: float, sigma_m2: float) -> str:
