@@ -8,8 +8,8 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.vision.disc_patch import Patch, conic_value, cut_patch, filled_share
-from asbuilt_bim.vision.disc_sides import COLOUR_BLUR_PX, Sides, outline_of, sides_of
-from asbuilt_bim.vision.edge_model import place_edges, profiles_across
+from asbuilt_bim.vision.disc_sides import Sides, outline_of, sides_of
+from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX, place_edges, profiles_across
 from asbuilt_bim.vision.edges import find_edges
 from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
 from asbuilt_bim.vision.red import RedBlob, red_blobs, redness

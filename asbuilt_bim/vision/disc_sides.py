@@ -9,13 +9,13 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.vision.disc_patch import Patch
+from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX
 from asbuilt_bim.vision.ellipse import Ellipse
 
 _EDGE_SPACING_PX = 1.2
 _MAX_EDGE_POINTS = 180
 _LOOKED_AT = 0.6  # of the reach to both sides of an outline: what is there says whether inside and outside are red
 _CLEAR_OF_BLUR = 1.5  # sigmas: nearer to the edge, blur mixes sky into a dark disc, and no red is left of that
-COLOUR_BLUR_PX = 1.2  # what JPEG adds to the lens's blur
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -24,10 +24,10 @@ _BLURS_PX = 0.4 * 1.25 ** np.arange(10)
 """Lens and pixel together, as the sigma of a bell: from a sharp lens to 3 px, a target far out of focus."""
 _STEP_PX = 0.5
 _SEARCH = 0.6  # of the reach: a place further out has no two sides left to compare
-_COLOUR_BLUR_PX = (
+COLOUR_BLUR_PX = (
     1.2  # halving and doubling: a box of two pixels, then a triangle of two to both sides, and what JPEG drops
 )
-_HALF_COLOUR_PX = 0.5 * _COLOUR_BLUR_PX  # of three planes one keeps its resolution
+_HALF_COLOUR_PX = 0.5 * COLOUR_BLUR_PX  # of three planes one keeps its resolution
 _BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
 _NOISE = 0.011  # of full scale: three grey levels
 _JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
@@ -156,13 +156,13 @@ def _compared(
 
 def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:
     """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
-    pad = int(_KERNEL_END * _COLOUR_BLUR_PX / _STEP_PX)
+    pad = int(_KERNEL_END * COLOUR_BLUR_PX / _STEP_PX)
     share = _share(steps + pad, 1.0, blur_px)
     light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
     planes = _shown(light)
     inner = slice(pad, -pad)
     brightness = _bell(steps + pad, _BETWEEN_PIXELS_PX)[inner] @ planes[..., :1]
-    return np.concatenate([brightness, _bell(steps + pad, _COLOUR_BLUR_PX)[inner] @ planes[..., 1:]], axis=-1)
+    return np.concatenate([brightness, _bell(steps + pad, COLOUR_BLUR_PX)[inner] @ planes[..., 1:]], axis=-1)
 
 
 def _unmixed(ends: _Ends, steps: int, blur_px: float, about_px: FloatArray) -> tuple[FloatArray, FloatArray]:
