@@ -95,7 +95,8 @@ def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> 
     count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
     pieces = [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
     while pieces and (gradient := _gradient(sky | found, colour)) is not None:
-        alike = [bool(np.mean(gradient.fits(piece)) >= ALIKE) for piece in pieces]
+        like = gradient.alike().ravel()
+        alike = [bool(np.mean(like[piece]) >= ALIKE) for piece in pieces]
         if not any(alike):
             break
         found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
@@ -108,10 +109,10 @@ def coloured_like(photo: ByteImage, sky: BoolArray) -> BoolArray:
 
     All are left out where the sky's own colour scatters too much to vouch for anything, and specks are.
     """
-    fits = _gradient(sky, photo)
-    if fits is None:
+    gradient = _gradient(sky, photo)
+    if gradient is None:
         return np.zeros_like(sky)
-    alike = fits.everywhere()
+    alike = gradient.alike()
     _, parts, stats, _ = cv2.connectedComponentsWithStats(alike.astype(np.uint8), connectivity=4)
     kept: BoolArray = alike & (stats[:, cv2.CC_STAT_AREA] >= SPECK_PIXELS)[parts]
     return kept
@@ -125,18 +126,8 @@ class _Gradient:
     slope: FloatArray
     most: FloatArray  # (3,)
 
-    def fits(self, numbers: np.ndarray) -> BoolArray:
-        """Say which pixels, by their numbers, have the colour that the sky has there."""
-        height, width, _ = self.colour.shape
-        rows, columns = np.divmod(numbers, width)
-        there = self.colour.reshape(-1, 3)[numbers]
-        alike: BoolArray = np.all(
-            np.abs(there - _places(rows, columns, (height, width)) @ self.slope) < self.most, axis=1
-        )
-        return alike
-
-    def everywhere(self) -> BoolArray:
-        """Say the same of all pixels (H, W)."""
+    def alike(self) -> BoolArray:
+        """Say which pixels (H, W) have the colour that the sky has there."""
         height, width, _ = self.colour.shape
         alike = np.ones((height, width), dtype=bool)
         for channel, (down, across, level) in enumerate(self.slope.T.astype(np.float32)):
@@ -154,17 +145,12 @@ def _gradient(sky: BoolArray, colour: np.ndarray) -> _Gradient | None:
     some = slice(None, None, max(1, len(rows) // MOST_SAMPLES))
     rows, columns = rows[some], columns[some]
     known = colour[rows, columns].astype(np.float64)
-    design = _places(rows, columns, sky.shape)
+    design = np.column_stack([rows / sky.shape[0], columns / sky.shape[1], np.ones(len(rows))])
     slope, *_ = np.linalg.lstsq(design, known, rcond=None)
     spread = 1.4826 * np.median(np.abs(known - design @ slope), axis=0)
     if np.any(spread > MOST_SPREAD_GREY):
         return None
     return _Gradient(colour=colour, slope=slope, most=3.0 * np.maximum(spread, LEAST_SPREAD_GREY))
-
-
-def _places(rows: np.ndarray, columns: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    """Return row and column, as shares of the photo, and a one (N, 3)."""
-    return np.column_stack([rows / size[0], columns / size[1], np.ones(len(rows))])
 
 
 def _local_level(mean: np.ndarray, sky: BoolArray) -> np.ndarray:
