@@ -22,7 +22,7 @@ _CAUCHY = 1.5  # spreads: an outline errs along whole arcs where what lies behin
 _LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
 _SIGNS = np.array([[1.0], [1.0], [-1.0]])  # of the unit circle x^2 + y^2 - 1
-_MOST_AVERTED = 0.1  # cosine with the optical axis: no disc that leans more is a disc in the photo
+_MOST_AVERTED = 0.1  # cosine with the ray to it: no disc that leans more is a disc in the photo
 _MOST_SCALED, _MOST_SLOPE = 2.0, 20.0  # ln of the radius, tangent of the lean: a step beyond follows no outline
 _HELD = 1e8  # information on a radius that is held
 _POINTS_PER_OBSERVATION = 10.0
@@ -63,7 +63,7 @@ def fit_circle(
     trust = np.ones(len(left_edge) + len(right_edge)) if sigma_px is None else np.median(sigma_px) / sigma_px
     free = np.array([True, True, True, held_m is None, True, True])
     both = (start, mirrored(start, camera)) if start is not None else ()
-    starts = [_parameters(one) for one in both] or _starts(left, right, camera, held_m)
+    starts = [_parameters(one, camera) for one in both] or _starts(left, right, camera, held_m)
     fits = [_descend(start, left_edge, right_edge, camera, trust, free) for start in starts]
     good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
     if not good:
@@ -87,7 +87,7 @@ def fit_circle(
         centre_px=frozen(parameters[:2]),
         disparity_px=float(parameters[2]),
         radius_m=float(np.exp(parameters[3])),
-        normal=frozen(_normal(parameters)),
+        normal=frozen(_normals(parameters[None], camera)[0]),
         covariance=frozen(np.linalg.inv(information)[:4, :4]),
         rms_px=float(np.sqrt(off @ off / (trust @ trust))),
     )
@@ -101,7 +101,7 @@ def guessed_circles(
     return tuple(
         SpaceCircle(
             centre_px=frozen(parameters[:2]), disparity_px=disparity_px, radius_m=radius_m,
-            normal=frozen(_normal(parameters)), covariance=frozen(np.eye(4)), rms_px=0.0,
+            normal=frozen(_normals(parameters[None], camera)[0]), covariance=frozen(np.eye(4)), rms_px=0.0,
         )
         for parameters in _starts(ellipse, right, camera, radius_m)
     )  # fmt: skip
@@ -109,9 +109,8 @@ def guessed_circles(
 
 def mirrored(circle: SpaceCircle, camera: RectifiedCamera) -> SpaceCircle:
     """Return the circle that leans the other way, whose picture in the left photo is nearly the same."""
-    ray = unit(np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]), camera.f_px]))
+    ray = _axes(circle.centre_px[None], camera)[0][0]
     normal = 2.0 * float(circle.normal @ ray) * ray - circle.normal
-    normal[2] = min(normal[2], -_MOST_AVERTED)
     return replace(circle, normal=frozen(unit(normal)))
 
 
@@ -126,13 +125,37 @@ def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera, radius_m: fl
     values, vectors = np.linalg.eigh(lens.T @ left.conic @ lens)
     lean = np.sqrt((values[2] - values[1]) / (values[2] - values[0])) * vectors[:, 2]
     facing = np.sqrt((values[1] - values[0]) / (values[2] - values[0])) * vectors[:, 0]
-    facing = -facing if facing[2] > 0.0 else facing
-    base = [left.x_px, left.y_px, disparity, np.log(radius)]
-    return [np.array([*base, *(n[:2] / max(-n[2], _MOST_AVERTED))]) for n in (facing + lean, facing - lean)]
+    base = np.array([left.x_px, left.y_px, disparity, np.log(radius)])
+    return [np.array([*base, *_lean(base[:2], normal, camera)]) for normal in (facing + lean, facing - lean)]
 
 
-def _normal(parameters: FloatArray) -> FloatArray:
-    return unit(np.array([parameters[4], parameters[5], -1.0]))
+def _axes(centre_px: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return of K pixels (K, 2) the unit ray, and what lies level and down square to it: (K, 3) each.
+
+    A circle's lean is told against its own ray: aside, one that is well seen may be edge-on to the optical axis.
+    """
+    across, down = (centre_px.T - np.array([[camera.cx_px], [camera.cy_px]])) / camera.f_px
+    aside, long = np.sqrt(across**2 + 1.0), np.sqrt(across**2 + down**2 + 1.0)
+    none = np.zeros_like(across)
+    ray = np.stack([across, down, none + 1.0], axis=-1) / long[:, None]
+    level = np.stack([1.0 / aside, none, -across / aside], axis=-1)
+    below = np.stack([-across * down, aside**2, -down], axis=-1) / (aside * long)[:, None]
+    return ray, level, below
+
+
+def _lean(centre_px: FloatArray, normal: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return the tangents (2,) by which a normal (3,) leans level and down off the ray to its circle."""
+    ray, level, down = (axis[0] for axis in _axes(centre_px[None], camera))
+    towards_us = -float(normal @ ray)
+    normal = normal if towards_us > 0.0 else -normal
+    return np.array([normal @ level, normal @ down]) / max(abs(towards_us), _MOST_AVERTED)
+
+
+def _normals(parameters: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return the unit normals (K, 3) of circles (K, 6)."""
+    ray, level, down = _axes(parameters[:, :2], camera)
+    normal = parameters[:, 4:5] * level + parameters[:, 5:6] * down - ray
+    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True), dtype=np.float64)
 
 
 def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera) -> FloatArray:
@@ -143,12 +166,12 @@ def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camer
 
 def outlines_of(circle: SpaceCircle, camera: RectifiedCamera) -> tuple[Ellipse | None, Ellipse | None]:
     """Return a circle's pictures in the left and the right photo; None where one is no ellipse."""
-    left, right = (ellipse_of(conic[0]) for conic in _conics(_parameters(circle)[None], camera))
+    left, right = (ellipse_of(conic[0]) for conic in _conics(_parameters(circle, camera)[None], camera))
     return left, right
 
 
-def _parameters(circle: SpaceCircle) -> FloatArray:
-    lean = circle.normal[:2] / -circle.normal[2]
+def _parameters(circle: SpaceCircle, camera: RectifiedCamera) -> FloatArray:
+    lean = _lean(circle.centre_px, circle.normal, camera)
     return np.array([*circle.centre_px, circle.disparity_px, np.log(circle.radius_m), *lean])
 
 
@@ -156,9 +179,7 @@ def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray
     """Return the pictures (K, 3, 3) in the left and the right photo of circles (K, 6)."""
     x, y, disparity = parameters[:, :3].T
     across, down = (x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px
-    nx, ny = parameters[:, 4:].T
-    long = np.sqrt(nx**2 + ny**2 + 1.0)
-    nx, ny, nz = nx / long, ny / long, -1.0 / long
+    nx, ny, nz = _normals(parameters, camera).T
     level = np.sqrt(nx**2 + nz**2)
     ux, uz = -nz / level, nx / level  # u is level; v = normal x u
     share = np.exp(parameters[:, 3]) * disparity / (camera.f_px * camera.baseline_m)  # radius over depth

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
-from asbuilt_bim.vision.disc_patch import Patch, conic_value, cut_patch, filled_share
+from asbuilt_bim.vision.disc_patch import MARGIN, Inside, Patch, cut_patch, filled_share, inside_of
 from asbuilt_bim.vision.disc_sides import Sides, outline_of, sides_of
 from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX, place_edges, profiles_across
 from asbuilt_bim.vision.edges import find_edges
@@ -121,17 +121,17 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
     if patch.light.size == 0:
         return None
     edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
-    sides = Sides(inside=is_on, outside=is_on)
-    tolerance = _tolerance_px(ellipse)
+    sides = Sides(inside=is_on, outside=is_on, deeper=is_on)
+    tolerance, least = _tolerance_px(ellipse), inside_of(patch, ellipse).least
     for reach_share in (0.3, 0.3, 0.25):
-        edge, sides = _edge(patch, ellipse, reach_px(ellipse, reach_share))
+        edge, sides = _edge(patch, ellipse, reach_px(ellipse, reach_share), least)
         is_seen = np.isfinite(edge[:, 0])
         fitted = robust_ellipse(edge[is_seen], max(tolerance, 0.2 * reach_px(ellipse, reach_share)))
         if fitted is None or not _plausible(fitted[0], blob):
             return None
         ellipse = fitted[0]
         is_on = _on_outline(edge, ellipse)
-    return _judged(ellipse, edge, is_on, sides, patch, FIRST_SUPPORT, 1.0)
+    return _judged(ellipse, edge, is_on, sides, patch, inside_of(patch, ellipse), FIRST_SUPPORT, 1.0)
 
 
 def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float) -> RedDisc | None:
@@ -143,14 +143,18 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
     if slack <= _NEAR:
         blur = float(np.hypot(blur_px, COLOUR_BLUR_PX))
         reach = min(max(_LEAST_REACH_PX, _BLURS_NEEDED * blur), reach)
+    inside = inside_of(patch, ellipse)
     points, outward = outline_of(ellipse)
     bend = ellipse.bend(len(points))
     placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
-    sides = sides_of(patch, points, outward, reach, blur_px)
+    sides = sides_of(patch, points, outward, reach, inside.least, blur_px)
     # two reds in one light differ in brightness: a disc before something as red still has an outline
     sides = replace(sides, outside=sides.outside | (placed.contrast > _PARTED))
-    edge = np.where(sides.differ[:, None], placed.points + patch.corner, np.nan)
-    return _judged(ellipse, edge, _on_outline(edge, ellipse, slack), sides, patch, least, slack, placed.sigma_px)
+    edge = np.where(((sides.inside | sides.deeper) & sides.outside)[:, None], placed.points + patch.corner, np.nan)
+    is_on = _on_outline(edge, ellipse, slack)
+    # blur mixes what is behind into the rim: where the edge is where it should be, red deeper inside is enough
+    sides = replace(sides, inside=sides.inside | (sides.deeper & is_on))
+    return _judged(ellipse, edge, is_on, sides, patch, inside, least, slack, placed.sigma_px)
 
 
 def some_profiles(patch: Patch, ellipse: Ellipse, blur_px: float = 0.0) -> FloatArray:
@@ -177,6 +181,7 @@ def _judged(
     is_on: BoolArray,
     sides: Sides,
     patch: Patch,
+    inside: Inside,
     least_support: float,
     slack: float,
     sigma_px: FloatArray | None = None,
@@ -187,7 +192,7 @@ def _judged(
         return None
     kept, whole = _without_ends(is_on), edge
     edge, sigma = edge[kept], np.ones(int(kept.sum())) if sigma_px is None else sigma_px[kept]
-    filled, hole = filled_share(patch, ellipse)
+    filled, hole = filled_share(patch, inside)
     trust = 1.0 / sigma**2
     rms = float(np.sqrt(np.sum(trust * ellipse.distance_px(edge) ** 2) / np.sum(trust)))
     hidden = 1.0 - float(np.mean(sides.inside))
@@ -196,14 +201,14 @@ def _judged(
         return None
     beyond = sides.inside & ~is_on & ~sides.outside
     further = sides.differ & ~is_on & (ellipse.distance_px(whole) > 0.0)
-    inside = patch.red[conic_value(patch.red.shape, patch.corner, ellipse) < -0.3]
-    inside = inside[inside > _COVERED * np.median(inside)]
-    red = float(np.median(inside))
+    bare = patch.red[inside.value < MARGIN]
+    bare = bare[bare > _COVERED * inside.typical]
+    red = float(np.median(bare))
     return RedDisc(
         ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
         astray=float(np.mean(sides.differ & ~is_on & ~further)), overrun=float(np.mean(beyond)),
         further=float(np.mean(further)),
-        redness=red, uneven=float(np.median(np.abs(inside - red))) / max(red, 1e-6), patch=patch,
+        redness=red, uneven=float(np.median(np.abs(bare - red))) / max(red, 1e-6), patch=patch,
     )  # fmt: skip
 
 
@@ -242,9 +247,9 @@ def _plausible(ellipse: Ellipse, blob: RedBlob) -> bool:
     )
 
 
-def _edge(patch: Patch, ellipse: Ellipse, reach: float) -> tuple[FloatArray, Sides]:
+def _edge(patch: Patch, ellipse: Ellipse, reach: float, least: float) -> tuple[FloatArray, Sides]:
     """Return edge points (N, 2) round the ellipse; NaN where the inside isn't red or the outside is just as red."""
     points, outward = outline_of(ellipse)
     edges = find_edges(patch.light, points - patch.corner, outward, reach)
-    sides = sides_of(patch, points, outward, reach)
+    sides = sides_of(patch, points, outward, reach, least)
     return np.where(sides.differ[:, None], edges.points + patch.corner, np.nan), sides

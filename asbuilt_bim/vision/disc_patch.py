@@ -15,6 +15,11 @@ _PATCH_MARGIN = 1.6
 _TONE = 1.8
 """A lens blurs light (exponent 2.2), JPEG's halved colour blurs grey levels (1): edges of both kinds meet between."""
 _JPEG_BLUR_PX = 1.0  # brightness is blurred as colour is, so that both pass one half in one place
+MARGIN = -0.3
+"""Of a conic's value: blur at the outline doesn't reach so far in."""
+NOTHING_RED = 0.5  # of the inside's redness: half-way to a cover that has none
+_PALER = 0.6  # of the inside's redness: noise makes no more than a few pixels so pale
+_LEAST_COVERED = 0.03  # of the inside
 _SENSOR = 2e-5  # of linear light squared: noise that two rings of a patch may not show
 
 
@@ -69,20 +74,45 @@ def _best_mix(light: Float32Array, red: Float32Array, corner: FloatArray, ellips
     return np.asarray(mix / np.linalg.norm(mix), dtype=np.float32)
 
 
-def filled_share(patch: Patch, ellipse: Ellipse) -> tuple[float, float]:
-    """Return the share of the ellipse's inside, a margin off, that is as red as its typical pixel; the holes' share.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inside:
+    """An ellipse's inside in a patch: `value` (H, W) of its conic, -1 in the middle and 0 on the outline.
+
+    `typical` is its redness; what has less than `least` times as much of that is something else.
+    """
+
+    value: FloatArray
+    typical: float
+    least: float
+
+
+def inside_of(patch: Patch, ellipse: Ellipse) -> Inside:
+    """Look at an ellipse's inside: how red it is, and half-way to what a part of it is covered with.
+
+    A cover may be reddish itself (timber, rust): blurred, its narrow end then hides an outline by less than half.
+    """
+    value = conic_value(patch.red.shape, patch.corner, ellipse)
+    inside = patch.red[value < MARGIN]
+    typical = float(np.median(inside)) if inside.size else 0.0
+    paler = inside[inside < _PALER * typical]
+    is_covered = paler.size > _LEAST_COVERED * inside.size
+    cover = float(np.quantile(paler, 0.25)) / typical if is_covered else 0.0
+    return Inside(value=value, typical=typical, least=NOTHING_RED * (1.0 + cover))
+
+
+def filled_share(patch: Patch, inside: Inside) -> tuple[float, float]:
+    """Return the share of an ellipse's inside, a margin off, that is red; and that of the holes in it.
 
     A hole is a patch that isn't red and doesn't reach the outline.
     """
-    value = conic_value(patch.red.shape, patch.corner, ellipse)
-    inside = value < -0.3
-    if not inside.any():
+    within = inside.value < MARGIN
+    if not within.any():
         return 0.0, 0.0
-    missing = inside & (patch.red <= 0.5 * np.median(patch.red[inside]))
+    missing = within & (patch.red <= inside.least * inside.typical)
     count, labels = cv2.connectedComponents(missing.astype(np.uint8), connectivity=8)
-    at_rim = np.unique(np.asarray(labels)[missing & (value > -0.5)])
+    at_rim = np.unique(np.asarray(labels)[missing & (inside.value > -0.5)])
     holes = missing & ~np.isin(labels, at_rim) if count > 1 else np.zeros_like(missing)
-    return 1.0 - float(missing.sum() / inside.sum()), float(holes.sum() / inside.sum())
+    return 1.0 - float(missing.sum() / within.sum()), float(holes.sum() / within.sum())
 
 
 def conic_value(shape: tuple[int, ...], corner: FloatArray, ellipse: Ellipse) -> FloatArray:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
-from asbuilt_bim.vision.disc_patch import Patch
+from asbuilt_bim.vision.disc_patch import NOTHING_RED, Patch
 from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX
 from asbuilt_bim.vision.ellipse import Ellipse
 
@@ -16,14 +16,16 @@ _EDGE_SPACING_PX = 1.2
 _MAX_EDGE_POINTS = 180
 _LOOKED_AT = 0.6  # of the reach to both sides of an outline: what is there says whether inside and outside are red
 _CLEAR_OF_BLUR = 1.5  # sigmas: nearer to the edge, blur mixes sky into a dark disc, and no red is left of that
+_FULLY_CLEAR = 2.0  # sigmas: here a disc before sky is as red as ever; but narrow covers of its rim end before
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sides:
-    """Of each point (N,) of an outline: is the `inside` red, is the `outside` less so."""
+    """Of each point (N,) of an outline: is the `inside` red, is the `outside` less so, is it red `deeper` inside."""
 
     inside: BoolArray
     outside: BoolArray
+    deeper: BoolArray
 
     @property
     def differ(self) -> BoolArray:
@@ -41,14 +43,24 @@ def outline_of(ellipse: Ellipse) -> tuple[FloatArray, FloatArray]:
     return ellipse.outline(points_round(ellipse))
 
 
-def sides_of(patch: Patch, points: FloatArray, outward: FloatArray, reach: float, blur_px: float = 0.0) -> Sides:
-    """Say of which points (N, 2) of an outline the inside is red and the outside less so; `blur_px` 0: not known."""
-    clear = _CLEAR_OF_BLUR * float(np.hypot(blur_px, COLOUR_BLUR_PX)) if blur_px else 0.0
-    deep = min(max(_LOOKED_AT * reach, clear), reach)
-    just_inside = _at(patch.red, points - patch.corner - deep * outward)
+def sides_of(
+    patch: Patch, points: FloatArray, outward: FloatArray, reach: float, least: float, blur_px: float = 0.0
+) -> Sides:
+    """Say of which points (N, 2) of an outline the inside is red and the outside less so; `blur_px` 0: not known.
+
+    What has `least` times the redness that is typical next to the outline, and more, is red.
+    """
+    mixed_px = float(np.hypot(blur_px, COLOUR_BLUR_PX)) if blur_px else 0.0
+    near = min(max(_LOOKED_AT * reach, _CLEAR_OF_BLUR * mixed_px), reach)
+    just_inside = _at(patch.red, points - patch.corner - near * outward)
     just_outside = _at(patch.red, points - patch.corner + _LOOKED_AT * reach * outward)
-    typical = float(np.median(just_inside))
-    return Sides(inside=just_inside > 0.5 * typical, outside=just_outside < 0.8 * just_inside)
+    is_red = deeper = just_inside > least * float(np.median(just_inside))
+    if blur_px:
+        well_inside = _at(patch.red, points - patch.corner - max(near, _FULLY_CLEAR * mixed_px) * outward)
+        deeper = well_inside > least * float(np.median(well_inside))
+    # a disc that is dimmed by what is behind looks like a cover that is reddish itself
+    is_red = is_red if least <= NOTHING_RED else is_red & deeper
+    return Sides(inside=is_red, outside=just_outside < 0.8 * just_inside, deeper=deeper)
 
 
 def _at(picture: Float32Array, points: FloatArray) -> FloatArray:

@@ -101,6 +101,9 @@ def likely_blur(profiles: list[FloatArray]) -> float:
     for some in profiles:
         shifts, ends, middle = some.shape[1] // 3, _ends_of(some), np.zeros(1)
         each = np.stack([_compared(some, ends, shifts, float(blur), middle)[1].min(axis=1) for blur in _BLURS_PX])
+        # on a cover, or between two reds, any blur fits
+        has_edge = ends.contrast > _TWO_SIDES
+        each = each[:, has_edge] if has_edge.any() else each
         costs += np.sort(each, axis=1)[:, : max(1, each.shape[1] // 2)].mean(axis=1)
     best = int(np.clip(np.argmin(costs), 1, len(costs) - 2))
     before, at, after = np.log(costs[best - 1 : best + 2] + 1e-9)

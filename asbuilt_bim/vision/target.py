@@ -51,7 +51,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     """Find the red disc in both rectified photos and triangulate its centre.
 
     Of several discs the told diameter decides; of several that have it one that isn't much paler (a reflection is),
-    then the likeliest: that is mostly the nearest, since more of it is seen.
+    then the nearest of those that are surely one, or else the likeliest.
     Without a told diameter several are refused.
 
     Returns the sighting, or None with the reasons. With `required` off, a target that is simply not there gives no
@@ -75,7 +75,9 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
             likely = [p for p in likely if is_clear(p)] or likely
         if len(likely) > 1 and options.diameter_m is None:
             return None, (several(pair, likely, options),)
-        chosen = likely[0]
+        # a mirror's picture of the disc lies further off than the disc
+        sure = [p for how_likely, p in right_size if how_likely > SURE_ODDS and p in likely]
+        chosen = max(sure, key=lambda p: p.circle.disparity_px) if sure else likely[0]
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
         return _sighting(chosen, pair.camera, options), (*doubt(pair, chosen, options), *twins, *others)

@@ -58,6 +58,15 @@ def test_points_of_no_outline_end_a_fit_and_not_the_program() -> None:
     assert found is None or abs(np.log(found.radius_m / AT_A_CORNER.radius_m)) < 4.5
 
 
+def test_a_circle_far_aside_is_recovered_where_its_plane_holds_the_optical_axis() -> None:
+    aside = replace(AT_A_CORNER, centre_px=np.array([1230.0, 450.0]), normal=np.array([-0.94, 0.34, 0.02]))
+    left, right = outlines_of(aside, CAMERA)
+    assert left is not None and right is not None and left.minor_px > 0.4 * left.major_px
+    found = fit_circle(left.outline(90)[0][:60], right.outline(90)[0][:60], left, right, CAMERA, held_m=0.15)
+    assert found is not None and found.disparity_px == pytest.approx(aside.disparity_px, abs=0.01)
+    assert np.abs(found.normal - aside.normal / np.linalg.norm(aside.normal)).max() < 1e-2
+
+
 def test_a_circle_seen_edge_on_still_faces_the_camera_when_mirrored() -> None:
     turned = replace(AT_A_CORNER, normal=np.array([-0.99, 0.0, -0.14]))
     assert mirrored(turned, CAMERA).normal[2] < 0.0

@@ -112,6 +112,13 @@ def test_a_pale_disc_nearer_than_the_target_is_its_reflection() -> None:
     assert "paler" in other.reason
 
 
+def test_a_mirrors_picture_of_the_disc_is_further_off_even_where_more_of_it_is_seen() -> None:
+    pair = pair_of([disc((-0.5, 0.1, 4.6), hidden_share=0.2, yaw_deg=35.0), disc((0.6, 0.0, 5.0))])
+    sighting, (other,) = find_target(pair, TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(4.6, rel=0.01)
+    assert "further away" in other.reason
+
+
 def test_two_discs_are_rejected_with_both_places_where_no_diameter_is_told() -> None:
     pair = pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))])
     sighting, (rejection,) = find_target(pair, TargetOptions())
@@ -128,6 +135,14 @@ def test_a_bar_across_a_disc_leaves_it_measured_and_a_bar_printed_on_it_does_not
         print_on_it = rectangle((0.3, 0.2, 3.999), width_m, 0.055, bgr=(220, 220, 220))
         sighting, _ = find_target(pair_of([disc((0.3, 0.2, 4.0)), print_on_it]), TOLD)
         assert sighting is None
+
+
+def test_a_narrow_reddish_bar_before_a_blurred_disc_is_not_taken_for_a_print_on_it() -> None:
+    bar = rectangle((0.3, 0.2, 5.6), 0.05, 0.8, bgr=(36, 40, 58))
+    pair = pair_of([disc((0.3, 0.2, 5.7), bgr=(15, 12, 100)), bar], ground=170.0)
+    blurred = {side: cv2.GaussianBlur(getattr(pair, side), None, 2.2) for side in ("left", "right")}
+    sighting, _ = find_target(replace(pair, **blurred), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(5.7, rel=0.01)
 
 
 def test_the_told_diameter_decides_between_two_discs_and_the_other_is_named() -> None:
