@@ -106,7 +106,7 @@ def rectification(rig: StereoRig) -> Rectification:
     Raises: RigError where the right camera does not stand to the right of the left one.
     Reference: Fusiello, Trucco & Verri 2000, A compact algorithm for rectification of stereo pairs.
     """
-    left_turn, right_turn = _turns(rig)
+    left_turn, right_turn = turns(rig)
     f_px = float(np.mean([rig.left.K[0, 0], rig.left.K[1, 1], rig.right.K[0, 0], rig.right.K[1, 1]]))
     left_border = _border(rig.left, left_turn) * f_px
     right_border = _border(rig.right, right_turn) * f_px
@@ -156,8 +156,11 @@ def rectify(prepared: Rectification, left_image: ByteImage, right_image: ByteIma
     )
 
 
-def _turns(rig: StereoRig) -> tuple[FloatArray, FloatArray]:
-    """Return rectified_from_left and rectified_from_right (3, 3): x along the baseline, z between the two axes."""
+def turns(rig: StereoRig) -> tuple[FloatArray, FloatArray]:
+    """Return rectified_from_left and rectified_from_right (3, 3): x along the baseline, z between the two axes.
+
+    Raises: RigError where the right camera does not stand to the right of the left one.
+    """
     right_from_left = rig.right_from_left
     centre = -right_from_left[:3, :3].T @ right_from_left[:3, 3]  # of the right camera, in the left frame
     along = unit(centre)

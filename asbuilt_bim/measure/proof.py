@@ -42,6 +42,9 @@ STEP_PX, STEP_RUN = 6.0, 8
 STRIP_PX = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 STEP_TIMES, LEAST_STEP_GREY = 3.0, 5.0
 GRAIN_TIMES, GLARE_GREY = 3.0, 250.0
+WITHIN_PX = (-3.0, -6.0, -9.0)
+LEAST_HELD = 0.5
+"""A border that no photo shows ends a face where the face is measured on half of the strip inside it, at least."""
 
 MISS_PX, MISS_SIGMAS = 0.5, 3.5
 """A station has some hundred sides, so three sigmas would doubt one that is sound at every few stations."""
@@ -87,7 +90,10 @@ def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int, same: 
             edge = outline.edges[number] if number >= 0 else None
             plain = edge is not None and _is_plain(edge)
             plain = plain or _looks_other(bench, points[own], normals[own])
-            proven = framed | (((state == PROVEN) | ((state == UNKNOWN) & plain)) & (not _is_of_another(edge)))
+            held = not _is_of_another(edge) and (
+                _is_shown(edge) or _is_measured(bench, points[own], normals[own], label)
+            )
+            proven = framed | (((state == PROVEN) | ((state == UNKNOWN) & plain)) & held)
             yield _Side(
                 length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()),
                 parted_px=float(steps[own & (state == PARTED)].sum()),
@@ -99,6 +105,24 @@ def _is_plain(edge: FaceEdge) -> bool:
     if edge.source in ("planes", "frame"):
         return True
     return edge.fit is not None and edge.source != "mask" and edge.fit.strength >= PLAIN_STRENGTH
+
+
+def _is_shown(edge: FaceEdge | None) -> bool:
+    """Say whether anything but a mask puts the edge where it is."""
+    return edge is not None and edge.source != "mask"
+
+
+def _is_measured(bench: Workbench, points: FloatArray, normals: FloatArray, label: int) -> bool:
+    """Say whether stereo sees the face itself along the inside of a border.
+
+    A mask may give the face what no stereo measured; where it does, the border of that proves nothing.
+    """
+    labels = bench.scene.labels
+    on_face = []
+    for inwards in WITHIN_PX:
+        x, y = np.round(points + inwards * normals).astype(np.intp).T
+        on_face.append(labels[np.clip(y, 0, labels.shape[0] - 1), np.clip(x, 0, labels.shape[1] - 1)] == label)
+    return float(np.mean(on_face)) >= LEAST_HELD
 
 
 def _is_of_another(edge: FaceEdge | None) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from asbuilt_bim.camera.overlap import check_pair, match_pair
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.swapped import swapped_rejection
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.vision.rig_health import StationHealth, judge, station_health
 from asbuilt_bim.vision.rig_words import knock_rejection
@@ -27,13 +28,16 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
     """Check a pair and its rig from features that both photos show.
 
     A knocked rig is named as such before its rows are held against the pair: matches that one turned camera explains
-    do belong together.
+    do belong together. Exchanged photos look like a knock, and say nothing of the rig.
     """
     coarse = match_pair(pair)
     health = station_health(pair, coarse, rig)
     if health is not None:
         verdict = judge([health], rig, significant=BEYOND_DOUBT)
         if verdict.state == "knocked":
+            swapped = swapped_rejection(f"station {pair.name}", coarse, rig, pair.camera)
+            if swapped is not None:
+                return RigCheck(health=None, rejections=(swapped,))
             return RigCheck(health=health, rejections=(knock_rejection(f"station {pair.name}", verdict),))
     rejections = check_pair(pair, coarse)
     return RigCheck(health=None if rejections else health, rejections=rejections)

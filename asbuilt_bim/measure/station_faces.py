@@ -109,7 +109,8 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
     """Keep a face, or name why it isn't kept; crumbs go without a word."""
     if not np.isfinite(face.area_m2) or face.area_m2 < options.least_area_m2:
         return
-    what = f"face {face.face_id} ({face.label}, {face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
+    station = face.face_id.rsplit("/", 1)[0]
+    what = f"station {station}, a {face.label}'s face left out ({face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
     share = face.area_sigma_m2 / face.area_m2
     reason = ("", "", "")
     if face.width_px < options.least_width_px:
@@ -121,7 +122,7 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
         remedy = "photograph it from nearer, or more from the front"
         rejections.append(Rejection(what=what, reason=reason[0], value=reason[1], limit=reason[2], remedy=remedy))
         return
-    faces.append(replace(face, face_id=f"{face.face_id.rsplit('/', 1)[0]}/{len(faces) + 1}"))
+    faces.append(replace(face, face_id=f"{station}/{len(faces) + 1}"))
 
 
 def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85) -> bytes:

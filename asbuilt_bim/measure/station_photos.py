@@ -17,6 +17,9 @@ from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.rig_scale import ScaleEvidence
 from asbuilt_bim.vision.rig_health import StationHealth
 
+SAME_SHARE = 0.5
+"""Of what a photo differs from itself moved by one pixel: two cameras, a decimetre apart, differ by more than all."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StationPhotos:
@@ -59,6 +62,9 @@ def read_station(
         images.append(image)
     if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
         rejections.append(_sizes(what, images))
+    if len(images) == 2 and not rejections:
+        twice = _one_photo_twice(what, images)
+        rejections += [twice] if twice is not None else []
     picture = images[0] if images else None
     if rejections or len(images) < 2:
         named = tuple(r if photos.name in r.what else _named(r, what) for r in rejections)
@@ -85,6 +91,21 @@ def _sizes(what: str, images: list[ByteImage]) -> Rejection:
     return Rejection(
         what=what, reason="left and right photo differ in size", value=f"left {left}, right {right}",
         remedy="use both photos as the rig stored them",
+    )  # fmt: skip
+
+
+def _one_photo_twice(what: str, images: list[ByteImage]) -> Rejection | None:
+    """Say so where both are one photo, saved again maybe: nothing in it has moved by as much as a pixel."""
+    left, right = images
+    if left.shape != right.shape:
+        return None
+    differ, moved = float(cv2.absdiff(left, right).mean()), float(cv2.absdiff(left[:, 1:], left[:, :-1]).mean())
+    if differ >= SAME_SHARE * moved:
+        return None
+    return Rejection(
+        what=what, reason="left and right are the same photo", value=f"they differ by {differ:.1f} grey levels",
+        limit=f"{SAME_SHARE * moved:.1f}, half of what one pixel's shift makes",
+        remedy="name the photo that the other camera took at the same moment",
     )  # fmt: skip
 
 

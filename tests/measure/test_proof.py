@@ -191,3 +191,12 @@ def test_the_narrow_top_of_a_high_face_counts() -> None:
         for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True)
     )
     assert is_open(bench, Outline(rings=(ring,), edges=edges), PLANE, OWN, 16.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("measured_px", "proves"), [(0, False), (12, True)])
+def test_a_masks_border_is_an_end_only_where_the_face_is_measured_up_to_it(measured_px: int, proves: bool) -> None:
+    """A true mask held 35 px beside a column of 25 px where no stereo was: the face came out by a third too large."""
+    bench = scene()
+    bench.scene.labels[LOW:HIGH, HIGH - 30 : HIGH - measured_px] = -1
+    assert opened(bench, square("mask")) is not proves
+    assert not opened(bench, square("photo", 0.9))

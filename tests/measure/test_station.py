@@ -113,3 +113,14 @@ def test_a_picture_that_does_not_decode_rejects_the_station() -> None:
     found = measure_station(StationPhotos(name="S1", left=broken, right=good.right), rig_of(site()[1]), FREE)
     assert isinstance(found, RejectedStation)
     assert found.rejections[0].what.startswith("station S1")
+
+
+def test_one_photo_given_twice_is_named_as_that_and_not_as_a_knocked_rig() -> None:
+    left = site()[1].left
+    done, again = cv2.imencode(".jpg", left, [cv2.IMWRITE_JPEG_QUALITY, 97])
+    assert done
+    twice = StationPhotos(name="S1", left=photo("a.png", left), right=photo_from_bytes("b.jpg", bytes(again)))
+    found = measure_station(twice, rig_of(site()[1]), FREE)
+    assert isinstance(found, RejectedStation)
+    assert [rejection.reason for rejection in found.rejections] == ["left and right are the same photo"]
+    assert found.health is None
