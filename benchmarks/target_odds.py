@@ -41,6 +41,8 @@ def counted(one: Case) -> list[tuple[bool, list[float]]]:
     for p in sorted(asked, key=lambda p: -log_odds(p, TOLD_M)):
         if all(np.hypot(*(p.circle.centre_px - k.circle.centre_px)) > k.left.ellipse.major_px for k in kept):
             kept.append(p)
+    if "reflection" in one.traits:  # a disc of the told size, and told from the disc by what is said of both
+        kept = [p for p in kept if _is_disc(p, one)]
     return [(_is_disc(p, one), [*answers(p, TOLD_M), log_odds(p, TOLD_M)]) for p in kept]
 
 

@@ -62,9 +62,10 @@ def fit_circle(
     """
     trust = np.ones(len(left_edge) + len(right_edge)) if sigma_px is None else np.median(sigma_px) / sigma_px
     free = np.array([True, True, True, held_m is None, True, True])
+    facing = _axes(left.centre, camera)
     both = (start, mirrored(start, camera)) if start is not None else ()
-    starts = [_parameters(one, camera) for one in both] or _starts(left, right, camera, held_m)
-    fits = [_descend(start, left_edge, right_edge, camera, trust, free) for start in starts]
+    starts = [_parameters(one, facing) for one in both] or _starts(left, right, camera, held_m)
+    fits = [_descend(start, left_edge, right_edge, camera, facing, trust, free) for start in starts]
     good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
     if not good:
         return None
@@ -74,7 +75,7 @@ def fit_circle(
         trust = trust * without_foreign_arc(trust[:, None] * jacobian[:, free], trust * residual, arcs)
         spread = max(1.4826 * float(np.median(np.abs(trust * residual)[trust > 0.0])), _LEAST_SPREAD_PX)
         weight = trust / np.sqrt(1.0 + (trust * residual / (_CAUCHY * spread)) ** 2)
-        parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, weight, free)
+        parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, facing, weight, free)
     if not np.all(np.isfinite(parameters)):
         return None
     freedom = max(int(np.sum(trust > 0.0)) - len(parameters), 1)
@@ -87,7 +88,7 @@ def fit_circle(
         centre_px=frozen(parameters[:2]),
         disparity_px=float(parameters[2]),
         radius_m=float(np.exp(parameters[3])),
-        normal=frozen(_normals(parameters[None], camera)[0]),
+        normal=frozen(_normals(parameters[None], facing)[0]),
         covariance=frozen(np.linalg.inv(information)[:4, :4]),
         rms_px=float(np.sqrt(off @ off / (trust @ trust))),
     )
@@ -97,11 +98,11 @@ def guessed_circles(
     ellipse: Ellipse, disparity_px: float, radius_m: float, camera: RectifiedCamera
 ) -> tuple[SpaceCircle, ...]:
     """Return both circles of a told radius about where an ellipse of the left photo and a disparity place one."""
-    right = replace(ellipse, x_px=ellipse.x_px - disparity_px)
+    right, facing = replace(ellipse, x_px=ellipse.x_px - disparity_px), _axes(ellipse.centre, camera)
     return tuple(
         SpaceCircle(
             centre_px=frozen(parameters[:2]), disparity_px=disparity_px, radius_m=radius_m,
-            normal=frozen(_normals(parameters[None], camera)[0]), covariance=frozen(np.eye(4)), rms_px=0.0,
+            normal=frozen(_normals(parameters[None], facing)[0]), covariance=frozen(np.eye(4)), rms_px=0.0,
         )
         for parameters in _starts(ellipse, right, camera, radius_m)
     )  # fmt: skip
@@ -109,7 +110,7 @@ def guessed_circles(
 
 def mirrored(circle: SpaceCircle, camera: RectifiedCamera) -> SpaceCircle:
     """Return the circle that leans the other way, whose picture in the left photo is nearly the same."""
-    ray = _axes(circle.centre_px[None], camera)[0][0]
+    ray = _axes(circle.centre_px, camera)[2]
     normal = 2.0 * float(circle.normal @ ray) * ray - circle.normal
     return replace(circle, normal=frozen(unit(normal)))
 
@@ -125,61 +126,56 @@ def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera, radius_m: fl
     values, vectors = np.linalg.eigh(lens.T @ left.conic @ lens)
     lean = np.sqrt((values[2] - values[1]) / (values[2] - values[0])) * vectors[:, 2]
     facing = np.sqrt((values[1] - values[0]) / (values[2] - values[0])) * vectors[:, 0]
-    base = np.array([left.x_px, left.y_px, disparity, np.log(radius)])
-    return [np.array([*base, *_lean(base[:2], normal, camera)]) for normal in (facing + lean, facing - lean)]
+    base, axes = [left.x_px, left.y_px, disparity, np.log(radius)], _axes(left.centre, camera)
+    return [np.array([*base, *_lean(normal, axes)]) for normal in (facing + lean, facing - lean)]
 
 
-def _axes(centre_px: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return of K pixels (K, 2) the unit ray, and what lies level and down square to it: (K, 3) each.
+def _axes(pixel: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return what lies level and down square to a pixel's ray, and the ray, as rows (3, 3).
 
-    A circle's lean is told against its own ray: aside, one that is well seen may be edge-on to the optical axis.
+    A circle's lean is told against its ray: aside, one that is well seen may be edge-on to the optical axis.
     """
-    across, down = (centre_px.T - np.array([[camera.cx_px], [camera.cy_px]])) / camera.f_px
-    aside, long = np.sqrt(across**2 + 1.0), np.sqrt(across**2 + down**2 + 1.0)
-    none = np.zeros_like(across)
-    ray = np.stack([across, down, none + 1.0], axis=-1) / long[:, None]
-    level = np.stack([1.0 / aside, none, -across / aside], axis=-1)
-    below = np.stack([-across * down, aside**2, -down], axis=-1) / (aside * long)[:, None]
-    return ray, level, below
+    ray = unit(np.array([*(pixel - [camera.cx_px, camera.cy_px]), camera.f_px]))
+    level = unit(np.array([ray[2], 0.0, -ray[0]]))
+    return np.stack([level, np.cross(ray, level), ray])
 
 
-def _lean(centre_px: FloatArray, normal: FloatArray, camera: RectifiedCamera) -> FloatArray:
-    """Return the tangents (2,) by which a normal (3,) leans level and down off the ray to its circle."""
-    ray, level, down = (axis[0] for axis in _axes(centre_px[None], camera))
-    towards_us = -float(normal @ ray)
-    normal = normal if towards_us > 0.0 else -normal
-    return np.array([normal @ level, normal @ down]) / max(abs(towards_us), _MOST_AVERTED)
+def _lean(normal: FloatArray, axes: FloatArray) -> FloatArray:
+    """Return the tangents (2,) by which a normal (3,) leans off the ray, level and down; it may look either way."""
+    level, down, away = axes @ normal
+    return np.array([level, down]) * (-float(np.sign(away)) / max(abs(float(away)), _MOST_AVERTED))
 
 
-def _normals(parameters: FloatArray, camera: RectifiedCamera) -> FloatArray:
-    """Return the unit normals (K, 3) of circles (K, 6)."""
-    ray, level, down = _axes(parameters[:, :2], camera)
-    normal = parameters[:, 4:5] * level + parameters[:, 5:6] * down - ray
-    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True), dtype=np.float64)
+def _normals(parameters: FloatArray, axes: FloatArray) -> FloatArray:
+    """Return the unit normals (K, 3), towards us, of circles (K, 6)."""
+    normal = parameters[:, 4:] @ axes[:2] - axes[2]
+    return np.asarray(normal / np.sqrt(np.sum(normal**2, axis=-1, keepdims=True)), dtype=np.float64)
 
 
-def _residual(parameters: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera) -> FloatArray:
+def _residual(
+    parameters: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera, axes: FloatArray
+) -> FloatArray:
     """Return the distances (K, N + M) in pixels of both outlines from the pictures of K circles (K, 6)."""
-    of_left, of_right = _conics(parameters, camera)
+    of_left, of_right = _conics(parameters, camera, axes)
     return np.concatenate([conic_distance(of_left, left), conic_distance(of_right, right)], axis=-1)
 
 
 def outlines_of(circle: SpaceCircle, camera: RectifiedCamera) -> tuple[Ellipse | None, Ellipse | None]:
     """Return a circle's pictures in the left and the right photo; None where one is no ellipse."""
-    left, right = (ellipse_of(conic[0]) for conic in _conics(_parameters(circle, camera)[None], camera))
+    axes = _axes(circle.centre_px, camera)
+    left, right = (ellipse_of(conic[0]) for conic in _conics(_parameters(circle, axes)[None], camera, axes))
     return left, right
 
 
-def _parameters(circle: SpaceCircle, camera: RectifiedCamera) -> FloatArray:
-    lean = _lean(circle.centre_px, circle.normal, camera)
-    return np.array([*circle.centre_px, circle.disparity_px, np.log(circle.radius_m), *lean])
+def _parameters(circle: SpaceCircle, axes: FloatArray) -> FloatArray:
+    return np.array([*circle.centre_px, circle.disparity_px, np.log(circle.radius_m), *_lean(circle.normal, axes)])
 
 
-def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
+def _conics(parameters: FloatArray, camera: RectifiedCamera, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the pictures (K, 3, 3) in the left and the right photo of circles (K, 6)."""
     x, y, disparity = parameters[:, :3].T
     across, down = (x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px
-    nx, ny, nz = _normals(parameters, camera).T
+    nx, ny, nz = _normals(parameters, axes).T
     level = np.sqrt(nx**2 + nz**2)
     ux, uz = -nz / level, nx / level  # u is level; v = normal x u
     share = np.exp(parameters[:, 3]) * disparity / (camera.f_px * camera.baseline_m)  # radius over depth
@@ -197,21 +193,23 @@ def _conics(parameters: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray
 
 
 def _descend(
-    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera, scale: FloatArray, free: BoolArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    start: FloatArray, left: FloatArray, right: FloatArray, camera: RectifiedCamera, axes: FloatArray,
+    scale: FloatArray, free: BoolArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Return parameters (6,), their Jacobian and the plain residual at the least weighted squares.
 
-    Levenberg-Marquardt; `scale` (N + M,) multiplies the residuals; parameters that aren't `free` (6,) stay.
+    Levenberg-Marquardt; the lean is told in `axes` (3, 3); `scale` (N + M,) multiplies the residuals; parameters that
+    aren't `free` (6,) stay.
     """
     parameters, damping = start, 1e-3
 
     def weighted(at: FloatArray) -> FloatArray:
-        return np.asarray(scale * _residual(at[None], left, right, camera)[0], dtype=np.float64)
+        return np.asarray(scale * _residual(at[None], left, right, camera, axes)[0], dtype=np.float64)
 
     residual = weighted(parameters)
     jacobian = np.zeros((len(residual), 6))
     for _ in range(_ROUNDS):
-        moved = scale * _residual((parameters + np.diag(_STEPS))[free], left, right, camera)
+        moved = scale * _residual((parameters + np.diag(_STEPS))[free], left, right, camera, axes)
         jacobian[:, free] = ((moved - residual) / _STEPS[free, None]).T
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
@@ -229,4 +227,4 @@ def _descend(
             damping *= 10.0
             if damping > 1e8:
                 break
-    return parameters, jacobian, _residual(parameters[None], left, right, camera)[0]
+    return parameters, jacobian, _residual(parameters[None], left, right, camera, axes)[0]

@@ -16,6 +16,7 @@ _EDGE_SPACING_PX = 1.2
 _MAX_EDGE_POINTS = 180
 _LOOKED_AT = 0.6  # of the reach to both sides of an outline: what is there says whether inside and outside are red
 _CLEAR_OF_BLUR = 1.5  # sigmas: nearer to the edge, blur mixes sky into a dark disc, and no red is left of that
+_REDDER = 1.15  # times: noise makes no more of a rim that is a cover's, a print's rim is half as red again
 _FULLY_CLEAR = 2.0  # sigmas: here a disc before sky is as red as ever; but narrow covers of its rim end before
 
 
@@ -58,8 +59,9 @@ def sides_of(
     if blur_px:
         well_inside = _at(patch.red, points - patch.corner - max(near, _FULLY_CLEAR * mixed_px) * outward)
         deeper = well_inside > least * float(np.median(well_inside))
-    # a disc that is dimmed by what is behind looks like a cover that is reddish itself
-    is_red = is_red if least <= NOTHING_RED else is_red & deeper
+        if least > NOTHING_RED:
+            # a disc that is dimmed by what is behind looks like a reddish cover; a print's rim is redder than the print
+            is_red &= deeper | (just_inside > _REDDER * well_inside)
     return Sides(inside=is_red, outside=just_outside < 0.8 * just_inside, deeper=deeper)
 
 

@@ -10,7 +10,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.disc import find_discs
-from asbuilt_bim.vision.target_odds import LEAST_ODDS, SURE_ODDS, log_odds, sharpness
+from asbuilt_bim.vision.target_odds import LEAST_ODDS, SURE_ODDS, log_odds
 from asbuilt_bim.vision.target_pairing import (
     Pairing,
     TargetOptions,
@@ -92,15 +92,15 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
 def _likely(found: list[Pairing], options: TargetOptions) -> list[tuple[float, Pairing]]:
     """Return those of the target's size that are likelier it than not, with the odds' logarithm, the likeliest first.
 
-    Of several at one place the one is kept that also explains the outlines best.
+    Of several at one place the likeliest is kept.
     """
     odds = [(log_odds(p, options.diameter_m), p) for p in found if size_fits(p.circle, options)]
     kept: list[tuple[float, Pairing]] = []
-    for how_likely, one in sorted(odds, key=lambda item: -item[0] - sharpness(item[1])):
+    for how_likely, one in sorted(odds, key=lambda item: -item[0]):
         is_new = all(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) > p.left.ellipse.major_px for _, p in kept)
         if how_likely > LEAST_ODDS and is_new:
             kept.append((how_likely, one))
-    return sorted(kept, key=lambda item: -item[0])
+    return kept
 
 
 def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -> TargetSighting:

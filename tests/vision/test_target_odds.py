@@ -8,7 +8,7 @@ import pytest
 from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, outlines_of
 from asbuilt_bim.vision.disc import find_discs
 from asbuilt_bim.vision.target import TargetOptions, find_target
-from asbuilt_bim.vision.target_odds import LEAST_ODDS, SURE_ODDS, log_odds, sharpness
+from asbuilt_bim.vision.target_odds import LEAST_ODDS, SURE_ODDS, log_odds
 from asbuilt_bim.vision.target_pairing import pairings, sharpened
 from asbuilt_bim.vision.target_search import sought
 from tests.vision.flat_scene import CAMERA, centre_px, disc, pair_of, rectangle
@@ -30,21 +30,29 @@ def test_a_disc_is_likelier_the_target_than_a_square_of_its_size() -> None:
     (found, *_) = pairings(find_discs(pair.left), find_discs(pair.right), CAMERA, 0.30)
     assert log_odds(found, 0.30) > SURE_ODDS
     assert log_odds(found, 0.315) < log_odds(found, 0.30)
-    square = replace(found.left, support=0.6, astray=0.3, overrun=0.1)
+    square = replace(found.left, support=0.6, astray=0.15, further=0.15, overrun=0.1)  # its sides and its corners
     misfit = replace(found.circle, rms_px=0.2)
     assert log_odds(replace(found, left=square, right=square, circle=misfit), 0.30) < LEAST_ODDS - 3.0
     sighting, _ = find_target(pair_of([rectangle((0.1, 0.1, 7.0), 0.27, 0.27)]), TOLD)
     assert sighting is None
 
 
-def test_of_two_circles_about_one_outline_the_one_that_keeps_to_less_of_it_but_closely_explains_it_better() -> None:
+def test_an_edge_further_out_speaks_louder_against_a_disc_than_one_further_in_which_a_cover_may_have() -> None:
     pair = pair_of([disc((0.1, 0.1, 7.0))])
     (found, *_) = pairings(find_discs(pair.left), find_discs(pair.right), CAMERA, 0.30)
-    covered = replace(found.left, support=0.7)
-    close = replace(found, left=covered, right=covered, circle=replace(found.circle, rms_px=0.035))
-    bent = replace(covered, support=0.84)
-    loose = replace(found, left=bent, right=bent, circle=replace(found.circle, rms_px=0.093))
-    assert sharpness(close) > sharpness(loose) + 3.0
+    covered = replace(found.left, support=0.8, astray=0.2, further=0.0)
+    misplaced = replace(found.left, support=0.8, astray=0.0, further=0.2)
+    odds = [log_odds(replace(found, left=side, right=side), 0.30) for side in (covered, misplaced)]
+    assert odds[0] > odds[1] + 2.0
+
+
+def test_a_size_that_is_not_sure_says_less_for_the_target() -> None:
+    pair = pair_of([disc((0.1, 0.1, 7.0))])
+    (found, *_) = pairings(find_discs(pair.left), find_discs(pair.right), CAMERA, 0.30)
+    unsure = replace(found.circle, radius_m=0.15, covariance=found.circle.covariance + np.diag([0, 0, 0, 0.03**2]))
+    sure = replace(found.circle, radius_m=0.15)
+    odds = [log_odds(replace(found, circle=circle), 0.30) for circle in (sure, unsure)]
+    assert odds[0] > odds[1] + 1.0
 
 
 def test_a_half_disc_of_the_told_width_is_not_the_target() -> None:
