@@ -32,7 +32,7 @@ EDGE_PX = 6.0
 """A matcher's answer this near a border may be the neighbour's; further off it means what it says."""
 OFF_PLANE_PX = 1.5
 HIDDEN_SHARE = 0.12
-LEAK_PX, SLANT_PX = 0.5, 9.0
+LEAK_PX, SLANT_PX = 0.25, 4.5
 """What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border; and
 what it carries the more where the face's own disparity changes from pixel to pixel: each photo foreshortens it else."""
 BORDERS_PX, NARROW_PX = (2, 3), 90
