@@ -17,6 +17,7 @@ _TONE = 1.8
 _JPEG_BLUR_PX = 1.0  # brightness is blurred as colour is, so that both pass one half in one place
 MARGIN = -0.3
 """Of a conic's value: blur at the outline doesn't reach so far in."""
+_DEEP = -0.6  # likewise: a dark disc's rim before bright sky is paler, and nothing covers it
 NOTHING_RED = 0.5  # of the inside's redness: half-way to a cover that has none
 _PALER = 0.6  # of the inside's redness: noise makes no more than a few pixels so pale
 _LEAST_COVERED = 0.03  # of the inside
@@ -94,9 +95,10 @@ def inside_of(patch: Patch, ellipse: Ellipse) -> Inside:
     value = conic_value(patch.red.shape, patch.corner, ellipse)
     inside = patch.red[value < MARGIN]
     typical = float(np.median(inside)) if inside.size else 0.0
-    paler = inside[inside < _PALER * typical]
-    is_covered = paler.size > _LEAST_COVERED * inside.size
-    cover = float(np.quantile(paler, 0.25)) / typical if is_covered else 0.0
+    deep = patch.red[value < _DEEP]
+    paler = deep[deep < _PALER * typical]
+    is_covered = paler.size > _LEAST_COVERED * deep.size
+    cover = float(np.median(paler)) / typical if is_covered else 0.0
     return Inside(value=value, typical=typical, least=NOTHING_RED * (1.0 + cover))
 
 

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.vision.circle import fit_circle
 from asbuilt_bim.vision.ellipse import Ellipse, fit_ellipse, robust_ellipse
 from asbuilt_bim.vision.target import TargetOptions, find_target
@@ -140,9 +141,19 @@ def test_a_bar_across_a_disc_leaves_it_measured_and_a_bar_printed_on_it_does_not
 def test_a_narrow_reddish_bar_before_a_blurred_disc_is_not_taken_for_a_print_on_it() -> None:
     bar = rectangle((0.3, 0.2, 5.6), 0.05, 0.8, bgr=(36, 40, 58))
     pair = pair_of([disc((0.3, 0.2, 5.7), bgr=(15, 12, 100)), bar], ground=170.0)
-    blurred = {side: cv2.GaussianBlur(getattr(pair, side), None, 2.2) for side in ("left", "right")}
-    sighting, _ = find_target(replace(pair, **blurred), TOLD)
+    sighting, _ = find_target(_blurred(pair), TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(5.7, rel=0.01)
+
+
+def test_a_dark_leaning_disc_whose_rim_is_pale_with_blur_has_no_cover() -> None:
+    pair = pair_of([disc((0.3, 0.2, 6.2), bgr=(14, 10, 70), yaw_deg=58.0)], ground=215.0)
+    sighting, _ = find_target(_blurred(pair), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(6.2, rel=0.01)
+
+
+def _blurred(pair: RectifiedPair) -> RectifiedPair:
+    photos = {side: cv2.GaussianBlur(getattr(pair, side), None, 2.2) for side in ("left", "right")}
+    return replace(pair, **photos)
 
 
 def test_the_told_diameter_decides_between_two_discs_and_the_other_is_named() -> None:
