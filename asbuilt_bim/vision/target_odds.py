@@ -36,8 +36,9 @@ ANSWERS = (
 )
 WEIGHTS = (0.32, -0.5, -1.3, -1.5, -1.2, -1.1, 12.5, -0.85, -1.0)
 """Those of edges elsewhere were parted on some 800 pairs (seeds 60 to 64, 80, 82 and 1300): counted, by -0.3 to -0.9
-and -0.9 to -2.0; between them the fewest were missed or wrong. A size that is sure says more than one that isn't: were
-all sizes as likely for other things, just by this logarithm (counted -1.1)."""
+and -0.9 to -2.0; between them the fewest were missed or wrong. The few recorded things (seeds 70, 71) alone say -1.0
+and -0.5: it isn't settled. A size that is sure says more than one that isn't: were
+all sizes as likely for other things, just by this logarithm (counted -1.1 to -1.6)."""
 BASE = -14.0
 """The logarithm of the odds of what answers nothing. Counted it was -16.3; edges that are placed in two passes answer
 more strictly: discs' odds fell by about 1, other things' by 3 (some 50 of the same pairs), and the limit lies between.
