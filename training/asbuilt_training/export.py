@@ -15,7 +15,8 @@ import torch
 import yaml
 from torch import nn
 
-from asbuilt_training.folded import RelativeDepth, Segmenter, folded
+from asbuilt_training.folded import RelativeDepth, Segmenter, folded, rounded
+from asbuilt_training.half_size import store_in_half
 from asbuilt_training.model import MEAN, STD, ConcreteNet
 from asbuilt_training.model_card import model_card
 from asbuilt_training.samples import OFFSET_UNIT_PX
@@ -101,18 +102,19 @@ def write_depth(net: RelativeDepth, out: Path) -> None:
 
 
 def write_onnx(net: nn.Module, path: Path, inputs: dict[str, torch.Tensor], outputs: list[str]) -> None:
-    """Write a network with fixed shapes, and check that ONNX Runtime answers as PyTorch does.
+    """Write a network with fixed shapes and weights of 16 bits, and check that ONNX Runtime answers as PyTorch does.
 
     Raises:
         ValueError: it doesn't, by more than `TOLERANCE`.
     """
-    net = net.eval().to(memory_format=torch.contiguous_format)  # type: ignore[call-overload]
+    net = rounded(net).eval().to(memory_format=torch.contiguous_format)  # type: ignore[call-overload]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the newer exporter can't write this opset
         torch.onnx.export(
             net, tuple(inputs.values()), str(path), opset_version=OPSET, dynamo=False,
             input_names=list(inputs), output_names=outputs,
         )  # fmt: skip
+    store_in_half(path)
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     answers = session.run(outputs, {name: value.numpy() for name, value in inputs.items()})
     with torch.no_grad():

@@ -9,10 +9,13 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+import onnx  # noqa: E402
 from asbuilt_bim.vision.networks.kinds import NetworkDepth, load  # noqa: E402
+from onnx import numpy_helper  # noqa: E402
 
 from asbuilt_training.export import CLASSES, write_depth, write_segmenter  # noqa: E402
-from asbuilt_training.folded import RelativeDepth, Segmenter, folded, read_segmenter  # noqa: E402
+from asbuilt_training.folded import RelativeDepth, Segmenter, folded, read_segmenter, rounded  # noqa: E402
+from asbuilt_training.half_size import store_in_half  # noqa: E402
 from asbuilt_training.model import ConcreteNet  # noqa: E402
 from asbuilt_training.model_card import model_card  # noqa: E402
 
@@ -40,14 +43,26 @@ def test_both_files_are_written_small_and_come_back(tmp_path: Path) -> None:
     whole = folded(_net())
     write_segmenter(Segmenter(whole), tmp_path, "concrete", CLASSES)  # checks the answers itself
     write_depth(RelativeDepth(whole), tmp_path)
-    assert max(path.stat().st_size for path in tmp_path.glob("*.onnx")) < 20e6
+    weights = sum(parameter.numel() for parameter in Segmenter(whole).parameters())
+    assert (tmp_path / "concrete.onnx").stat().st_size < 2.5 * weights  # 16 bits a weight, and the graph
     again = read_segmenter(tmp_path / "concrete.onnx").eval()
     image, geometry = torch.randn(1, 3, 64, 96), torch.randn(1, 5, 64, 96)
     with torch.no_grad():
-        for one, other in zip(again(image, geometry), Segmenter(whole)(image, geometry), strict=True):
+        for one, other in zip(again(image, geometry), rounded(Segmenter(whole))(image, geometry), strict=True):
             assert torch.equal(one, other)
     with pytest.raises(ValueError, match="another network"):
         read_segmenter(tmp_path / "depth.onnx")
+
+
+def test_weights_that_16_bits_cannot_hold_are_not_stored_in_them(tmp_path: Path) -> None:
+    whole = folded(_net())
+    write_segmenter(Segmenter(whole), tmp_path, "concrete", CLASSES)
+    model = onnx.load(tmp_path / "concrete.onnx")
+    wide = next(one for one in model.graph.initializer if one.name == "logits.out.weight")
+    wide.CopyFrom(numpy_helper.from_array(np.full(numpy_helper.to_array(wide).shape, 0.1, np.float32), wide.name))
+    onnx.save(model, tmp_path / "wide.onnx")
+    with pytest.raises(ValueError, match=r"logits.out.weight holds numbers that 16 bits can't"):
+        store_in_half(tmp_path / "wide.onnx")
 
 
 def test_the_package_reads_the_cards(tmp_path: Path) -> None:
