@@ -69,3 +69,13 @@ def test_a_handful_of_matches_says_nothing() -> None:
     left, right = seen(own, count=12)
     matches, camera = matched(own, right, left)
     assert swapped_rejection("station G1", matches, own, camera) is None
+
+
+@pytest.mark.parametrize("turn_rad", [0.0, -0.03, 0.03])
+def test_cameras_that_are_alike_fit_both_ways_round_so_rows_alone_prove_nothing(turn_rad: float) -> None:
+    """A rig of two equal, parallel cameras keeps its rows when the photos are exchanged, or one camera is turned."""
+    one = rig().left
+    own = replace(rig(), right=one, right_from_left=rigid([0.0, 0.0, 0.0], [-0.25, 0.0, 0.0]))
+    turned = rigid([0.0, turn_rad, 0.0], [0.0, 0.0, 0.0]) @ own.right_from_left
+    matches, camera = matched(own, *seen(replace(own, right_from_left=turned)))
+    assert swapped_rejection("station G1", matches, own, camera) is None
