@@ -110,7 +110,8 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
     if not np.isfinite(face.area_m2) or face.area_m2 < options.least_area_m2:
         return
     station = face.face_id.rsplit("/", 1)[0]
-    what = f"station {station}, a {face.label}'s face left out ({face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
+    own = f"{station}/x{len(rejections) + 1}"  # a number of its own: the next face that is kept has that of this one
+    what = f"face {own} ({face.label}, {face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
     share = face.area_sigma_m2 / face.area_m2
     reason = ("", "", "")
     if face.width_px < options.least_width_px:

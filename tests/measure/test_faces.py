@@ -18,6 +18,7 @@ from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.refine import pictures, refine_plane
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces, thumbnail
+from asbuilt_bim.report.tables import subject_of
 from asbuilt_bim.vision.geometric import segment_scene
 from asbuilt_bim.vision.scene import read_scene
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map, grey
@@ -157,7 +158,14 @@ def test_what_is_too_narrow_is_named_and_left_out() -> None:
     strict = FaceOptions(least_width_px=60.0)
     kept = measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), strict)
     assert all(face.width_px >= 60.0 for face in kept.faces)
-    assert any(rejection.reason == "too narrow" and rejection.limit == "60 px" for rejection in kept.rejections)
+    narrow = [one for one in kept.rejections if one.reason == "too narrow"]
+    assert narrow
+    assert {one.limit for one in narrow} == {"60 px"}
+    # the report tells by this that a face was left out, and not its station; no face that was kept has its number
+    assert {subject_of(one) for one in narrow} == {("face", pair.name)}
+    named = {one.what.split()[1] for one in narrow}
+    assert len(named) == len(narrow)
+    assert named.isdisjoint(face.face_id for face in kept.faces)
 
 
 def test_the_thumbnail_is_a_jpeg_without_exif() -> None:
