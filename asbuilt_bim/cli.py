@@ -175,7 +175,13 @@ def ifcpatch_dir() -> None:
 @click.argument("right", type=_FILE)
 @click.option("--rig", type=_FILE, required=True, metavar="RIG.yaml", help="The rig that took the photos.")
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
-@click.option("--target-diameter", type=click.FloatRange(0.05, 2.0), default=None, metavar="METRES")
+@click.option(
+    "--target-diameter",
+    type=click.FloatRange(0.05, 2.0),
+    default=None,
+    metavar="METRES",
+    help="The red disc's, as measured on it; without it the disc says nothing of the scale.",
+)
 @click.option("--no-target", is_flag=True, help="Go on without a red disc: nothing then checks the scale.")
 @click.option("--refine-rig", is_flag=True, help="Where the rig has moved: use it as these photos show it.")
 @click.option("--masks", type=_FILE, default=None, help="PNG of labels, COCO JSON or clicked polygons of LEFT.")
@@ -184,7 +190,12 @@ def ifcpatch_dir() -> None:
 @click.option("--depth-network", default="", metavar="CARD", help="Card for relative depth, bundled, or plugin:NAME.")
 @click.option("--method", type=click.Choice(["default", "paper"]), default="default", help="paper: as published.")
 @click.option("--depth", type=click.Choice(["stereo", "paper", "fused"]), default=None, help="The depth map to take.")
-@click.option("--inversion", type=click.Choice(["complement", "reciprocal"]), default="complement")
+@click.option(
+    "--inversion",
+    type=click.Choice(["complement", "reciprocal"]),
+    default="complement",
+    help="How --method paper turns relative depth round.",
+)
 @click.pass_context
 def measure(context: click.Context, /, **options: Any) -> None:
     """Measure the walls and columns of one photo pair, LEFT and RIGHT, without any IFC file."""
