@@ -37,7 +37,8 @@ def app(context: click.Context, debug: bool) -> None:
     """Know from photographs what has been built: as-built areas and progress of concrete walls and columns.
 
     Exit codes: 0 a result was written (stations that were left out are named), 1 it failed and says why
-    (with --strict also where a station was left out), 2 the command line is wrong.
+    (also where not one station of the visit could be used; with --strict where one was left out), 2 the
+    command line is wrong.
     """
     context.obj = debug
 
@@ -104,6 +105,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
 @click.option("--check-right", type=_FILE, metavar="PHOTO", help="And in the right one.")
+@click.option("--replace", is_flag=True, help="Write over RIG.yaml where it is there.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def calibrate(context: click.Context, /, **options: Any) -> None:

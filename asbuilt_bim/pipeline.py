@@ -15,6 +15,7 @@ from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.missing_files import refuse_missing
 from asbuilt_bim.options import Options
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
@@ -80,9 +81,10 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     which everything is as the visits before left it.
 
     Raises:
-        AsBuiltError: the IFC, the rig, the boards or the survey can't be used.
+        AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used.
     """
     watch = Stopwatch()
+    refuse_missing(project)
     with watch.step("read the IFC"):
         design = read_design(project.ifc, project.scope)
         if project.schedule is not None:

@@ -136,6 +136,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         if reason := safe_name(name):  # it becomes a folder's name
             checker.problems.add(f"writers[{index}]", reason)
     _check_dates(written.visits, checker.problems)
+    _check_photos(visits, checker.problems)
     return Project(
         path=path,
         name=written.name,
@@ -224,6 +225,18 @@ def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:
         if visit.date in seen:
             problems.add(f"visits[{index}].date", f"{visit.date} is the date of visits[{seen[visit.date]}] too")
         seen.setdefault(visit.date, index)
+
+
+def _check_photos(visits: list[Visit], problems: Problems) -> None:
+    """A photo belongs to one station; the same picture in two files is found when they are read (`same_photos`)."""
+    seen: dict[Path, str] = {}
+    for number, visit in enumerate(visits):
+        for index, station in enumerate(visit.stations):
+            for side, path in (("left", station.left), ("right", station.right)):
+                at = f"visits[{number}].stations[{index}]"
+                if seen.get(path, at) != at:
+                    problems.add(f"{at}.{side}", f"is a photo of {seen[path]} too; a photo belongs to one station")
+                seen.setdefault(path, at)
 
 
 def _message(path: Path, found: list[Problem], lines: dict[str, int]) -> str:

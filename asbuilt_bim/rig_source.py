@@ -16,6 +16,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import CalibrationError, PhotoError
 from asbuilt_bim.project import Project
+from asbuilt_bim.project_file import BoardsFile
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.stations import Progress
 from asbuilt_bim.version_info import library_versions, measuring_code_digest
@@ -47,7 +48,12 @@ def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration
         raise CalibrationError(
             f"{project.path}: rig.boards and rig.control_points are not given, so there is nothing to calibrate from"
         )
-    board = Board(
+    return calibrate_pairs(_photos(project), project_board(boards), boards.distortion, cache, progress)
+
+
+def project_board(boards: BoardsFile) -> Board:
+    """Return the board that a project's calibration photos show."""
+    return Board(
         kind=boards.kind,
         columns=boards.columns,
         rows=boards.rows,
@@ -55,7 +61,6 @@ def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration
         marker_m=boards.marker_m or 0.0,
         dictionary=boards.dictionary or "",
     )
-    return calibrate_pairs(_photos(project), board, boards.distortion, cache, progress)
 
 
 def calibrate_pairs(

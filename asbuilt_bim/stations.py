@@ -24,6 +24,7 @@ from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.rig_watch import Outcome, WatchedVisit, watch_rig, watch_scale
+from asbuilt_bim.same_photos import same_photos
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
@@ -108,7 +109,10 @@ def measure_visit(
     The stations' photos together judge the rig: where it was knocked, the stations are refused, or measured again with
     a refined rig where the project asks for that. Its scale is held against the target, the prints and the survey.
     """
-    outcomes, known = _measured(visit.stations, f"measure {visit.date.isoformat()}", project, rig, place, progress)
+    doubled = same_photos(project, visit)
+    own = [station for station in visit.stations if station.name not in doubled]
+    outcomes, known = _measured(own, f"measure {visit.date.isoformat()}", project, rig, place, progress)
+    outcomes |= {name: RejectedStation(station=name, rejections=(reason,)) for name, reason in doubled.items()}
 
     def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
         stations = [station for station in visit.stations if station.name in names]

@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.yaml_words import character_words, yaml_words
 
 MAX_BYTES = 1_000_000
 """A project file of a thousand stations is about 150 kB; more than this is no project file."""
@@ -57,7 +58,17 @@ def _unknown_tag(loader: _StrictLoader, node: yaml.Node) -> object:
     )
 
 
+def _date(loader: _StrictLoader, node: yaml.ScalarNode) -> object:
+    try:
+        return loader.construct_yaml_timestamp(node)
+    except ValueError as problem:
+        raise yaml.constructor.ConstructorError(
+            None, None, f"{node.value} is no day of the calendar ({problem})", node.start_mark
+        ) from problem
+
+
 _StrictLoader.add_constructor(None, _unknown_tag)
+_StrictLoader.add_constructor("tag:yaml.org,2002:timestamp", _date)
 
 
 def read_yaml(path: Path) -> YamlDocument:
@@ -84,10 +95,9 @@ def parse_yaml(text: str, path: Path) -> YamlDocument:
         lines: dict[str, int] = {}
         _note_lines(node, "", lines)
     except yaml.MarkedYAMLError as problem:
-        mark = problem.problem_mark or problem.context_mark
-        where = f", line {mark.line + 1}" if mark else ""
-        what = problem.problem or problem.context or "not YAML"
-        raise ProjectError(f"{path}{where}: {what}") from problem
+        raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
+    except yaml.reader.ReaderError as problem:
+        raise ProjectError(f"{path}{character_words(problem, text)}") from problem
     except (yaml.YAMLError, ValueError) as problem:
         raise ProjectError(f"{path}: not YAML: {str(problem).splitlines()[0]}") from problem
     except RecursionError as problem:

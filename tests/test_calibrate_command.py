@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,10 @@ def invoke(photos: Path, *arguments: object, board: str = BOARD) -> Result:
 
 def test_boards_in_a_folder_give_a_rig_a_page_and_a_known_length(photos: Path, tmp_path: Path) -> None:
     out, page = tmp_path / "rig.yaml", tmp_path / "calibration.html"
-    second = ["--check-board", BOARD, "--check-left", photos / "left_01.jpg", "--check-right", photos / "right_01.jpg"]
+    for side in ("left", "right"):  # the same print taken once more
+        shutil.copy(photos / f"{side}_01.jpg", tmp_path / f"check_{side}.jpg")
+    second = ["--check-board", BOARD, "--check-left", tmp_path / "check_left.jpg"]
+    second += ["--check-right", tmp_path / "check_right.jpg"]
     result = invoke(photos, "--out", out, "--report", page, *second)
     assert result.exit_code == 0, result.output
     assert read_rig(out).baseline_m == pytest.approx(0.2, rel=0.003)
@@ -57,6 +61,26 @@ def test_a_rig_whose_scale_is_off_is_refused_and_not_written(photos: Path, tmp_p
     result = invoke(photos, "--out", out, *second, board="chessboard,9x6,0.062")
     assert result.exit_code == 1 and "the rig's scale is off" in result.stderr.replace("\n", " ")
     assert not out.exists()
+
+
+def test_a_pair_and_squares_of_the_calibrations_own_prove_no_scale_and_are_refused(
+    photos: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "rig.yaml"
+    own = ["--check-board", BOARD, "--check-left", photos / "left_01.jpg", "--check-right", photos / "right_01.jpg"]
+    result = invoke(photos, "--out", out, *own)
+    assert result.exit_code == 1 and "it fits whatever they are" in result.stderr.replace("\n", " ")
+    assert not out.exists()
+
+
+def test_a_rig_that_is_there_is_only_written_over_when_asked_to(photos: Path, tmp_path: Path) -> None:
+    out = tmp_path / "rig.yaml"
+    out.write_text("the rig of last month", encoding="utf-8")
+    refused = invoke(photos, "--out", out)
+    assert refused.exit_code == 1 and "a rig is there already" in refused.stderr.replace("\n", " ")
+    assert out.read_text(encoding="utf-8") == "the rig of last month"
+    assert invoke(photos, "--out", out, "--replace").exit_code == 0
+    assert read_rig(out).baseline_m == pytest.approx(0.2, rel=0.003)
 
 
 def test_a_rig_for_ros_is_two_files_and_they_are_named(photos: Path, tmp_path: Path) -> None:
@@ -90,7 +114,7 @@ def test_what_cannot_be_read_from_the_command_line_is_named(photos: Path, tmp_pa
     assert board.exit_code == 1 and "expected chessboard,COLUMNSxROWS,SQUARE_M" in board.stderr.replace("\n", " ")
     same = invoke(photos, "--out", out, "--report", out)
     assert same.exit_code == 1 and "can't be one file" in same.stderr.replace("\n", " ")
-    over = invoke(photos, "--out", photos / "left_01.jpg")
+    over = invoke(photos, "--out", photos / "left_01.jpg", "--replace")
     assert over.exit_code == 1 and "is read for this calibration" in over.stderr.replace("\n", " ")
     nothing = CliRunner().invoke(
         app, ["calibrate", "--left", "none_*.jpg", "--right", "no_*.jpg", "--board", BOARD, "--out", str(out)]

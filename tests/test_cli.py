@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,9 +14,13 @@ import yaml
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.cli import app
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.project import Visit
 from asbuilt_bim.terminal.screen import Screen
+from asbuilt_bim.terminal.warned import warn_of_visit
 from tests.ifc.models import ModelBuilder
 from tests.project_folder import plain, write_project
+from tests.report.sample_report import sample_report
 from tests.site_fixture import contents, rig_file, site, small_project, write
 
 OUTPUTS = ("result.json", "report.html", "quantities.csv", "quantities.xlsx", "design.asbuilt.ifc", "current.json")
@@ -166,12 +171,23 @@ def test_a_station_left_out_is_named_loudly_and_strict_makes_it_an_error(project
 def test_a_visit_without_one_good_station_still_gives_a_report(project: Path, tmp_path: Path) -> None:
     shutil.copytree(project.parent, tmp_path / "p", ignore=shutil.ignore_patterns("out", "photos"))
     result = invoke("run", tmp_path / "p/project.yaml", "--out", tmp_path / "out", "--workers", 1)
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == 1, result.output
     assert "NOT ONE station could be used" in result.stderr
+    assert "the report holds what was known before" in result.stderr
+    assert "No element was seen late" not in result.stdout
     document = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))
     assert {element["state"] for element in document["elements"]} == {"unknown"}
     assert {element["completion"]["best"] for element in document["elements"]} == {None}
     assert document["whole"]["completion"]["upper"] == 1.0
+
+
+def test_what_is_wrong_with_the_whole_visit_is_said_once_and_quiet_or_not(capsys: pytest.CaptureFixture[str]) -> None:
+    doubt = Rejection(what="rig's scale", reason="known lengths come out wrong")
+    report = replace(sample_report(), rejections=(doubt, Rejection(what="face A1/2", reason="too narrow")))
+    visit = Visit(date=report.visit_date, stations=())
+    warn_of_visit(visit, report, Screen(quiet=True))
+    told = capsys.readouterr().err
+    assert f"visit {report.visit_date}: rig's scale: known lengths come out wrong" in told and "too narrow" not in told
 
 
 def test_a_wrong_project_file_is_an_error_with_every_mistake(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import asbuilt_bim
 
 PACKAGE = Path(asbuilt_bim.__file__).parent
 LEVEL = {
-    **dict.fromkeys(["errors", "version", "schemas_dir", "strict_yaml", "structure", "plugins"], 0),
+    **dict.fromkeys(["errors", "version", "schemas_dir", "strict_yaml", "yaml_words", "structure", "plugins"], 0),
     "geometry": 1,
     "camera": 2,
     "bim": 2,
@@ -40,7 +40,7 @@ CONFINED = {
     "jsonschema": ["report/", "camera/rig_file.py"],
     "click": ["cli.py"],
     "rich": ["terminal/"],
-    "yaml": ["strict_yaml.py", "camera/"],
+    "yaml": ["strict_yaml.py", "yaml_words.py", "camera/"],
     "distributed": ["scale/executor.py"],
     "cattrs": ["scale/codec.py", "report/"],
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.strict_yaml import MAX_BYTES, read_yaml
+from asbuilt_bim.strict_yaml import MAX_BYTES, parse_yaml, read_yaml
 
 
 def written(tmp_path: Path, data: str | bytes) -> Path:
@@ -58,7 +58,7 @@ def test_an_alias_bomb_is_refused_at_once(tmp_path: Path) -> None:
     [
         (b"PK\x03\x04rest", "zip archive"),
         (b"name: S\xfcd\n", "not UTF-8"),
-        (b"a: \x00\n", "not YAML"),
+        (b"a: 1\nb: \x00\n", r"line 2: holds a character that no text has \(U\+0000\)"),
         (b"# " + b"x" * MAX_BYTES, "larger than"),
     ],
 )
@@ -77,3 +77,25 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
         read_yaml(tmp_path / "none.yaml")
     with pytest.raises(ProjectError, match="is a folder"):
         read_yaml(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("a: 1\nb: 2\n c: 3\n", r"line 3 \(c: 3\): a key can't stand here: indent"),
+        ("name: Site: north\n", r"line 1 \(name: Site: north\): .* in quotes"),
+        ("v:\n  - s:\n      - n: 1\n     - n: 2\n", "line 4 .*indented otherwise .* begin in line 2"),
+        ("a:\n\tb: 2\n", "line 2 .*holds a tab; indent with spaces"),
+        ("a: [1, 2\nb: 3\n", "line 2 .*bracket that was opened in line 1 isn't closed by ]"),
+        ('a: "x\nb: 3\n', "a quote that was opened in line 1 is never closed"),
+        ("a: 1\nb 2\nc: 3\n", "'key: value' is expected in line 2"),
+        ("a: @x\n", "can't begin with @"),
+        ('a: "C:\\photos"\n', "write / in paths"),
+        ("a: 1\n---\nb: 2\n", "line 2 .*a second document"),
+        ("x: 1\ndate: 2026-02-30\n", "line 2: 2026-02-30 is no day of the calendar"),
+        ("date: 2026-03-02 25:00:00\n", "line 1: .* is no day of the calendar"),
+    ],
+)
+def test_a_slip_of_the_pen_is_named_by_its_line_and_in_plain_words(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(ProjectError, match=says):
+        parse_yaml(text, tmp_path / "project.yaml")

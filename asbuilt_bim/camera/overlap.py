@@ -144,7 +144,7 @@ def _behind(what: str, matches: PairMatches) -> Rejection | None:
     rises = float(down @ (disparity - disparity.mean())) > _UPRIGHT * float(np.linalg.norm(down)) * float(
         np.linalg.norm(disparity - disparity.mean())
     )
-    reason, remedy = "left and right look swapped", "exchange left and right of this station in the project file"
+    reason, remedy = "left and right look swapped", "exchange the left and the right photo"
     if rises:
         reason, remedy = "the rig was knocked: its right camera was turned outwards", "calibrate the rig again"
     return Rejection(

@@ -45,11 +45,9 @@ def read_photo(path: Path) -> Photo:
             raise PhotoError(f"photo {path}: {path.stat().st_size / 1e6:.0f} MB is no photo of a station")
         data = path.read_bytes()
     except FileNotFoundError:
-        raise PhotoError(
-            f"photo {path}: there is no such file; copy it there, or correct the path in the project file"
-        ) from None
+        raise PhotoError(f"photo {path}: there is no such file; copy it there, or correct the path") from None
     except IsADirectoryError:
-        raise PhotoError(f"photo {path}: this is a folder; name the picture file in the project file") from None
+        raise PhotoError(f"photo {path}: this is a folder; name the picture file") from None
     except OSError as error:
         raise PhotoError(
             f"photo {path}: it can't be read ({error.strerror or error}); check the file's rights and the disk"

@@ -78,7 +78,7 @@ def _camera(photo: Photo, rig: StereoRig, side: Side) -> list[Rejection]:
                 reason="left and right are swapped: it was taken by the rig's other camera",
                 value=f"serial {found}",
                 limit=f"serial {own} on the {side}",
-                remedy="exchange left and right of this station in the project file",
+                remedy="exchange the left and the right photo",
             )
         ]
     return [_other_camera(photo, f"serial {found}", f"serial {own}")]

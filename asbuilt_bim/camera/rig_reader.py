@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from asbuilt_bim.camera.formats import Foreign, is_opencv, opencv_rig, opencv_text
 from asbuilt_bim.camera.kalibr import camchain_rig, camchain_text, euroc_rig, is_camchain, is_euroc
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_file import own_rig, rig_problems, rig_text
+from asbuilt_bim.camera.rig_file import FORMAT, own_rig, rig_problems, rig_text
 from asbuilt_bim.camera.rig_text import Plain, read_document
 from asbuilt_bim.camera.ros import is_camera_info, ros_rig, ros_texts
 from asbuilt_bim.errors import OutputError, RigError
@@ -38,6 +38,9 @@ def read_rig(path: Path | str, second: Path | str | None = None, foreign: Foreig
 
 def _rig(documents: list[Plain], where: str, foreign: Foreign) -> StereoRig:
     first, second = documents[0], documents[1] if len(documents) > 1 else None
+    kind = str(first.get("format", "")) if isinstance(first, Mapping) else ""
+    if kind.startswith("asbuilt-bim/") and kind != FORMAT:
+        raise RigError(f"{where}: this is no rig but a file of the kind {kind:.40}; name the rig that was calibrated")
     if is_camera_info(first) and is_camera_info(second):
         return ros_rig(first, second, where)
     if is_euroc(first) and is_euroc(second):

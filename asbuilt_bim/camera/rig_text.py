@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import yaml
 
 from asbuilt_bim.errors import RigError
+from asbuilt_bim.yaml_words import yaml_words
 
 MAX_BYTES = 200_000
 """A rig is a page of numbers, 10 kB; a megabyte of YAML takes half a minute to read."""
@@ -57,11 +58,14 @@ def read_document(path: Path) -> Plain:
 
 
 def _yaml(text: str, path: Path) -> Plain:
-    text = _DIRECTIVE.sub("", text)  # OpenCV writes %YAML:1.0, which no YAML reader knows
+    text = _DIRECTIVE.sub("\n", text)  # OpenCV writes %YAML:1.0, which no YAML reader knows
     try:
         _look_through(text, path)
         loader = _Loader(text)
         return loader.get_single_data()
+    except yaml.MarkedYAMLError as error:
+        words = yaml_words(error, text)
+        raise RigError(f"rig file {path}: it is not plain YAML{words}; mend it, or calibrate again") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         lines = str(error).splitlines() or [type(error).__name__]
         raise RigError(

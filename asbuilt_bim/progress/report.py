@@ -249,3 +249,8 @@ class ProgressReport:
     provenance: Provenance | None = None  # the edge fills it in
     schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
+
+    @property
+    def nothing_seen(self) -> bool:
+        """Say whether not one station of the visit counts: all that is told is what was known before."""
+        return not any(station.world_from_left is not None for station in self.stations)

@@ -14,7 +14,9 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import UNIT_MISTAKES
+from asbuilt_bim.register.print_shape import UNIT_MISTAKES
+
+Kind = Literal["target's diameter", "markers' size", "markers' distances"]
 
 SCALE_LIMIT = 0.03
 """Of a length, 6 % of an area: more than discs and prints are ever off by, all the same way."""
@@ -22,11 +24,14 @@ DOUBT_LIMIT = 0.015
 SIGNIFICANT = 4.0
 KNOWN_TO = {"target's diameter": 0.01, "markers' size": 0.01, "markers' distances": 0.003}
 """What a length is made or surveyed to, relative; common to all of its kind, so that it doesn't average out."""
+_TOLD_BY: dict[Kind, str] = {
+    "target's diameter": "target.diameter_m",
+    "markers' size": "markers.size_m",
+    "markers' distances": "the survey (markers.survey)",
+}
 _LEAST_SPACING_M = 0.5
 _UNIT_SHARE = 0.04
 _TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radius of ten
-
-Kind = Literal["target's diameter", "markers' size", "markers' distances"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +103,15 @@ def doubt_rejection(what: str, verdict: ScaleVerdict) -> Rejection | None:
         what=what,
         reason=f"known lengths come out wrong: {named}" + (f"; others don't: {others}" if others else ""),
         limit=f"{100 * DOUBT_LIMIT:g} %",
-        remedy="measure the disc and the prints; if they are right, calibrate the rig again",
+        remedy=_doubt_remedy(off, verdict),
     )
+
+
+def _doubt_remedy(off: Sequence[ScaleOfKind], verdict: ScaleVerdict) -> str:
+    """One kind alone against others that agree: what was told of it is wrong, and the rig isn't."""
+    if len(off) == 1 and len(verdict.kinds) > 1:
+        return f"the rig is right by the others: measure again and correct {_TOLD_BY[off[0].kind]}"
+    return "measure the disc and the prints; if they are right, calibrate the rig again"
 
 
 def _diameters(evidence: Sequence[ScaleEvidence], diameter_m: float | None) -> ScaleOfKind | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,24 +14,9 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import Rejection, SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.register.pose import SurveyedMarker
-
-CORNERS = ("top-left", "top-right", "bottom-right", "bottom-left")
-"""The corners of a print, in the order of `SurveyedMarker.corners_m`."""
+from asbuilt_bim.register.print_shape import CORNERS, UNIT_MISTAKES, print_faults
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
-
-UNIT_MISTAKES = {
-    1000.0: "millimetres",
-    100.0: "centimetres",
-    1.0 / 0.3048: "feet",
-    1.0 / 0.0254: "inches",
-    0.001: "kilometres",
-}
-"""What the side's length says when it is this many times the print's size in metres."""
-
-SHAPE_SHARE = 0.05
-SHAPE_M = 0.010
-"""A print is square: sides and diagonals differ by no more than this, whichever is larger."""
 
 FAR_M = 200.0
 """A marker further than this from the building is not on its site."""
@@ -68,10 +53,8 @@ def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMark
             problems.append(f"marker {marker_id}: {', '.join(missing)} missing")
             continue
         xyz = np.array([corners[name].xyz_m for name in CORNERS])
-        fault = _shape_fault(xyz, size_m)
-        if fault:
-            problems.append(f"marker {marker_id}: {fault}")
         markers.append(SurveyedMarker(marker_id=marker_id, corners_m=frozen(xyz), sigma_m=sigma_m))
+    problems += print_faults({marker.marker_id: marker.corners_m for marker in markers}, size_m)
     if not problems and not markers:
         problems.append("it holds no marker; give four corners for each marker")
     if problems:
@@ -183,34 +166,6 @@ def _number(text: str) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _shape_fault(xyz: FloatArray, size_m: float) -> str:
-    sides = np.linalg.norm(np.roll(xyz, -1, axis=0) - xyz, axis=1)
-    side = float(np.mean(sides))
-    if side <= 0.0:
-        return "its corners lie in one place"
-    for factor, unit in UNIT_MISTAKES.items():
-        if abs(side / (size_m * factor) - 1.0) < SHAPE_SHARE:
-            return (
-                f"its side is {side:g} m where the print is {size_m:g} m: the survey looks like {unit}; "
-                "give it in metres"
-            )
-    allowed = max(SHAPE_SHARE * side, SHAPE_M)
-    diagonals = np.linalg.norm(xyz[2:] - xyz[:2], axis=1) / np.sqrt(2.0)
-    worst = float(np.max(np.abs(np.concatenate([sides, diagonals]) - side)))
-    if worst > allowed:
-        return (
-            f"its corners are no square in the order {', '.join(CORNERS)}: sides {_list(sides)} m, "
-            f"off by {worst:.3f} m (limit {allowed:.3f} m)"
-        )
-    normal = np.cross(xyz[2] - xyz[0], xyz[3] - xyz[1])
-    warp = float(abs((xyz[1] - xyz[0]) @ normal) / np.linalg.norm(normal))
-    if warp > allowed:
-        return f"its corners lie in no plane: {warp:.3f} m off (limit {allowed:.3f} m)"
-    if abs(side - size_m) > max(SHAPE_SHARE * size_m, SHAPE_M):
-        return f"its side is {side:.3f} m where the print is {size_m:.3f} m; check markers.size_m, or the survey"
-    return ""
-
-
 def _offset_hint(survey: Sequence[SurveyedMarker], low: FloatArray, high: FloatArray) -> str:
     middle = np.mean([m.corners_m.mean(axis=0) for m in survey], axis=0)
     target = 0.5 * (low + high)
@@ -219,10 +174,6 @@ def _offset_hint(survey: Sequence[SurveyedMarker], low: FloatArray, high: FloatA
         if np.all(np.abs(scaled - target) < FAR_M) and not np.all(np.abs(middle - target) < FAR_M):
             return f"; the numbers look like {unit}"
     return ""
-
-
-def _list(values: Iterable[float]) -> str:
-    return ", ".join(f"{value:.3f}" for value in values)
 
 
 def _xyz(point: FloatArray) -> str:

@@ -95,6 +95,8 @@ def late_words(report: ProgressReport) -> str:
         return ""
     late, unknown = late_rows(report), due_but_unknown(report)
     more = f"; {unknown} more should stand, and too little was seen of them to say" if unknown else ""
+    if not late and report.nothing_seen:
+        return f"Nothing was seen at this visit, so nothing says whether an element is late{more}."
     if not late:
         return f"No element was seen late{more}."
     days = f"{late[0].days_late} day{'' if late[0].days_late == 1 else 's'}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asbuilt_bim.camera.board import board_of
+from asbuilt_bim.camera.board import Board, board_of
 from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.camera.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
 from asbuilt_bim.camera.control_file import read_control_points
@@ -19,7 +19,7 @@ from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
 from asbuilt_bim.project import read_project
 from asbuilt_bim.project_paths import PathChecker
 from asbuilt_bim.report.calibration_page import write_calibration_page
-from asbuilt_bim.rig_source import calibrate, calibrate_pairs
+from asbuilt_bim.rig_source import calibrate, calibrate_pairs, project_board
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Progress
 from asbuilt_bim.structure import Problems
@@ -47,6 +47,16 @@ class CalibrateRequest:
     check_left: Path | None = None
     check_right: Path | None = None
     allow_outside: bool = False
+    replace: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Made:
+    """A calibration, the files that it was made from, and the board that they show (None: control points)."""
+
+    calibration: Calibration
+    sources: list[Path]
+    board: Board | None
 
 
 def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
@@ -55,12 +65,18 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     Raises:
         AsBuiltError: the boards give no rig, its scale is off (nothing is written then), or a file can't be written.
     """
+    rigs = rig_files(request.out, request.form)
+    if there := [file for file in rigs if file.exists() and not request.replace]:
+        raise OutputError(
+            f"{there[0]}: a rig is there already, and past visits may rest on it; name another, or --replace"
+        )
     with screen.steps() as progress:
-        made, sources = _calibrated(request, progress)
-    checks = _checks(request, made)
+        found = _calibrated(request, progress)
+    made, sources = found.calibration, found.sources
+    checks = _checks(request, found)
     for check in checks:
         refuse_wrong_scale(check)
-    outputs = [*rig_files(request.out, request.form), *([request.report] if request.report is not None else [])]
+    outputs = [*rigs, *([request.report] if request.report is not None else [])]
     if len({path.resolve() for path in outputs}) < len(outputs):
         raise OutputError(f"{request.report}: the page and the rig can't be one file; name two")
     sources += [path for path in (request.check_left, request.check_right) if path is not None]
@@ -83,15 +99,19 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     return 0
 
 
-def _calibrated(request: CalibrateRequest, progress: Progress) -> tuple[Calibration, list[Path]]:
-    """Calibrate from what was given; returns the files that were read, too."""
+def _calibrated(request: CalibrateRequest, progress: Progress) -> _Made:
     cache = Cache(folder=default_folder())
     if request.project is not None:
         project = read_project(request.project, allow_outside=request.allow_outside)
-        return calibrate(project, cache, progress), list(project.sources)
+        boards = project.rig.boards
+        return _Made(
+            calibration=calibrate(project, cache, progress),
+            sources=list(project.sources),
+            board=None if boards is None else project_board(boards),
+        )
     if request.control_points is not None:
         made = rig_from_control_points(read_control_points(request.control_points), request.photo_size)
-        return made, [request.control_points]
+        return _Made(calibration=made, sources=[request.control_points], board=None)
     problems = Problems()
     pairs = PathChecker(folder=Path.cwd(), allow_outside=True, problems=problems).pairs(
         request.left, request.right, "board photos"
@@ -103,16 +123,24 @@ def _calibrated(request: CalibrateRequest, progress: Progress) -> tuple[Calibrat
         (replace(read_photo(left), name=left.name), replace(read_photo(right), name=right.name))
         for left, right in pairs
     ]  # fmt: skip
-    return calibrate_pairs(photos, board, request.lens, cache, progress), [path for pair in pairs for path in pair]
+    made = calibrate_pairs(photos, board, request.lens, cache, progress)
+    return _Made(calibration=made, sources=[path for pair in pairs for path in pair], board=board)
 
 
-def _checks(request: CalibrateRequest, made: Calibration) -> tuple[LengthCheck, ...]:
+def _checks(request: CalibrateRequest, made: _Made) -> tuple[LengthCheck, ...]:
     checks = []
+    rig = made.calibration.rig
     if request.check_points and request.check_length is not None:
-        checks.append(check_points(made.rig, _marks(request.check_points), request.check_length))
+        checks.append(check_points(rig, _marks(request.check_points), request.check_length))
     if request.check_board and request.check_left is not None and request.check_right is not None:
+        board = board_of(request.check_board)
         pair = read_photo(request.check_left), read_photo(request.check_right)
-        checks.append(check_board(made.rig, pair, board_of(request.check_board)))
+        if board == made.board and request.check_left.resolve() in {path.resolve() for path in made.sources}:
+            raise CalibrationError(
+                f"check board {request.check_left}: the rig was calibrated with this photo and these squares, so it "
+                "fits whatever they are; show another board, or measure the squares on the print and give that"
+            )
+        checks.append(check_board(rig, pair, board))
     return tuple(checks)
 
 

@@ -14,7 +14,7 @@ from asbuilt_bim.errors import DesignError, OutputError
 from asbuilt_bim.ifc.reader import inspect_file
 from asbuilt_bim.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project import Visit, read_project
+from asbuilt_bim.project import read_project
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.task_rows import late_words
@@ -26,12 +26,12 @@ from asbuilt_bim.stations import Workplace
 from asbuilt_bim.stopwatch import Stopwatch
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.terminal.summary_table import calibration_lines, left_out, summary, time_line
+from asbuilt_bim.terminal.summary_table import calibration_lines, summary, time_line
+from asbuilt_bim.terminal.warned import warn_of_design, warn_of_visit
 
 INCOMPLETE = 1
-"""The exit code of --strict where a station was left out."""
+"""The exit code where a station was left out and --strict is given, or where every one of the visit's was."""
 MAX_CHANGES = 15
-MAX_NOTES = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,10 +74,10 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
             screen.say(line)
-    _warn_of_design(", ".join(path.name for path in project.ifc), result.design.notes, screen)
+    warn_of_design(", ".join(path.name for path in project.ifc), result.design.notes, screen)
     incomplete = False
     for visit, report in zip(project.visits, result.reports, strict=True):
-        incomplete |= _warn_left_out(visit, report, screen)
+        incomplete |= warn_of_visit(visit, report, screen)
         for note in report.notes:
             if note not in result.design.notes:  # a rig that was refined, or knocked on the way
                 screen.warn(f"visit {visit.date.isoformat()}: {note}")
@@ -87,6 +87,10 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
     screen.say(time_line({**result.seconds, **watch.seconds}))
     _say_where(request.out, published, screen)
+    if result.reports[-1].nothing_seen:
+        day = project.visits[-1].date.isoformat()
+        screen.error(f"visit {day}: not one station could be used, so the report holds what was known before, no more")
+        return INCOMPLETE
     return INCOMPLETE if request.strict and incomplete else 0
 
 
@@ -133,25 +137,6 @@ def strip_command(source: Path, target: Path, screen: Screen) -> int:
     else:
         screen.warn(f"{source}: carries nothing of asbuilt-bim's; {target} holds the same")
     return 0
-
-
-def _warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
-    """Say what of the design couldn't be used: it is missing from every number."""
-    for note in notes[:MAX_NOTES]:
-        screen.warn(f"{names}: {note}")
-    if len(notes) > MAX_NOTES:
-        screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
-
-
-def _warn_left_out(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
-    names = [station.name for station in visit.stations]
-    rejected = left_out(names, report)
-    for name, reasons in rejected.items():
-        screen.warn(f"visit {visit.date.isoformat()}: station {name} was LEFT OUT: {'; '.join(reasons)}")
-    if len(rejected) == len(names):
-        day = visit.date.isoformat()
-        screen.warn(f"visit {day}: NOT ONE station could be used; nothing in this report was seen on that day")
-    return bool(rejected)
 
 
 def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen) -> None:

@@ -27,8 +27,8 @@ def not_it(pair: RectifiedPair, found: Pairing, options: TargetOptions) -> Rejec
         reason="its diameter is not the target's",
         value=f"{2 * found.circle.radius_m:.3f} m",
         limit=expected(options),
-        remedy="if it is the target, check target.diameter_m, the boards' square size (unit) and whether the rig "
-        "was knocked",
+        remedy="if it is the target, check the diameter that was told, the boards' square size (unit) and whether "
+        "the rig was knocked",
     )
 
 
@@ -74,7 +74,7 @@ def several(pair: RectifiedPair, found: list[Pairing], options: TargetOptions) -
     places = "; ".join(f"{place(p.left)} (diameter {2 * p.circle.radius_m:.3f} m)" for p in found)
     remedy = "cover or remove all but one, and take the station again"
     if options.diameter_m is None:
-        remedy = "give target.diameter_m in the project file if it tells them apart; else " + remedy
+        remedy = "tell the target's diameter if that tells them apart; else " + remedy
     return Rejection(
         what=f"station {pair.name}, target",
         reason=f"{len(found)} red discs could be the target: {places}",

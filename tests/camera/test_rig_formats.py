@@ -194,3 +194,18 @@ def test_a_swapped_rig_is_refused_by_that_name(tmp_path: Path) -> None:
     write_rig_as(swapped, tmp_path / "rig.yaml", "rig")
     with pytest.raises(RigError, match="left and right are swapped"):
         read_rig(tmp_path / "rig.yaml")
+
+
+@pytest.mark.parametrize("kind", ["project", "result", "measure"])
+def test_another_file_of_the_programs_in_a_rigs_place_is_named_as_what_it_is(tmp_path: Path, kind: str) -> None:
+    file = tmp_path / "project.yaml"
+    file.write_text(f"format: asbuilt-bim/{kind}\nversion: 1\n", encoding="utf-8")
+    with pytest.raises(RigError, match=f"is no rig but a file of the kind asbuilt-bim/{kind}"):
+        read_rig(file)
+
+
+def test_a_slip_in_a_rig_file_is_named_by_its_line_also_below_opencvs_first_line(tmp_path: Path) -> None:
+    file = tmp_path / "rig.yaml"
+    file.write_text("%YAML:1.0\n---\na: 1\n b: 2\n", encoding="utf-8")
+    with pytest.raises(RigError, match=r"not plain YAML, line 4 \(b: 2\): a key can't stand here"):
+        read_rig(file)

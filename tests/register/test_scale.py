@@ -59,6 +59,7 @@ def test_a_disc_of_another_size_than_told_is_named_and_doesnt_condemn_the_rig() 
     assert verdict is not None and not verdict.is_wrong
     doubt = doubt_rejection("rig", verdict)
     assert doubt is not None and "target's diameter +" in doubt.reason and "others don't" in doubt.reason
+    assert doubt.remedy == "the rig is right by the others: measure again and correct target.diameter_m"
 
 
 def test_one_wrong_row_of_the_survey_doesnt_condemn_the_rig() -> None:

@@ -8,7 +8,8 @@ import pytest
 from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import CORNERS, check_survey, read_survey
+from asbuilt_bim.register.print_shape import CORNERS
+from asbuilt_bim.register.survey import check_survey, read_survey
 from tests.match.small_site import FAR, box, element, model
 
 SQUARE = np.array([[0.0, 0.0, 1.28], [0.28, 0.0, 1.28], [0.28, 0.0, 1.0], [0.0, 0.0, 1.0]])
@@ -72,8 +73,18 @@ def test_corners_in_the_wrong_order_are_no_square(tmp_path: Path) -> None:
 
 
 def test_a_print_of_another_size_than_told_is_named(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match=r"side is 0\.200 m where the print is 0\.280 m"):
+    with pytest.raises(SurveyError, match=r"marker 7: its side is 0\.2 m where the print is 0\.280 m"):
         read(tmp_path, table({7: SQUARE * (0.2 / 0.28)}))
+
+
+def test_a_size_that_most_prints_contradict_alike_is_one_line_and_a_bad_print_keeps_its_own(tmp_path: Path) -> None:
+    small = {number: SQUARE * (0.2 / 0.28) + number for number in range(60)}
+    with pytest.raises(SurveyError) as refused:
+        read(tmp_path, table({**small, 99: SQUARE[[0, 2, 1, 3]]}))
+    lines = str(refused.value).splitlines()
+    assert len(lines) == 3
+    assert "60 of 61 markers: their sides are 0.2 to 0.2 m where the print is 0.280 m; check markers.size_m" in lines[1]
+    assert "marker 99: its corners are no square" in lines[2]
 
 
 def test_a_survey_that_is_missing_or_has_no_header_is_refused(tmp_path: Path) -> None:

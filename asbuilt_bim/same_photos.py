@@ -1,0 +1,63 @@
+"""A pair of photos shows one place at one moment: the same pair under two stations' names counts once."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.project import Project, Station, Visit
+
+_EMPTY = hashlib.sha256().digest()
+
+
+def same_photos(project: Project, visit: Visit) -> dict[str, Rejection]:
+    """Return, by station of one visit, why its photos are not its own: an earlier station has the same two.
+
+    Earlier is a visit before this one, or a station above it in the same visit. Only files of equal length are read;
+    one that can't be read, and photos exchanged or mixed between stations, are left to those who measure them.
+    """
+    earlier: dict[tuple[int, int], list[tuple[Visit, Station]]] = {}
+    found: dict[str, Rejection] = {}
+    for other in project.visits:
+        if other.date > visit.date:
+            break
+        for station in other.stations:
+            known = earlier.setdefault((_size(station.left), _size(station.right)), [])
+            if other.date == visit.date and known:
+                own = _digests(station)
+                twin = next((pair for pair in known if own is not None and _digests(pair[1]) == own), None)
+                if twin is not None:
+                    found[station.name] = _rejection(station, visit, *twin, project)
+            known.append((other, station))
+    return found
+
+
+def _rejection(station: Station, visit: Visit, other: Visit, twin: Station, project: Project) -> Rejection:
+    day = "" if other.date == visit.date else f" of visit {other.date.isoformat()}"
+    return Rejection(
+        what=f"station {station.name}",
+        reason=f"its photos are those of station {twin.name}{day} again ({project.relative(station.left)} is "
+        f"{project.relative(twin.left)}, {project.relative(station.right)} is {project.relative(twin.right)}): what "
+        "they show would count twice",
+        remedy="copy this station's own photos there, or take it out of the project file",
+    )
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def _digests(station: Station) -> tuple[bytes, bytes] | None:
+    """Return the SHA-256 of a station's two files, None where one is empty or can't be read."""
+    digests = []
+    for path in (station.left, station.right):
+        try:
+            with path.open("rb") as file:
+                digests.append(hashlib.file_digest(file, "sha256").digest())
+        except OSError:
+            return None
+    return None if _EMPTY in digests else (digests[0], digests[1])

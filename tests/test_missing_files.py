@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.missing_files import refuse_missing
+from asbuilt_bim.project import read_project
+from tests.project_folder import plain, write_project
+
+
+def test_every_missing_file_is_named_at_once_by_its_key(tmp_path: Path) -> None:
+    contents = plain()
+    contents |= {"ifc": ["a.ifc", "b.ifc"], "schedule": "plan.xml", "history": ["old/result.json"]}
+    contents["networks"] = {"segment": "cards/own.yaml"}
+    project = read_project(write_project(tmp_path, contents))
+    (tmp_path / "a.ifc").touch()
+    with pytest.raises(ProjectError) as refused:
+        refuse_missing(project)
+    told = str(refused.value).splitlines()
+    assert told[0].endswith("5 files aren't there; copy them there, or correct the paths:")
+    assert [line.strip() for line in told[1:]] == [
+        "ifc[1]: b.ifc",
+        "markers.survey: markers.csv",
+        "schedule: plan.xml",
+        "history[0]: old/result.json",
+        "networks.segment: cards/own.yaml",
+    ]
+
+
+def test_a_missing_photo_is_its_stations_matter_and_no_files(tmp_path: Path) -> None:
+    project = read_project(write_project(tmp_path))
+    (tmp_path / "design.ifc").touch()
+    (tmp_path / "markers.csv").touch()
+    refuse_missing(project)  # none of the photos is there
