@@ -11,7 +11,7 @@ from asbuilt_bim.report.wording import plain
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import left_out
 
-MAX_NOTES = 3
+MAX_NOTES = 4
 
 
 def warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
@@ -28,9 +28,11 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
     Returns whether one was.
     """
     day = visit.date.isoformat()
-    for rejection in report.rejections:
-        if subject_of(rejection) == ("", ""):
-            screen.warn(f"visit {day}: {plain(str(rejection))}")
+    whole = [rejection for rejection in report.rejections if subject_of(rejection) == ("", "")]
+    for rejection in whole[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(str(rejection))}")
+    if len(whole) > MAX_NOTES:
+        screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
     names = [station.name for station in visit.stations]
     rejected = left_out(names, report)
     for name, reasons in rejected.items():

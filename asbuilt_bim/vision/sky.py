@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
@@ -26,8 +27,18 @@ LEAST_SPREAD_GREY, MOST_SPREAD_GREY = 1.5, 4.0
 MOST_SAMPLES = 20_000
 ALIKE = 0.9
 """Share of a piece's pixels that have the sky's colour, each within three of its spreads."""
+BESIDE_PIXELS = 60
+"""Sky between bars comes in pieces as small as this, at 20 px from bar to bar."""
+REACH_PX = 81
+"""A piece's colour is held against the sky's within half of this, as far as beyond a plank or a rail."""
+MOST_OFF_GREY = 6.0
+"""What a sky's colour changes by over that reach, and a photo's compression moves it by beside a bar."""
+SMALLER = 4
+LEAST_BESIDE = 0.25
+"""Share of a piece that must be within reach of known sky."""
 SPECK_PIXELS = 6
 """Fewer pixels together that have the sky's colour are chance: a bright grain of concrete is one or two wide."""
+_ANY = 1e-3  # of a window: less is rounding
 
 
 def without_sky(instance: Instance, sky: BoolArray) -> Instance:
@@ -46,7 +57,8 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
 
     Demanded of each pixel: untextured, no disparity but a very small one, bright, and not warmer than neutral (blue or
     grey); and that it hangs together with the photo's top border, or is a piece that has the colour of what does: sky
-    is seen between guard rails and under slabs as well.
+    is seen between guard rails and under slabs as well. Between bars stereo carries their disparity over the gaps:
+    there a piece may have one, if it has the colour of the sky right beside.
     """
     picture = grey(pair.left)
     mean = cv2.blur(picture, (WINDOW_PX, WINDOW_PX))
@@ -59,15 +71,24 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     near = depth.valid & (depth.disparity_px > FAR_DISPARITY_PX)
     calm = (spread < MOST_TEXTURE_GREY) & (mean > LEAST_LIGHT * light)
     cold = (blue >= red - 4.0) & (blue >= green - 6.0)
-    candidate = valid & calm & cold & ~near
-    candidate = cv2.morphologyEx(candidate.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0
+    colour = np.stack([blue, green, red], axis=-1)
+    candidate = _opened(valid & calm & cold & ~near)
     sky = _hanging(candidate, valid)
-    sky = sky | _of_its_colour(candidate & ~sky, sky, np.stack([blue, green, red], axis=-1))
+    sky = sky | _of_its_colour(candidate & ~sky, sky, colour)
+    smeared = _of_the_colour_beside(_opened(valid & calm & cold) & ~sky, sky, colour)
+    sky, near = sky | smeared, near & ~_grown(smeared)
     # untextured pixels were kept off edges by the window's half: give that back, not over what was measured
-    grown = cv2.dilate(sky.astype(np.uint8), np.ones((WINDOW_PX, WINDOW_PX), np.uint8)) > 0
-    sky_level = _local_level(mean, sky)
-    back: BoolArray = sky | (grown & valid & ~near & (np.abs(picture - sky_level) < 3.0 * MOST_TEXTURE_GREY) & cold)
+    like = np.abs(picture - _local_level(mean, sky, 31)) < 3.0 * MOST_TEXTURE_GREY
+    back: BoolArray = sky | (_grown(sky) & valid & ~near & like & cold)
     return back
+
+
+def _opened(mask: BoolArray) -> BoolArray:
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0)
+
+
+def _grown(mask: BoolArray) -> BoolArray:
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((WINDOW_PX, WINDOW_PX), np.uint8)) > 0)
 
 
 def _hanging(candidate: BoolArray, valid: BoolArray) -> BoolArray:
@@ -92,8 +113,7 @@ def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> 
     A piece that was found tells more of the gradient, by which the next one down is found.
     """
     found = np.zeros_like(sky)
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
-    pieces = [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
+    pieces = _pieces(candidate, LEAST_PIXELS)
     while pieces and (gradient := _gradient(sky | found, colour)) is not None:
         like = gradient.alike().ravel()
         alike = [bool(np.mean(like[piece]) >= ALIKE) for piece in pieces]
@@ -102,6 +122,43 @@ def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> 
         found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
         pieces = [piece for piece, yes in zip(pieces, alike, strict=True) if not yes]
     return found
+
+
+def _of_the_colour_beside(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> BoolArray:
+    """Return the pieces of the candidates (H, W) whose colour (H, W, 3) is that of the sky within reach of them.
+
+    The sky's colour beside is looked up in a map a few times smaller: it changes little from pixel to pixel.
+    """
+    found = np.zeros_like(sky)
+    pieces = _pieces(candidate, BESIDE_PIXELS)
+    small = (-(-sky.shape[1] // SMALLER), -(-sky.shape[0] // SMALLER))
+    smaller = cv2.resize(colour, small, interpolation=cv2.INTER_AREA)
+    while pieces:
+        known = cv2.resize((sky | found).astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
+        level = _local_level(smaller, known, REACH_PX // SMALLER)
+        alike = [_is_of(level, colour, piece) for piece in pieces]
+        if not any(alike):
+            break
+        found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
+        pieces = [piece for piece, yes in zip(pieces, alike, strict=True) if not yes]
+    return found
+
+
+def _is_of(level: np.ndarray, colour: np.ndarray, piece: NDArray[np.intp]) -> bool:
+    """Say whether a piece (flat indices) has the colour that a smaller map of the sky's has there."""
+    rows, columns = np.divmod(piece, colour.shape[1])
+    beside = level[rows // SMALLER, columns // SMALLER]
+    told = beside[:, 0] >= 0.0
+    if told.sum() < LEAST_BESIDE * len(piece):
+        return False
+    off = np.abs(colour[rows[told], columns[told]] - beside[told]).max(axis=-1)
+    return bool(np.mean(off < MOST_OFF_GREY) >= ALIKE)
+
+
+def _pieces(candidate: BoolArray, least: int) -> list[NDArray[np.intp]]:
+    """Return the candidates' connected parts of so many pixels, as flat indices."""
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
+    return [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= least]
 
 
 def coloured_like(photo: ByteImage, sky: BoolArray) -> BoolArray:
@@ -153,8 +210,10 @@ def _gradient(sky: BoolArray, colour: np.ndarray) -> _Gradient | None:
     return _Gradient(colour=colour, slope=slope, most=3.0 * np.maximum(spread, LEAST_SPREAD_GREY))
 
 
-def _local_level(mean: np.ndarray, sky: BoolArray) -> np.ndarray:
-    """Return the sky's grey level near each pixel: its own mean in a wide window."""
-    weight = cv2.blur(sky.astype(np.float32), (31, 31))
-    total = cv2.blur(np.where(sky, mean, 0.0).astype(np.float32), (31, 31))
-    return np.where(weight > 1e-3, total / np.maximum(weight, 1e-3), -1e3)
+def _local_level(value: np.ndarray, sky: BoolArray, window_px: int) -> np.ndarray:
+    """Return a value's (H, W) or (H, W, 3) mean over the sky in a window about each pixel, -1000 where none is."""
+    weight = cv2.blur(sky.astype(np.float32), (window_px, window_px))
+    shape = (*sky.shape, *([1] * (value.ndim - 2)))
+    total = cv2.blur(np.where(sky.reshape(shape), value, 0.0).astype(np.float32), (window_px, window_px))
+    level = total / np.maximum(weight, _ANY).reshape(shape)
+    return np.where((weight > _ANY).reshape(shape), level, -1e3)

@@ -75,6 +75,28 @@ def test_sky_under_a_guard_rail_is_sky_and_a_pale_board_there_is_not(pair: Recti
     assert not find_sky(replace(pair, left=left), depth)[45:80, 450:780].any()
 
 
+def test_sky_between_bars_is_sky_whatever_stereo_makes_of_it_and_a_pale_board_between_them_is_not(
+    pair: RectifiedPair, depth: DepthMap
+) -> None:
+    left = pair.left.copy()
+    for x in range(460, 780, 24):
+        left[20:78, x : x + 3] = (40, 50, 70)
+    left[20:24, 440:790] = (40, 50, 70)  # a rail: what is below it hangs together with the top no more
+    disparity = np.where(np.isfinite(depth.disparity_px), depth.disparity_px, 0.0).astype(np.float32)
+    disparity[20:78, 450:785] = 30.0  # the bars', carried over the gaps
+    valid = depth.valid.copy()
+    valid[20:78, 450:785] = True
+    smeared = replace(depth, disparity_px=disparity, valid=valid)
+    gaps = np.ones((40, 240), dtype=bool)
+    for x in range(0, 240, 24):
+        gaps[:, max(0, x - 2) : x + 5] = False
+    assert find_sky(replace(pair, left=left), smeared)[30:70, 508:748][gaps].mean() > 0.8
+    pale = left[60, 472].astype(int) + 12
+    board = np.where((left[28:74, 440:790] == (40, 50, 70)).all(axis=-1, keepdims=True), left[28:74, 440:790], pale[1])
+    left[28:74, 440:790] = board
+    assert not find_sky(replace(pair, left=left), smeared)[32:70, 508:748].any()
+
+
 def test_a_smooth_grey_wall_up_to_the_frame_is_no_sky(pair: RectifiedPair, depth: DepthMap) -> None:
     left = np.array(pair.left)
     left[:200] = (150, 165, 185)  # plaster, warmer than neutral
