@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from asbuilt_bim.ifc.reader import read_design
     from asbuilt_bim.ifc.writer import strip_asbuilt, write_asbuilt
     from asbuilt_bim.measure.pair import PairMeasurement
-    from asbuilt_bim.measure_folder import save_measurement
+    from asbuilt_bim.output.measurement import save_measurement
     from asbuilt_bim.pair import measure_pair
     from asbuilt_bim.progress.report import ProgressReport
-    from asbuilt_bim.project import Project, read_project
+    from asbuilt_bim.project.read import Project, read_project
     from asbuilt_bim.report.document import read_result
     from asbuilt_bim.report.figures import Figure, figures
     from asbuilt_bim.report.measure_document import measure_document
@@ -30,19 +30,19 @@ _HOMES = {
     "Figure": "asbuilt_bim.report.figures",
     "PairMeasurement": "asbuilt_bim.measure.pair",
     "ProgressReport": "asbuilt_bim.progress.report",
-    "Project": "asbuilt_bim.project",
+    "Project": "asbuilt_bim.project.read",
     "Run": "asbuilt_bim.api",
     "figures": "asbuilt_bim.report.figures",
     "measure_document": "asbuilt_bim.report.measure_document",
     "measure_pair": "asbuilt_bim.pair",
     "read_design": "asbuilt_bim.ifc.reader",
-    "read_project": "asbuilt_bim.project",
+    "read_project": "asbuilt_bim.project.read",
     "read_result": "asbuilt_bim.report.document",
     "read_rig": "asbuilt_bim.camera.rig_reader",
     "read_schedule": "asbuilt_bim.schedule.read",
     "remake": "asbuilt_bim.api",
     "run": "asbuilt_bim.api",
-    "save_measurement": "asbuilt_bim.measure_folder",
+    "save_measurement": "asbuilt_bim.output.measurement",
     "strip_asbuilt": "asbuilt_bim.ifc.writer",
     "write_asbuilt": "asbuilt_bim.ifc.writer",
 }

@@ -9,7 +9,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.instruments import identities, instruments_of
 from asbuilt_bim.measure.station import RejectedStation, measure_in_detail
-from asbuilt_bim.project import Project
+from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.coco import LabelledPhoto, labelled
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
 from asbuilt_bim.stations import Progress, StationJob, Workplace, options_of, read_pair

@@ -15,14 +15,14 @@ from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.missing_files import refuse_missing
 from asbuilt_bim.options import Options
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.revision import revision_notes
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import classify_surface
-from asbuilt_bim.project import Project, Visit
+from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey

@@ -15,8 +15,8 @@ from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import CalibrationError, PhotoError
-from asbuilt_bim.project import Project
-from asbuilt_bim.project_file import BoardsFile
+from asbuilt_bim.project.file import BoardsFile
+from asbuilt_bim.project.read import Project
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.stations import Progress
 from asbuilt_bim.version_info import library_versions, measuring_code_digest

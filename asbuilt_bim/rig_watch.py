@@ -15,7 +15,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project import Project
+from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import ScaleVerdict, judge_scale, scale_rejection
 from asbuilt_bim.register.scale import doubt_rejection as doubt_about_scale

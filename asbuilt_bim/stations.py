@@ -21,10 +21,10 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project import Project, Station, Visit
+from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.project.same_photos import same_photos
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.rig_watch import Outcome, WatchedVisit, watch_rig, watch_scale
-from asbuilt_bim.same_photos import same_photos
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs

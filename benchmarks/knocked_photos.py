@@ -18,7 +18,7 @@ from asbuilt_bim.camera.rectify import rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.vision.rig_health import StationHealth, station_health

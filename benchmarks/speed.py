@@ -46,7 +46,7 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_station,
 )
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import options_of

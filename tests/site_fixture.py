@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from asbuilt_bim.camera.rig_file import write_rig
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.rig_source import calibrate
 from asbuilt_bim.scale.cache import Cache
 

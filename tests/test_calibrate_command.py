@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 from asbuilt_bim.camera.control_file import COLUMNS
 from asbuilt_bim.camera.rig_reader import read_rig, write_rig_as
 from asbuilt_bim.cli import app
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.rig_source import calibrate, rig_of
 from asbuilt_bim.scale.cache import Cache
 from tests.camera.board_pictures import CHESS, pairs

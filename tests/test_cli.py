@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 
 from asbuilt_bim.cli import app
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.project import Visit
+from asbuilt_bim.project.read import Visit
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.warned import warn_of_visit
 from tests.ifc.models import ModelBuilder

@@ -12,7 +12,7 @@ import pytest
 from asbuilt_bim.errors import NetworkError, PluginError, ProjectError
 from asbuilt_bim.instruments import NetworkChoice, identities, instruments_of
 from asbuilt_bim.measure.station import StationMeasurement, measure_station
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.stations import StationJob, measure_job
 from asbuilt_bim.vision.networks import bundled
 from tests.measure.box_world import site

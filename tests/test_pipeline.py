@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.pipeline import RunResult, run_project
-from asbuilt_bim.project import Project, read_project
+from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.document import result_document
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.stations import Workplace, measure_job, options_of, picture_name

@@ -16,8 +16,8 @@ from typing import Any
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.ifc.source import SCHEMAS
 from asbuilt_bim.ifc.writer import mark_file
+from asbuilt_bim.output.folder import read_current
 from asbuilt_bim.report.document import read_result
-from asbuilt_bim.run_folder import read_current
 
 
 class Patcher:

@@ -16,8 +16,8 @@ from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import read_photo
 from asbuilt_bim.camera.rig_reader import RigFormat, rig_files, write_rig_as
 from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
-from asbuilt_bim.project import read_project
-from asbuilt_bim.project_paths import PathChecker
+from asbuilt_bim.project.paths import PathChecker
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.calibration_page import write_calibration_page
 from asbuilt_bim.rig_source import calibrate, calibrate_pairs, project_board
 from asbuilt_bim.scale.cache import Cache, default_folder

@@ -12,15 +12,15 @@ from rich.text import Text
 from asbuilt_bim.api import until_visit
 from asbuilt_bim.errors import DesignError, OutputError
 from asbuilt_bim.ifc.reader import inspect_file
+from asbuilt_bim.output.folder import Published, open_output
+from asbuilt_bim.output.publish import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.writers import load_writers
-from asbuilt_bim.run_folder import Published, open_output
-from asbuilt_bim.run_outputs import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
 from asbuilt_bim.stopwatch import Stopwatch

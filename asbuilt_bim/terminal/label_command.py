@@ -7,10 +7,10 @@ from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.labels import label_project
-from asbuilt_bim.project import read_project
+from asbuilt_bim.output.folder import output_error
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.coco import coco_document
 from asbuilt_bim.rig_source import rig_of
-from asbuilt_bim.run_folder import output_error
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Workplace
 from asbuilt_bim.terminal.screen import Screen

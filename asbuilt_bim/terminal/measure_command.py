@@ -14,7 +14,7 @@ from asbuilt_bim.errors import MeasureError, OptionError
 from asbuilt_bim.measure.depth_source import Method
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.station import MeasureOptions
-from asbuilt_bim.measure_folder import check_place, save_measurement
+from asbuilt_bim.output.measurement import check_place, save_measurement
 from asbuilt_bim.pair import measure_pair
 from asbuilt_bim.report.faces_csv import HEADINGS, face_rows
 from asbuilt_bim.report.wording import length, plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project import Visit
+from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.tables import subject_of
 from asbuilt_bim.report.wording import plain
 from asbuilt_bim.terminal.screen import Screen

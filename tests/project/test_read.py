@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.project import read_project
-from asbuilt_bim.project_file import (
+from asbuilt_bim.project.file import (
     BoardsFile,
     ControlPointsFile,
     MarkersFile,
@@ -20,7 +19,8 @@ from asbuilt_bim.project_file import (
     TargetFile,
     VisitFile,
 )
-from asbuilt_bim.project_paths import safe_name
+from asbuilt_bim.project.paths import safe_name
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.schemas_dir import schema
 from tests.project_folder import plain, write_project
 
@@ -215,7 +215,7 @@ def _alternatives(part: dict[str, Any], whole: dict[str, Any]) -> list[dict[str,
 
 
 def test_the_readmes_example_is_a_good_project_file(tmp_path: Path) -> None:
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     example = readme.split("```yaml\n")[1].split("```")[0]
     path = write_project(tmp_path)
     path.write_text(example, encoding="utf-8")

@@ -15,16 +15,16 @@ from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.ifc.copies import write_copies
 from asbuilt_bim.ifc.source import file_digest, files_digest
 from asbuilt_bim.instruments import identities
+from asbuilt_bim.output.folder import OutputFolder, Published
 from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.plugins import Plugin
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import NOTE, revision_notes
-from asbuilt_bim.project import Project
+from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.document import read_result, write_result
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
 from asbuilt_bim.report.states import STATE_COLOURS
 from asbuilt_bim.report.writers import run_writers, writers_of
-from asbuilt_bim.run_folder import OutputFolder, Published
 from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.version import __version__

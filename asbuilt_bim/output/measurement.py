@@ -12,11 +12,11 @@ from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.measure.pair import PairMeasurement
+from asbuilt_bim.output.folder import output_error
 from asbuilt_bim.report.faces_csv import faces_csv
 from asbuilt_bim.report.figures import figures
 from asbuilt_bim.report.measure_document import FORMAT, measure_document
 from asbuilt_bim.report.overlay import JPEG_QUALITY, encode_picture
-from asbuilt_bim.run_folder import output_error
 
 DOCUMENT = "measure.json"
 MAX_BYTES = 200_000_000

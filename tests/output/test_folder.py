@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import OutputError
+from asbuilt_bim.output.folder import OutputFolder, Published, open_output, read_current
 from asbuilt_bim.report.validate import first_faults
-from asbuilt_bim.run_folder import OutputFolder, Published, open_output, read_current
 
 NOON = datetime(2026, 3, 2, 12, 0, tzinfo=UTC)
 DIGEST = "0123456789abcdef"
@@ -147,7 +147,7 @@ def test_a_copy_open_in_another_program_is_named_and_the_run_stands(
 
 def test_a_second_run_at_the_same_time_is_refused(tmp_path: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from asbuilt_bim.run_folder import open_output\n"
+        "import sys; from pathlib import Path; from asbuilt_bim.output.folder import open_output\n"
         "with open_output(Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
     )
     other = subprocess.Popen(

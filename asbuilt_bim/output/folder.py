@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from asbuilt_bim.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.run_lock import run_lock
+from asbuilt_bim.output.durable import PART, flush, flush_tree, replace_bytes
+from asbuilt_bim.output.lock import run_lock
 
 CURRENT = "current.json"
 COPIED = (

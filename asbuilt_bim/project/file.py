@@ -1,4 +1,4 @@
-"""What may stand in a project file, key by key; `project.py` makes paths and photos of it.
+"""What may stand in a project file, key by key; `read.py` makes paths and photos of it.
 
 The names here are the keys of the file and of `schemas/project-1.json`.
 """

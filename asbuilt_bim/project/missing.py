@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.plugins import PREFIX
-from asbuilt_bim.project import Project
+from asbuilt_bim.project.read import Project
 
 
 def refuse_missing(project: Project) -> None:

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.project import Project, Station, Visit
+from asbuilt_bim.project.read import Project, Station, Visit
 
 _EMPTY = hashlib.sha256().digest()
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.missing_files import refuse_missing
-from asbuilt_bim.project import read_project
+from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.read import read_project
 from tests.project_folder import plain, write_project
 
 

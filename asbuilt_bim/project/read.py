@@ -13,8 +13,8 @@ from asbuilt_bim.instruments import NetworkChoice
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
 from asbuilt_bim.options import Options
 from asbuilt_bim.plugins import PREFIX
-from asbuilt_bim.project_file import BoardsFile, MarkersFile, NetworksFile, ProjectFile, TargetFile, VisitFile
-from asbuilt_bim.project_paths import PathChecker, safe_name
+from asbuilt_bim.project.file import BoardsFile, MarkersFile, NetworksFile, ProjectFile, TargetFile, VisitFile
+from asbuilt_bim.project.paths import PathChecker, safe_name
 from asbuilt_bim.strict_yaml import read_yaml
 from asbuilt_bim.structure import Problem, Problems, structure
 from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
