@@ -13,6 +13,7 @@ from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX, place_edges, profiles_
 from asbuilt_bim.vision.edges import find_edges
 from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
 from asbuilt_bim.vision.red import RedBlob, red_blobs, redness
+from asbuilt_bim.vision.soft_edges import place_soft_edges
 
 MIN_SUPPORT = 0.57
 """Share of the outline that must be seen: a disc with 30 % of its area covered shows 59 %, half a disc 50 %."""
@@ -134,10 +135,13 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
     return _judged(ellipse, edge, is_on, sides, patch, inside_of(patch, ellipse), FIRST_SUPPORT, 1.0)
 
 
-def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float) -> RedDisc | None:
+def followed(
+    patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float, is_soft: bool = False
+) -> RedDisc | None:
     """Follow a disc's outline along an ellipse that both photos agree on; None where less than `least` of it is there.
 
-    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first.
+    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first. `is_soft`
+    tells to take what is behind for unknown up to the edge.
     """
     reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     if slack <= _NEAR:
@@ -146,7 +150,11 @@ def followed(patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least
     inside = inside_of(patch, ellipse)
     points, outward = outline_of(ellipse)
     bend = ellipse.bend(len(points))
-    placed = place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
+    placed = (
+        place_soft_edges(patch.planes, points - patch.corner, outward, blur_px, bend)
+        if is_soft
+        else place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
+    )
     sides = sides_of(patch, points, outward, reach, inside.least, blur_px)
     # two reds in one light differ in brightness: a disc before something as red still has an outline
     sides = replace(sides, outside=sides.outside | (placed.contrast > _PARTED))

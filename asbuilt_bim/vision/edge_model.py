@@ -30,7 +30,7 @@ COLOUR_BLUR_PX = (
 _HALF_COLOUR_PX = 0.5 * COLOUR_BLUR_PX  # of three planes one keeps its resolution
 _BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
 _NOISE = 0.011  # of full scale: three grey levels
-_JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
+JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
 _WELL_FITTED = 0.25  # of the profiles fit as well as the noise allows; the others are measured against them
 _TWO_SIDES = 4.0 * _NOISE  # what has but one colour fits anywhere, and says nothing of how well edges fit
 _MOST_BENT = 0.5  # of a blur for each radius: first order holds no further
@@ -87,9 +87,14 @@ def place_edges(
     has_edge = ends.contrast > _TWO_SIDES
     misfit = np.mean(np.square(profiles - fits[row, best].transpose(0, 2, 1)), axis=(1, 2))
     usual = max(float(np.quantile(misfit[has_edge] if has_edge.any() else misfit, _WELL_FITTED)), 1e-9)
-    sigma = np.hypot(_JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
-    offset = offset + 0.5 * blur_px**2 * np.minimum(bend, _MOST_BENT / blur_px)
+    sigma = np.hypot(JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
+    offset = offset + straightened(blur_px, bend)
     return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=ends.contrast)
+
+
+def straightened(blur_px: float, bend: FloatArray | float) -> FloatArray | float:
+    """Return how far (px) an edge of curvature `bend` (1/px) lies beyond where blur shows it."""
+    return 0.5 * blur_px**2 * np.minimum(bend, _MOST_BENT / blur_px)
 
 
 def likely_blur(profiles: list[FloatArray]) -> float:
@@ -139,8 +144,8 @@ def _ends_of(profiles: FloatArray) -> _Ends:
     first, last = profiles[:, :count], profiles[:, -count:]
     inside, outside = first.mean(axis=1), last.mean(axis=1)
     return _Ends(
-        count=count, inside=_linear(inside), outside=_linear(outside), uneven=first.var(axis=1) + last.var(axis=1),
-        contrast=np.linalg.norm(inside - outside, axis=1),
+        count=count, inside=linear_light(inside), outside=linear_light(outside),
+        uneven=first.var(axis=1) + last.var(axis=1), contrast=np.linalg.norm(inside - outside, axis=1),
     )  # fmt: skip
 
 
@@ -160,7 +165,7 @@ def _compared(
 def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:
     """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
     pad = int(_KERNEL_END * COLOUR_BLUR_PX / _STEP_PX)
-    share = _share(steps + pad, 1.0, blur_px)
+    share = share_of_inside(steps + pad, 1.0, blur_px)
     light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
     planes = _shown(light)
     inner = slice(pad, -pad)
@@ -174,7 +179,9 @@ def _unmixed(ends: _Ends, steps: int, blur_px: float, about_px: FloatArray) -> t
     The profiles reach `steps` to both sides; `about_px` (N,), or one for all, is where the edges about are.
     """
     offsets, grid = _offsets(steps), 0.5 * _offsets(4 * steps)
-    seen = np.interp(offsets - about_px[:, None], grid, _share(4 * steps, 0.5, math.hypot(blur_px, _HALF_COLOUR_PX)))
+    seen = np.interp(
+        offsets - about_px[:, None], grid, share_of_inside(4 * steps, 0.5, math.hypot(blur_px, _HALF_COLOUR_PX))
+    )
     within = seen[:, : ends.count].mean(axis=1)[:, None]
     beyond = seen[:, -ends.count :].mean(axis=1)[:, None]
     apart = np.maximum(within - beyond, _LEAST_APART)
@@ -184,8 +191,8 @@ def _unmixed(ends: _Ends, steps: int, blur_px: float, about_px: FloatArray) -> t
 
 
 @lru_cache(maxsize=256)
-def _share(steps: int, scale: float, blur_px: float) -> FloatArray:
-    """Return how much (S,) of a blurred edge's inside is seen at `scale` times `_offsets(steps)` from it."""
+def share_of_inside(steps: int, scale: float, blur_px: float) -> FloatArray:
+    """Return how much (2 steps + 1,) of a blurred edge's inside is seen at `scale` times half pixels from it."""
     offsets = scale * _offsets(steps)
     return frozen(np.array([0.5 * math.erfc(offset / (math.sqrt(2.0) * blur_px)) for offset in offsets]))
 
@@ -202,9 +209,9 @@ def _bell(steps: int, sigma_px: float) -> FloatArray:
     return frozen(kernel / kernel.sum(axis=1, keepdims=True))
 
 
-def _linear(planes: FloatArray) -> FloatArray:
-    """Return linear light BGR (N, 3) of colour planes."""
-    bgr = cv2.cvtColor(planes[None].astype(np.float32), cv2.COLOR_YCrCb2BGR)[0]
+def linear_light(planes: FloatArray) -> FloatArray:
+    """Return linear light BGR (..., 3) of colour planes."""
+    bgr = cv2.cvtColor(planes.reshape(1, -1, 3).astype(np.float32), cv2.COLOR_YCrCb2BGR).reshape(planes.shape)
     return np.asarray(np.clip(bgr, 0.0, 1.0), dtype=np.float64) ** DISPLAY_GAMMA
 
 

@@ -21,6 +21,7 @@ from asbuilt_bim.vision.target_pairing import (
     sharpened,
     size_fits,
 )
+from asbuilt_bim.vision.target_refined import refined, stands
 from asbuilt_bim.vision.target_search import sought
 from asbuilt_bim.vision.target_words import absent, doubt, not_it, off_row, several, twin
 
@@ -64,11 +65,13 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     off_all_rows = bool(found) and not level
     is_knocked = off_all_rows and any(is_clear(p) for p in found)
-    right_size = _likely(level, options)
-    is_sure = any(how_likely > SURE_ODDS for how_likely, _ in right_size)
+    ranked = _likely(level, options)
+    is_sure = any(how_likely > SURE_ODDS for how_likely, _ in ranked)
     if options.diameter_m is not None and not is_sure and not is_knocked:
-        seen = [p for _, p in right_size]
-        right_size = _likely([*seen, *sought(pair, lefts, rights, options.diameter_m)], options)
+        seen = [p for _, p in ranked]
+        ranked = _likely([*seen, *sought(pair, lefts, rights, options.diameter_m)], options)
+    # what isn't sure has to stand a second look
+    right_size = [(odds, p) for odds, p in ranked if odds > SURE_ODDS or stands(p, pair.camera, options)]
     if right_size:
         likely = likeliest([p for _, p in right_size])
         if options.diameter_m is None:
@@ -80,7 +83,8 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         chosen = max(sure, key=lambda p: p.circle.disparity_px) if sure else likely[0]
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
-        return _sighting(chosen, pair.camera, options), (*doubt(pair, chosen, options), *twins, *others)
+        target = refined(chosen, pair.camera)
+        return _sighting(target, pair.camera, options), (*doubt(pair, target, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
     if wrong_size:
         return None, tuple(not_it(pair, p, options) for p in wrong_size)
