@@ -153,15 +153,16 @@ def inspect(context: click.Context, file: Path) -> None:
 @app.command()
 @click.argument("file", type=_FILE, metavar="FILE.ifc")
 @click.option("--out", type=_FILE, required=True, metavar="PLAIN.ifc", help="The copy to write.")
+@click.option("--replace", is_flag=True, help="Write over PLAIN.ifc where it is there.")
 @click.pass_context
-def strip(context: click.Context, file: Path, out: Path) -> None:
+def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     """Take out of an IFC copy all that asbuilt-bim wrote, and put back what it overwrote."""
     screen = Screen()
 
     def action() -> int:
         from asbuilt_bim.terminal.commands import strip_command
 
-        return strip_command(file, out, screen)
+        return strip_command(file, out, screen, replace_it=replace)
 
     _guarded(context, screen, action)
 

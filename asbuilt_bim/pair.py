@@ -9,7 +9,7 @@ from pathlib import Path
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_reader import read_rig
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import MeasureError, Rejection
 from asbuilt_bim.instruments import NetworkChoice, instruments_of
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
@@ -50,6 +50,8 @@ def measure_pair(
         MeasureError: the pair can't be measured; the message holds every reason.
     """
     rig = rig if isinstance(rig, StereoRig) else read_rig(rig)
+    if Path(left).resolve() == Path(right).resolve():
+        raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
     photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
     instruments = instruments_of(
         NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))

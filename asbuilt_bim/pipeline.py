@@ -22,6 +22,7 @@ from asbuilt_bim.progress.revision import revision_notes
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import classify_surface
 from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.photo_days import other_days, taken_days
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -96,15 +97,17 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     known, past = 0, read_past(project.history, project.visits[0].date)
     history = reduce(remember, past, EMPTY_HISTORY)
     reports: list[ProgressReport] = []
+    left_out: list[str] = []  # at earlier visits: the last report alone would never say it
     pictures: dict[str, bytes] = {}
     for visit in project.visits:
         with watch.step("measure"):
             seen = measure_visit(visit, project, rig, place, progress, survey)
         with watch.step("register, match, judge"):
-            rejections = (*stray, *seen.rejections)
+            rejections = (*stray, *other_days(visit, taken_days(visit)), *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
             revised = revision_notes(past[-1], report) if past else ()
-            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised))
+            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
+            left_out += _left_out(report, visit)
             history = remember(history, report)
         progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))
@@ -119,6 +122,16 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         seconds=watch.seconds,
         from_cache=known,
     )
+
+
+def _left_out(report: ProgressReport, visit: Visit) -> list[str]:
+    """Return a note for the reports of later visits, where a station of this one counts for nothing."""
+    placed = {record.name for record in report.stations if record.world_from_left is not None}
+    names = [station.name for station in visit.stations if station.name not in placed]
+    if not names:
+        return []
+    stations = f"station {names[0]}" if len(names) == 1 else f"stations {', '.join(names)}"
+    return [f"at the visit of {visit.date.isoformat()} {stations} could not be used, and count for nothing here either"]
 
 
 def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:

@@ -143,6 +143,8 @@ def _record(value: object, kind: type, problems: Problems, path: str) -> object:
         if key not in fields:
             near = difflib.get_close_matches(str(key), fields, n=1, cutoff=0.6)
             hint = f"; did you mean {near[0]}?" if near else f"; known here: {', '.join(sorted(fields))}"
+            if isinstance(key, int):  # {diameter_m: 0,30}
+                hint = "; a decimal comma? write a point"
             problems.add(f"{prefix}{key}", f"unknown key{hint}")
             complete = False
     made: dict[str, object] = {}

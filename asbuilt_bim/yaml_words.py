@@ -12,7 +12,7 @@ _WORDS = (
      "a key can't stand here: indent the line as the lines are that it belongs with, or put a value that holds ': ' "
      "in quotes"),
     (r"expected <block end>",
-     "is indented otherwise than the lines it belongs with, which begin in line {context}"),
+     "is indented otherwise than the lines before it that it belongs with"),
     (r"expected ',' or '([\]}])'", "a bracket that was opened in line {context} isn't closed by {0}"),
     (r"unexpected end of stream", "a quote that was opened in line {context} is never closed"),
     (r"could not find expected ':'", "'key: value' is expected in line {context}, with a space after the colon"),

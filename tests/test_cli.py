@@ -291,3 +291,13 @@ def test_a_console_that_lacks_a_letter_shows_another_and_does_not_fail(monkeypat
     screen.say("北側 1.35 ± 0.02 m² [bold]not markup[/bold]")
     sys.stdout.flush()
     assert raw.getvalue().decode("cp1252").strip() == "?? 1.35 ± 0.02 m² [bold]not markup[/bold]"
+
+
+def test_strip_writes_over_a_file_only_when_asked_to(tmp_path: Path) -> None:
+    notes = tmp_path / "notes.txt"
+    notes.write_text("mine", encoding="utf-8")
+    design = site() / "design.ifc"
+    refused = invoke("strip", design, "--out", notes)
+    assert refused.exit_code == 1 and "is there already" in refused.stderr.replace("\n", " ")
+    assert notes.read_text(encoding="utf-8") == "mine"
+    assert invoke("strip", design, "--out", notes, "--replace").exit_code == 0

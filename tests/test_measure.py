@@ -204,3 +204,8 @@ def test_a_wrong_command_line_is_named(folder: Path, more: list[str], code: int,
     done = measure(folder, "--no-target", *more)
     assert done.exit_code == code
     assert said in done.stderr
+
+
+def test_one_photo_given_as_both_is_named_before_anything_is_measured(folder: Path) -> None:
+    with pytest.raises(MeasureError, match="is given as the left and as the right photo"):
+        asbuilt_bim.measure_pair(folder / "left.png", folder / "left.png", folder / "rig.yaml")

@@ -130,3 +130,13 @@ def test_sources_are_only_read(project: Project, result: RunResult, cache: Cache
     assert sorted(path.name for path in project.folder.iterdir()) == sorted(
         ["design.ifc", "markers.csv", "photos", "project.yaml", "rig.yaml"]
     )
+
+
+def test_a_station_left_out_of_an_earlier_visit_is_named_in_the_later_report(project: Project, cache: Cache) -> None:
+    first, second = project.visits
+    gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
+    visits = (replace(first, stations=(gone, *first.stations[1:])), second)
+    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    told = f"at the visit of {first.date} station {gone.name} could not be used"
+    assert any(note.startswith(told) for note in reports[1].notes)
+    assert not any(told in note for note in reports[0].notes)

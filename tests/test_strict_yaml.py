@@ -84,7 +84,7 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
     [
         ("a: 1\nb: 2\n c: 3\n", r"line 3 \(c: 3\): a key can't stand here: indent"),
         ("name: Site: north\n", r"line 1 \(name: Site: north\): .* in quotes"),
-        ("v:\n  - s:\n      - n: 1\n     - n: 2\n", "line 4 .*indented otherwise .* begin in line 2"),
+        ("v:\n  - s:\n      - n: 1\n     - n: 2\n", "line 4 .*indented otherwise than the lines before"),
         ("a:\n\tb: 2\n", "line 2 .*holds a tab; indent with spaces"),
         ("a: [1, 2\nb: 3\n", "line 2 .*bracket that was opened in line 1 isn't closed by ]"),
         ('a: "x\nb: 3\n', "a quote that was opened in line 1 is never closed"),

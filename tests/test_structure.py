@@ -79,3 +79,9 @@ def test_every_mistake_is_found_in_one_go() -> None:
 )
 def test_each_wrong_value_is_named_with_what_was_expected(value: Any, says: str) -> None:
     assert any(says in found for found in mistakes(value)), mistakes(value)
+
+
+def test_a_decimal_comma_in_a_mapping_is_named_as_one() -> None:
+    problems = Problems()
+    structure({"size_m": 0.3, 30: None}, Part, problems)
+    assert [problem.text for problem in problems.found] == ["unknown key; a decimal comma? write a point"]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from datetime import date
 
 MAX_ENTRIES = 512
 """A directory of a real camera holds under a hundred entries."""
 MAX_TEXT_BYTES = 256
 
 _MAKE, _MODEL, _ORIENTATION, _EXIF_IFD = 0x010F, 0x0110, 0x0112, 0x8769
-_FOCAL_LENGTH, _BODY_SERIAL = 0x920A, 0xA431
+_FOCAL_LENGTH, _BODY_SERIAL, _TAKEN = 0x920A, 0xA431, 0x9003
 _ASCII, _SHORT, _LONG, _RATIONAL = 2, 3, 4, 5
 
 Tags = dict[int, str | int | float]
@@ -29,10 +30,11 @@ class PhotoExif:
     orientation: int = 0  # 1..8 as EXIF numbers them, 0 unknown
     width_px: int = 0
     height_px: int = 0
+    taken: date | None = None  # by the camera's clock
 
 
 def exif_from_tiff(tiff: bytes, width_px: int, height_px: int) -> PhotoExif:
-    """Read make, model, serial, focal length and orientation out of an EXIF block (a TIFF header and directories)."""
+    """Read camera, serial, focal length, orientation and day out of an EXIF block (a TIFF header and directories)."""
     tags = _tags(tiff)
     make, model = _text(tags, _MAKE), _text(tags, _MODEL)
     orientation = tags.get(_ORIENTATION, 0)
@@ -44,7 +46,16 @@ def exif_from_tiff(tiff: bytes, width_px: int, height_px: int) -> PhotoExif:
         orientation=orientation if isinstance(orientation, int) and 1 <= orientation <= 8 else 0,
         width_px=width_px,
         height_px=height_px,
+        taken=_day(_text(tags, _TAKEN)),
     )
+
+
+def _day(text: str) -> date | None:
+    """Read `2026:03:02 09:33:00`; None for anything else, such as a clock that was never set."""
+    try:
+        return date.fromisoformat(text[:10].replace(":", "-"))
+    except ValueError:
+        return None
 
 
 def _text(tags: Tags, tag: int) -> str:

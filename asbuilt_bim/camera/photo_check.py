@@ -75,9 +75,9 @@ def _camera(photo: Photo, rig: StereoRig, side: Side) -> list[Rejection]:
         return [
             Rejection(
                 what=f"photo {photo.name}",
-                reason="left and right are swapped: it was taken by the rig's other camera",
+                reason="left and right are swapped: it was taken by the rig's other camera "
+                f"(the {side} one's serial is {own})",
                 value=f"serial {found}",
-                limit=f"serial {own} on the {side}",
                 remedy="exchange the left and the right photo",
             )
         ]

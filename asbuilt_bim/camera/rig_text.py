@@ -47,13 +47,15 @@ def read_document(path: Path) -> Plain:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RigError(f"rig file {path}: it can't be read ({reason}); check rig.file") from error
+        raise RigError(f"rig file {path}: it can't be read ({reason}); check the path") from error
     if len(data) > MAX_BYTES:
         raise RigError(f"rig file {path}: more than {MAX_BYTES} bytes; this is no rig file")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise RigError(f"rig file {path}: it is not UTF-8 text ({error.reason} at byte {error.start})") from error
+    if text.startswith("ISO-10303-21"):
+        raise RigError(f"rig file {path}: this is an IFC file; name the rig that was calibrated")
     return _xml(text, path) if text.lstrip().startswith("<") else _yaml(text, path)
 
 

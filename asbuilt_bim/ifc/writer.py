@@ -25,9 +25,9 @@ _END = b"END-ISO-10303-21"
 
 
 def write_asbuilt(
-    source: Path,
+    source: Path | str,
     report: ProgressReport,
-    target: Path,
+    target: Path | str,
     *,
     earlier: Sequence[ProgressReport] = (),
     colours: Mapping[State, str] | None = None,
@@ -42,6 +42,7 @@ def write_asbuilt(
         ResultError: the report names an element that the source doesn't hold.
         OutputError: the copy can't be written, or would replace its own source.
     """
+    source, target = Path(source), Path(target)
     if target.resolve() == source.resolve():
         raise OutputError(f"{target}: would overwrite the design itself; give another name")
     file = open_ifc(source)

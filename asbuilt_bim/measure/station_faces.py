@@ -115,7 +115,7 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
     share = face.area_sigma_m2 / face.area_m2
     reason = ("", "", "")
     if face.width_px < options.least_width_px:
-        reason = ("too narrow", f"{face.width_px:.0f} px", f"{options.least_width_px:.0f} px")
+        reason = ("too narrow", f"{face.width_px:.1f} px", f"{options.least_width_px:g} px")
     elif not share <= options.most_sigma_share:
         limit = f"{100 * options.most_sigma_share:.0f} %"
         reason = ("too uncertain", f"sigma {100 * share:.0f} % of its area", limit)

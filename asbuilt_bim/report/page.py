@@ -101,6 +101,7 @@ def _environment() -> Environment:
     )
     filters: dict[str, Callable[..., str]] = {
         "percent": wording.percent,
+        "percent_certain": wording.percent_certain,
         "number": wording.number,
         "area": wording.area,
         "metres": wording.length,

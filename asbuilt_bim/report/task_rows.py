@@ -94,7 +94,8 @@ def late_words(report: ProgressReport) -> str:
     if not any(task.schedule_finish for task in report.tasks):
         return ""
     late, unknown = late_rows(report), due_but_unknown(report)
-    more = f"; {unknown} more should stand, and too little was seen of them to say" if unknown else ""
+    open_ones = f"; {unknown} {'more ' if late else ''}should stand, and too little was seen of them to say"
+    more = open_ones if unknown else ""
     if not late and report.nothing_seen:
         return f"Nothing was seen at this visit, so nothing says whether an element is late{more}."
     if not late:

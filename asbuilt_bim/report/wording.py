@@ -22,6 +22,11 @@ def percent(share: float | None) -> str:
     return f"{share * 100:.0f} %"
 
 
+def percent_certain(share: float) -> str:
+    """Write a lower bound as whole percents, rounded down: a certificate may rest on it."""
+    return f"{math.floor(share * 100 + 1e-9)} %"
+
+
 def percent_range(lower: float, upper: float) -> str:
     """Write two bounds as `35 to 80 %`, rounded outwards: neither says more than is known; equal ones as one."""
     if upper - lower < 1e-9:

@@ -91,7 +91,10 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         day = project.visits[-1].date.isoformat()
         screen.error(f"visit {day}: not one station could be used, so the report holds what was known before, no more")
         return INCOMPLETE
-    return INCOMPLETE if request.strict and incomplete else 0
+    if request.strict and incomplete:
+        screen.error("stations were left out, as said above, and --strict was asked for")
+        return INCOMPLETE
+    return 0
 
 
 def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: datetime, *, colour: bool = False) -> int:
@@ -123,7 +126,7 @@ def inspect_command(path: Path, screen: Screen) -> int:
     return 0
 
 
-def strip_command(source: Path, target: Path, screen: Screen) -> int:
+def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: bool = False) -> int:
     """Write a copy of an IFC file without anything of this program's.
 
     Raises:
@@ -131,6 +134,8 @@ def strip_command(source: Path, target: Path, screen: Screen) -> int:
     """
     from asbuilt_bim.ifc.writer import strip_asbuilt
 
+    if target.exists() and not replace_it:
+        raise OutputError(f"{target}: is there already; name another file, or pass --replace")
     count = strip_asbuilt(source, target)
     if count:
         screen.say(f"{target}: {count} sets of asbuilt-bim's and all that belongs to them were taken out.")

@@ -204,6 +204,13 @@ def test_another_file_of_the_programs_in_a_rigs_place_is_named_as_what_it_is(tmp
         read_rig(file)
 
 
+def test_an_ifc_file_in_a_rigs_place_is_named_as_one(tmp_path: Path) -> None:
+    file = tmp_path / "design.ifc"
+    file.write_text("ISO-10303-21;\nHEADER;\n", encoding="utf-8")
+    with pytest.raises(RigError, match="this is an IFC file"):
+        read_rig(file)
+
+
 def test_a_slip_in_a_rig_file_is_named_by_its_line_also_below_opencvs_first_line(tmp_path: Path) -> None:
     file = tmp_path / "rig.yaml"
     file.write_text("%YAML:1.0\n---\na: 1\n b: 2\n", encoding="utf-8")

@@ -85,21 +85,27 @@ def views(of: StereoRig, count: int, noise_px: float, seed: int) -> tuple[list[B
 
 
 def exif_block(
-    make: str = "Maker", model: str = "One", serial: str = "L-1", focal_mm: float = 8.0, orientation: int = 1
+    make: str = "Maker",
+    model: str = "One",
+    serial: str = "L-1",
+    focal_mm: float = 8.0,
+    orientation: int = 1,
+    taken: str = "2026:03:02 09:12:00",
 ) -> bytes:
     """A little-endian EXIF block as cameras write it: main directory, EXIF directory, texts behind them."""
-    texts = [text.encode() + b"\x00" * 6 for text in (make, model, serial)]
+    texts = [text.encode() + b"\x00" * 6 for text in (make, model, serial, taken)]
     main_at, exif_at = 8, 8 + 2 + 4 * 12 + 4
-    data_at = exif_at + 2 + 2 * 12 + 4
+    data_at = exif_at + 2 + 3 * 12 + 4
     places = np.cumsum([data_at, *map(len, texts)])
     main = struct.pack("<H", 4)
     main += struct.pack("<HHII", 0x010F, 2, len(texts[0]), places[0])
     main += struct.pack("<HHII", 0x0110, 2, len(texts[1]), places[1])
     main += struct.pack("<HHIHH", 0x0112, 3, 1, orientation, 0)
     main += struct.pack("<HHII", 0x8769, 4, 1, exif_at) + struct.pack("<I", 0)
-    exif = struct.pack("<H", 2)
+    exif = struct.pack("<H", 3)
+    exif += struct.pack("<HHII", 0x9003, 2, len(texts[3]), places[3])
     exif += struct.pack("<HHII", 0xA431, 2, len(texts[2]), places[2])
-    exif += struct.pack("<HHII", 0x920A, 5, 1, places[3]) + struct.pack("<I", 0)
+    exif += struct.pack("<HHII", 0x920A, 5, 1, places[4]) + struct.pack("<I", 0)
     assert main_at + len(main) == exif_at
     header = b"II*\x00" + struct.pack("<I", main_at)
     return header + main + exif + b"".join(texts) + struct.pack("<II", round(focal_mm * 100), 100)

@@ -10,7 +10,7 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.outputs import read_pictures, write_outputs
 from asbuilt_bim.report.page import page_html
 from asbuilt_bim.report.plan import storey_plans
-from asbuilt_bim.report.wording import area, millimetres, percent, percent_range
+from asbuilt_bim.report.wording import area, millimetres, percent, percent_certain, percent_range
 from tests.report.sample_report import GROUND, HOSTILE_MARKUP, renamed, sample_picture, sample_report
 
 
@@ -137,6 +137,7 @@ def test_areas_never_claim_to_be_exact(value, sigma, text):
 
 def test_bounds_that_read_the_same_are_written_once():
     assert (percent_range(0.5, 0.5), percent_range(0.0, 1.0)) == ("50 %", "0 to 100 %")
+    assert (percent_certain(0.68969), percent_certain(1.0), percent_certain(0.0)) == ("68 %", "100 %", "0 %")
     assert percent_range(0.426, 0.884) == "42 to 89 %"  # never narrower than what is known
 
 
