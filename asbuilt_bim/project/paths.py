@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from asbuilt_bim.structure import Problems
@@ -37,11 +37,13 @@ class PathChecker:
     folder: Path
     allow_outside: bool
     problems: Problems
+    asked: dict[str, Path] = field(default_factory=dict)  # where -> path of every file that is named
 
     def file(self, text: str, where: str) -> Path:
         """Return the absolute path of `text`, whether or not the file is there."""
         path = self._join(text, where)
-        self._inside(path, where, text)
+        if self._inside(path, where, text):
+            self.asked[where] = path
         return path
 
     def pairs(self, left: str, right: str, where: str) -> tuple[tuple[Path, Path], ...]:

@@ -111,6 +111,9 @@ def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
     checker = PathChecker(folder=path.parent, allow_outside=allow_outside, problems=problems)
     project = _resolve(path, written, checker)
     if problems.found:
+        for where, file in checker.asked.items():  # all that is wrong is told at once; a photo costs its station alone
+            if not where.startswith("visits[") and not file.exists():
+                problems.add(where, f"there is no {project.relative(file)}")
         raise ProjectError(_message(path, problems.found, document.lines))
     return project
 

@@ -20,7 +20,7 @@ Kind = Literal["target's diameter", "markers' size", "markers' distances"]
 
 SCALE_LIMIT = 0.03
 """Of a length, 6 % of an area: more than discs and prints are ever off by, all the same way."""
-DOUBT_LIMIT = 0.015
+DOUBT_LIMIT, DOUBT_SIGNIFICANT = 0.015, 2.5  # it is warned of, and nothing is refused
 SIGNIFICANT = 4.0
 KNOWN_TO = {"target's diameter": 0.01, "markers' size": 0.01, "markers' distances": 0.003}
 """What a length is made or surveyed to, relative; common to all of its kind, so that it doesn't average out."""
@@ -94,7 +94,8 @@ def scale_rejection(what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: 
 
 def doubt_rejection(what: str, verdict: ScaleVerdict) -> Rejection | None:
     """Return a warning where known lengths come out wrong by less, or contradict each other; None where all is well."""
-    off = [kind for kind in verdict.kinds if abs(np.log(kind.ratio)) > max(DOUBT_LIMIT, SIGNIFICANT * kind.sigma)]
+    allowed = {kind.kind: max(DOUBT_LIMIT, DOUBT_SIGNIFICANT * kind.sigma) for kind in verdict.kinds}
+    off = [kind for kind in verdict.kinds if abs(np.log(kind.ratio)) > allowed[kind.kind]]
     if not off or verdict.is_wrong:
         return None
     named = ", ".join(f"{kind.kind} {100 * (kind.ratio - 1):+.1f} % (± {100 * kind.sigma:.1f} %)" for kind in off)
@@ -102,7 +103,7 @@ def doubt_rejection(what: str, verdict: ScaleVerdict) -> Rejection | None:
     return Rejection(
         what=what,
         reason=f"known lengths come out wrong: {named}" + (f"; others don't: {others}" if others else ""),
-        limit=f"{100 * DOUBT_LIMIT:g} %",
+        limit=", ".join(f"{100 * allowed[kind.kind]:.1f} %" for kind in off),
         remedy=_doubt_remedy(off, verdict),
     )
 

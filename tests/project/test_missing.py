@@ -34,3 +34,14 @@ def test_a_missing_photo_is_its_stations_matter_and_no_files(tmp_path: Path) -> 
     (tmp_path / "design.ifc").touch()
     (tmp_path / "markers.csv").touch()
     refuse_missing(project)  # none of the photos is there
+
+
+def test_files_that_are_missing_are_told_with_the_other_mistakes_by_line(tmp_path: Path) -> None:
+    contents = plain()
+    contents["rig"]["boards"]["left"] = "nowhere/left_*.jpg"
+    with pytest.raises(ProjectError) as refused:
+        read_project(write_project(tmp_path, contents))
+    told = str(refused.value)
+    assert "3 mistakes" in told and "rig.boards.left" in told
+    assert "line 4: ifc: there is no design.ifc" in told and "markers.survey: there is no markers.csv" in told
+    assert "A1_left" not in told

@@ -56,5 +56,5 @@ def test_a_photo_named_under_two_stations_is_a_mistake_in_the_project_file(tmp_p
     contents["visits"][1]["stations"][1] |= {"left": "v/A1_left.jpg", "right": "v/A1_right.jpg"}
     with pytest.raises(ProjectError) as refused:
         read_project(write_project(tmp_path, contents))
-    assert "2 mistakes" in str(refused.value)
+    assert "visits[1].stations[1].right: is a photo of visits[1].stations[0] too" in str(refused.value)
     assert "visits[1].stations[1].left: is a photo of visits[1].stations[0] too" in str(refused.value)

@@ -74,3 +74,10 @@ def test_nothing_known_says_nothing() -> None:
         target_diameter_m=0.0, marker_ids=(), marker_corners_m=frozen(np.zeros((0, 4, 3))), marker_sigma=frozen([])
     )
     assert judge_scale([empty], None, SIZE_M, SURVEY) is None
+
+
+def test_a_disc_told_three_per_cent_too_large_is_warned_of_with_the_limit_that_it_was_held_against() -> None:
+    verdict = judge_scale([evidence(1.0, disc=0.966, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
+    assert verdict is not None
+    doubt = doubt_rejection("rig", verdict)
+    assert doubt is not None and doubt.limit == "2.9 %" and "target's diameter -3." in doubt.reason
