@@ -46,6 +46,8 @@ def test_a_project_names_cards_by_paths_in_its_folder(tmp_path: Path) -> None:
     ],
 )
 def test_what_a_project_asks_of_networks_must_fit_together(tmp_path: Path, keys: dict[str, Any], says: str) -> None:
+    for name in ("design.ifc", "markers.csv", "card.yaml"):
+        (tmp_path / name).touch()
     with pytest.raises(ProjectError, match="one mistake") as caught:
         read_project(write_project(tmp_path, plain() | keys))
     assert says in str(caught.value)

@@ -134,7 +134,7 @@ def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: boo
     """
     from asbuilt_bim.ifc.writer import strip_asbuilt
 
-    if target.exists() and not replace_it:
+    if target.exists() and not replace_it and target.resolve() != source.resolve():
         raise OutputError(f"{target}: is there already; name another file, or pass --replace")
     count = strip_asbuilt(source, target)
     if count:
