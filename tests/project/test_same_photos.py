@@ -45,9 +45,9 @@ def test_exchanged_and_mixed_photos_are_left_to_those_who_measure_them(tmp_path:
 
 
 def test_missing_and_empty_photos_are_no_ones_twins(tmp_path: Path) -> None:
-    project = _project(tmp_path, A1_left=b"", A2_left=b"")
-    (tmp_path / "v/A1_right.jpg").unlink()
-    (tmp_path / "v/A2_right.jpg").unlink()
+    project = _project(tmp_path, A1_left=b"", A1_right=b"", A2_left=b"", A2_right=b"")
+    for side in ("left", "right"):
+        (tmp_path / f"v/B1_{side}.jpg").unlink()
     assert [same_photos(project, visit) for visit in project.visits] == [{}, {}]
 
 
