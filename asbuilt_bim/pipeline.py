@@ -131,7 +131,7 @@ def _left_out(report: ProgressReport, visit: Visit) -> list[str]:
     if not names:
         return []
     stations = f"station {names[0]}" if len(names) == 1 else f"stations {', '.join(names)}"
-    return [f"at the visit of {visit.date.isoformat()} {stations} could not be used, and count for nothing here either"]
+    return [f"nothing of {stations} of the visit of {visit.date.isoformat()} counts here: it could not be used"]
 
 
 def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:

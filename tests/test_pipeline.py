@@ -137,6 +137,6 @@ def test_a_station_left_out_of_an_earlier_visit_is_named_in_the_later_report(pro
     gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
     visits = (replace(first, stations=(gone, *first.stations[1:])), second)
     reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
-    told = f"at the visit of {first.date} station {gone.name} could not be used"
+    told = f"nothing of station {gone.name} of the visit of {first.date} counts here"
     assert any(note.startswith(told) for note in reports[1].notes)
     assert not any(told in note for note in reports[0].notes)

@@ -41,8 +41,8 @@ def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]
         Rejection(
             what="photos' days",
             reason=f"the photos of {len(off)} of {len(visit.stations)} stations say that they were taken on another "
-            f"day than the visit's, and count all the same: {named}{more}",
-            limit=visit.date.isoformat(),
-            remedy="if they are another visit's, copy this one's; else set the camera's clock",
+            f"day than the visit's, {visit.date.isoformat()}: {named}{more}",
+            remedy="if they are another visit's, copy this one's; if the camera's clock is wrong, set it: nothing is "
+            "left out for it",
         ),
     )
