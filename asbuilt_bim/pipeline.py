@@ -22,7 +22,6 @@ from asbuilt_bim.progress.revision import revision_notes
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import classify_surface
 from asbuilt_bim.project.missing import refuse_missing
-from asbuilt_bim.project.photo_days import other_days, taken_days
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -103,7 +102,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         with watch.step("measure"):
             seen = measure_visit(visit, project, rig, place, progress, survey)
         with watch.step("register, match, judge"):
-            rejections = (*stray, *other_days(visit, taken_days(visit)), *seen.rejections)
+            rejections = (*stray, *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
             revised = revision_notes(past[-1], report) if past else ()
             report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
@@ -126,8 +125,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
 
 def _left_out(report: ProgressReport, visit: Visit) -> list[str]:
     """Return a note for the reports of later visits, where a station of this one counts for nothing."""
-    placed = {record.name for record in report.stations if record.world_from_left is not None}
-    names = [station.name for station in visit.stations if station.name not in placed]
+    names = [station.name for station in visit.stations if station.name not in report.placed]
     if not names:
         return []
     stations = f"station {names[0]}" if len(names) == 1 else f"stations {', '.join(names)}"

@@ -21,6 +21,7 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
+from asbuilt_bim.project.photo_days import other_days
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.project.same_photos import same_photos
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -111,7 +112,8 @@ def measure_visit(
     """
     doubled = same_photos(project, visit)
     own = [station for station in visit.stations if station.name not in doubled]
-    outcomes, known = _measured(own, f"measure {visit.date.isoformat()}", project, rig, place, progress)
+    taken: dict[str, date] = {}
+    outcomes, known = _measured(own, f"measure {visit.date.isoformat()}", project, rig, place, progress, taken)
     outcomes |= {name: RejectedStation(station=name, rejections=(reason,)) for name, reason in doubled.items()}
 
     def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
@@ -121,13 +123,23 @@ def measure_visit(
 
     in_order = [outcomes[station.name] for station in visit.stations]
     watched = watch_rig(in_order, rig, again if project.rig.refine else None)
-    return _gathered(watch_scale(watched, project, rig, survey), known)
+    seen = _gathered(watch_scale(watched, project, rig, survey), known)
+    return replace(seen, rejections=(*other_days(visit, taken), *seen.rejections))
 
 
 def _measured(
-    stations: Sequence[Station], step: str, project: Project, rig: StereoRig, place: Workplace, progress: Progress
+    stations: Sequence[Station],
+    step: str,
+    project: Project,
+    rig: StereoRig,
+    place: Workplace,
+    progress: Progress,
+    taken: dict[str, date] | None = None,
 ) -> tuple[dict[str, Outcome], int]:
-    """Measure stations with a rig; returns the outcomes by name, and how many came from the cache."""
+    """Measure stations with a rig; returns the outcomes by name, and how many came from the cache.
+
+    `taken` is given the day that a station's left photo says it was taken, where it says one.
+    """
     options = options_of(project)
     rig_digest = plain_digest(rig, StereoRig)
     networks = [f"{name} {digest}" for name, digest in identities(project.networks).items()]
@@ -145,6 +157,8 @@ def _measured(
             if isinstance(photos, RejectedStation):
                 note(station.name, photos)
                 continue
+            if taken is not None and photos.left.exif.taken is not None:
+                taken[station.name] = photos.left.exif.taken
             key = _key(photos, rig_digest, options, networks)
             found = place.cache.get(key, StationMeasurement)
             if found is not None:

@@ -140,3 +140,13 @@ def test_a_station_left_out_of_an_earlier_visit_is_named_in_the_later_report(pro
     told = f"nothing of station {gone.name} of the visit of {first.date} counts here"
     assert any(note.startswith(told) for note in reports[1].notes)
     assert not any(told in note for note in reports[0].notes)
+
+
+def test_photos_that_tell_another_day_than_the_visits_are_warned_of_in_its_report(
+    project: Project, cache: Cache
+) -> None:
+    visits = tuple(replace(visit, date=visit.date.replace(year=2027)) for visit in project.visits)
+    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    for report, visit in zip(reports, visits, strict=True):
+        (told,) = [str(rejection) for rejection in report.rejections if rejection.what == "photos' days"]
+        assert f"of {len(visit.stations)} stations" in told and visit.date.isoformat() in told and "2026" in told

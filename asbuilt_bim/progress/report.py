@@ -251,6 +251,11 @@ class ProgressReport:
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
 
     @property
+    def placed(self) -> frozenset[str]:
+        """Return the names of the visit's stations that count."""
+        return frozenset(station.name for station in self.stations if station.world_from_left is not None)
+
+    @property
     def nothing_seen(self) -> bool:
         """Say whether not one station of the visit counts: all that is told is what was known before."""
-        return not any(station.world_from_left is not None for station in self.stations)
+        return not self.placed

@@ -37,13 +37,17 @@ class PathChecker:
     folder: Path
     allow_outside: bool
     problems: Problems
-    asked: dict[str, Path] = field(default_factory=dict)  # where -> path of every file that is named
+    files: dict[str, Path] = field(default_factory=dict)  # where -> path of all that `file` was asked for
 
     def file(self, text: str, where: str) -> Path:
-        """Return the absolute path of `text`, whether or not the file is there."""
+        """Return the absolute path of `text`, whether or not the file is there, and note it in `files`."""
+        path = self.files[where] = self.photo(text, where)
+        return path
+
+    def photo(self, text: str, where: str) -> Path:
+        """Return the absolute path of a station's photo: a missing one costs its station alone, so it isn't noted."""
         path = self._join(text, where)
-        if self._inside(path, where, text):
-            self.asked[where] = path
+        self._inside(path, where, text)
         return path
 
     def pairs(self, left: str, right: str, where: str) -> tuple[tuple[Path, Path], ...]:

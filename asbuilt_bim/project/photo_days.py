@@ -5,26 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import date, timedelta
 
-from asbuilt_bim.camera.photo import read_photo
-from asbuilt_bim.errors import PhotoError, Rejection
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Visit
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""
 _MOST_NAMED = 5
-
-
-def taken_days(visit: Visit) -> dict[str, date]:
-    """Return, by station, the day that its left photo says it was taken, where it says one and can be read."""
-    days: dict[str, date] = {}
-    for station in visit.stations:
-        try:
-            taken = read_photo(station.left).exif.taken
-        except PhotoError:
-            continue
-        if taken is not None:
-            days[station.name] = taken
-    return days
 
 
 def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]:

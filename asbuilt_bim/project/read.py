@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
@@ -72,6 +73,12 @@ class Project:
     schedule: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
     writers: tuple[str, ...] = ()
+    files: Mapping[str, Path] = field(default_factory=dict)  # by key: all that are named but the photos
+
+    @property
+    def missing(self) -> dict[str, Path]:
+        """Return the files, by key, that aren't there; a missing photo costs its station alone."""
+        return {key: path for key, path in self.files.items() if not path.exists()}
 
     @property
     def folder(self) -> Path:
@@ -111,8 +118,9 @@ def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
     checker = PathChecker(folder=path.parent, allow_outside=allow_outside, problems=problems)
     project = _resolve(path, written, checker)
     if problems.found:
-        for where, file in checker.asked.items():  # all that is wrong is told at once; a photo costs its station alone
-            if not where.startswith("visits[") and not file.exists():
+        wrong = {problem.path for problem in problems.found}
+        for where, file in project.missing.items():  # all that is wrong is told at once
+            if where not in wrong:
                 problems.add(where, f"there is no {project.relative(file)}")
         raise ProjectError(_message(path, problems.found, document.lines))
     return project
@@ -149,12 +157,13 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         target=written.target,
         markers=written.markers,
         survey=checker.file(written.markers.survey, "markers.survey"),
-        networks=_networks(written.networks, written.options, checker),
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
-        history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
+        history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
+        networks=_networks(written.networks, written.options, checker),
         writers=tuple(dict.fromkeys(written.writers)),
+        files=checker.files,
     )
 
 
@@ -185,7 +194,7 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         if key in seen:
             checker.problems.add(f"{at}.name", f"'{station.name}' is the name of {seen[key]} too; names are unique")
         seen.setdefault(key, at)
-        left, right = checker.file(station.left, f"{at}.left"), checker.file(station.right, f"{at}.right")
+        left, right = checker.photo(station.left, f"{at}.left"), checker.photo(station.right, f"{at}.right")
         if left == right:
             checker.problems.add(f"{at}.right", f"is the same file as left ({station.left})")
         stations.append(Station(name=station.name, left=left, right=right))

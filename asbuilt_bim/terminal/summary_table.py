@@ -64,8 +64,7 @@ def completion_text(completion: Completion) -> str:
 
 def left_out(stations: Sequence[str], report: ProgressReport) -> dict[str, list[str]]:
     """Return each station of `stations` that the report doesn't count, with the reasons."""
-    placed = {record.name for record in report.stations if record.world_from_left is not None}
-    return {name: _reasons(name, report) for name in stations if name not in placed}
+    return {name: _reasons(name, report) for name in stations if name not in report.placed}
 
 
 def time_line(seconds: Mapping[str, float]) -> str:

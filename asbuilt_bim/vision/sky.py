@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -39,6 +40,8 @@ LEAST_BESIDE = 0.25
 SPECK_PIXELS = 6
 """Fewer pixels together that have the sky's colour are chance: a bright grain of concrete is one or two wide."""
 _ANY = 1e-3  # of a window: less is rounding
+
+_Piece = NDArray[np.intp]  # flat indices of pixels
 
 
 def without_sky(instance: Instance, sky: BoolArray) -> Instance:
@@ -108,20 +111,16 @@ def _hanging(candidate: BoolArray, valid: BoolArray) -> BoolArray:
 
 
 def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> BoolArray:
-    """Return the pieces of the candidates (H, W) whose colour (H, W, 3) continues the known sky's gradient.
+    """Return the pieces of the candidates (H, W) whose colour (H, W, 3) continues the known sky's gradient."""
 
-    A piece that was found tells more of the gradient, by which the next one down is found.
-    """
-    found = np.zeros_like(sky)
-    pieces = _pieces(candidate, LEAST_PIXELS)
-    while pieces and (gradient := _gradient(sky | found, colour)) is not None:
+    def alike(known: BoolArray, pieces: list[_Piece]) -> list[bool]:
+        gradient = _gradient(known, colour)
+        if gradient is None:
+            return []
         like = gradient.alike().ravel()
-        alike = [bool(np.mean(like[piece]) >= ALIKE) for piece in pieces]
-        if not any(alike):
-            break
-        found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
-        pieces = [piece for piece, yes in zip(pieces, alike, strict=True) if not yes]
-    return found
+        return [bool(np.mean(like[piece]) >= ALIKE) for piece in pieces]
+
+    return _gathered(_pieces(candidate, LEAST_PIXELS), sky, alike)
 
 
 def _of_the_colour_beside(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> BoolArray:
@@ -129,22 +128,32 @@ def _of_the_colour_beside(candidate: BoolArray, sky: BoolArray, colour: np.ndarr
 
     The sky's colour beside is looked up in a map a few times smaller: it changes little from pixel to pixel.
     """
-    found = np.zeros_like(sky)
-    pieces = _pieces(candidate, BESIDE_PIXELS)
     small = (-(-sky.shape[1] // SMALLER), -(-sky.shape[0] // SMALLER))
     smaller = cv2.resize(colour, small, interpolation=cv2.INTER_AREA)
+
+    def alike(known: BoolArray, pieces: list[_Piece]) -> list[bool]:
+        there = cv2.resize(known.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
+        level = _local_level(smaller, there, REACH_PX // SMALLER)
+        return [_is_of(level, colour, piece) for piece in pieces]
+
+    return _gathered(_pieces(candidate, BESIDE_PIXELS), sky, alike)
+
+
+def _gathered(
+    pieces: list[_Piece], sky: BoolArray, alike: Callable[[BoolArray, list[_Piece]], list[bool]]
+) -> BoolArray:
+    """Return the pieces that are `alike` to the known sky; each that was found tells more of it, for the next."""
+    found = np.zeros_like(sky)
     while pieces:
-        known = cv2.resize((sky | found).astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
-        level = _local_level(smaller, known, REACH_PX // SMALLER)
-        alike = [_is_of(level, colour, piece) for piece in pieces]
-        if not any(alike):
+        yes = alike(sky | found, pieces)
+        if not any(yes):
             break
-        found.ravel()[np.concatenate([piece for piece, yes in zip(pieces, alike, strict=True) if yes])] = True
-        pieces = [piece for piece, yes in zip(pieces, alike, strict=True) if not yes]
+        found.ravel()[np.concatenate([piece for piece, is_sky in zip(pieces, yes, strict=True) if is_sky])] = True
+        pieces = [piece for piece, is_sky in zip(pieces, yes, strict=True) if not is_sky]
     return found
 
 
-def _is_of(level: np.ndarray, colour: np.ndarray, piece: NDArray[np.intp]) -> bool:
+def _is_of(level: np.ndarray, colour: np.ndarray, piece: _Piece) -> bool:
     """Say whether a piece (flat indices) has the colour that a smaller map of the sky's has there."""
     rows, columns = np.divmod(piece, colour.shape[1])
     beside = level[rows // SMALLER, columns // SMALLER]
@@ -155,7 +164,7 @@ def _is_of(level: np.ndarray, colour: np.ndarray, piece: NDArray[np.intp]) -> bo
     return bool(np.mean(off < MOST_OFF_GREY) >= ALIKE)
 
 
-def _pieces(candidate: BoolArray, least: int) -> list[NDArray[np.intp]]:
+def _pieces(candidate: BoolArray, least: int) -> list[_Piece]:
     """Return the candidates' connected parts of so many pixels, as flat indices."""
     count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
     return [np.flatnonzero(parts == k) for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= least]

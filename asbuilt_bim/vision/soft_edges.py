@@ -38,9 +38,7 @@ _CLEAR = 1.5  # blurs: further off nearly nothing of the other side is seen
 _JPEG_COLOUR = 0.06  # of the contrast: what halved colours are off by next to an edge
 _LEAST_CHANGE = 0.03  # of the contrast, for each root of a pixel: no background is one colour
 _LEAST_WITHIN = 0.1  # of that, inside: paint is
-_COMMON = (
-    0.5  # of how much an outside changes the whole outline tells, its own neighbourhood, some ten samples, the rest
-)
+_COMMON = 0.5  # of how much an outside changes the whole outline tells, its own ten samples the rest
 _NEVER_STILL = 1e-7  # linear light squared, for each pixel: the inverse stays finite
 _NEIGHBOURS = 2  # to both sides: as far as blur reaches
 _ANY_COLOUR = 1e4  # noise's variances: what a side's colour at the edge may be

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from datetime import date
 from pathlib import Path
 
 import cv2
@@ -110,3 +111,11 @@ def test_a_damaged_file_is_refused_or_decoded_never_a_crash(place: int, junk: by
         decode(photo_from_bytes("x.jpg", damaged))
     except PhotoError as error:
         assert "x.jpg" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("taken", "day"),
+    [("2026:03:02 09:33:00", date(2026, 3, 2)), ("0000:00:00 00:00:00", None), ("yesterday", None), ("", None)],
+)
+def test_the_day_is_the_cameras_clocks_and_unknown_where_it_says_none_or_nonsense(taken: str, day: date | None) -> None:
+    assert photo_from_bytes("a.jpg", with_exif(encoded(), exif_block(taken=taken))).exif.taken == day

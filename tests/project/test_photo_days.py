@@ -3,10 +3,8 @@ from __future__ import annotations
 from datetime import date
 from pathlib import Path
 
-from asbuilt_bim.project.photo_days import other_days, taken_days
+from asbuilt_bim.project.photo_days import other_days
 from asbuilt_bim.project.read import Project, read_project
-from tests.camera.test_photo import encoded
-from tests.camera.virtual import exif_block, with_exif
 from tests.project_folder import write_project
 
 
@@ -25,12 +23,3 @@ def test_the_visits_own_day_and_its_neighbours_are_no_other_day(tmp_path: Path) 
     visit = _project(tmp_path).visits[0]
     assert other_days(visit, {"A1": date(2026, 3, 1), "A2": date(2026, 3, 2)}) == ()
     assert other_days(visit, {}) == ()
-
-
-def test_the_day_is_read_from_the_photo_and_is_unknown_where_it_says_none_or_nonsense(tmp_path: Path) -> None:
-    project = _project(tmp_path)
-    (tmp_path / "v").mkdir()
-    (tmp_path / "v/A1_left.jpg").write_bytes(with_exif(encoded(), exif_block(taken="2026:03:02 09:33:00")))
-    (tmp_path / "v/A2_left.jpg").write_bytes(with_exif(encoded(), exif_block(taken="0000:00:00 00:00:00")))
-    (tmp_path / "v/B1_left.jpg").write_bytes(b"no photo")
-    assert [taken_days(visit) for visit in project.visits] == [{"A1": date(2026, 3, 2)}, {}]
