@@ -11,17 +11,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.edges import pixel_plane
 from asbuilt_bim.measure.outline import FaceEdge, Outline
-from asbuilt_bim.measure.walk import at_places, walk
+from asbuilt_bim.measure.walk import IntArray, at_places, owners, walk
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene import q_of_piece
 from asbuilt_bim.vision.warp import sample
-
-IntArray = NDArray[np.intp]
 
 OFF_PX, OFF_SIGMAS = 1.0, 2.0
 NEAR_PX = (2.0, 4.0, 6.0, 8.0, 11.0)
@@ -36,7 +33,6 @@ LEAST_SIDE_PX = 10.0
 LEAST_SHARE = 0.03
 CROSSING_SHARE = 0.4
 """A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
-ON_EDGE_PX = 3.0
 STEP_PX, STEP_RUN = 6.0, 8
 """Brightness is compared 6 px to either side, past what a mask's border errs, in means over runs of 16 px."""
 STRIP_PX = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
@@ -84,7 +80,7 @@ def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int, same: 
         points, normals, steps = walk(ring)
         state = _beyond(bench, points, normals, p, label, same)
         framed = at_places(bench.frame, points)
-        owner = _owners(outline.edges, points, normals)
+        owner = owners([edge.line for edge in outline.edges], points, normals)
         for number in np.unique(owner):
             own = owner == number
             edge = outline.edges[number] if number >= 0 else None
@@ -171,20 +167,6 @@ def _in_one_plane(bench: Workbench, q_px: FloatArray, label: int) -> list[int]:
         if cosine >= np.cos(np.radians(SAME_PLANE_DEG)) and abs(median(disparity - rays @ q_px)) < OFF_PX:
             found.append(number)
     return found
-
-
-def _owners(edges: tuple[FaceEdge, ...], points: FloatArray, normals: FloatArray) -> IntArray:
-    """Return per place (N,) the number of the side that it lies on, -1 for none."""
-    owner = np.full(len(points), -1, dtype=np.intp)
-    nearest = np.full(len(points), ON_EDGE_PX)
-    for number, edge in enumerate(edges):
-        line = edge.line
-        along = (points - line.start) @ line.direction
-        off = np.abs((points - line.start) @ line.normal)
-        within = (along > -ON_EDGE_PX) & (along < line.length_px + ON_EDGE_PX) & (normals @ line.normal > 0.9)
-        mine = within & (off < nearest)
-        owner[mine], nearest[mine] = number, off[mine]
-    return owner
 
 
 def _beyond(

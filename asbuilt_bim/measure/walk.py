@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.measure.edges import Line
+
+IntArray = NDArray[np.intp]
+
+ON_EDGE_PX = 3.0
 
 
 def walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -30,3 +38,16 @@ def at_places(image: BoolArray, points: FloatArray) -> BoolArray:
     y = np.clip(np.round(points[:, 1]).astype(np.intp), 0, image.shape[0] - 1)
     found: BoolArray = image[y, x]
     return found
+
+
+def owners(lines: Sequence[Line], points: FloatArray, normals: FloatArray) -> IntArray:
+    """Return per place (N,) the number of the straight side that it lies on, -1 for none."""
+    owner = np.full(len(points), -1, dtype=np.intp)
+    nearest = np.full(len(points), ON_EDGE_PX)
+    for number, line in enumerate(lines):
+        along = (points - line.start) @ line.direction
+        off = np.abs((points - line.start) @ line.normal)
+        within = (along > -ON_EDGE_PX) & (along < line.length_px + ON_EDGE_PX) & (normals @ line.normal > 0.9)
+        mine = within & (off < nearest)
+        owner[mine], nearest[mine] = number, off[mine]
+    return owner

@@ -97,9 +97,9 @@ TASKS = (
         "Share that the plan wants by the end of the visit's day; empty without a plan.",
     ),
     _column(
-        "Days late", "count", 8, "Days behind the plan by the best estimate; negative: ahead; empty without a plan."
+        "Days behind", "count", 8, "Days behind the plan by the best estimate; negative: ahead; empty without a plan."
     ),
-    _column("Days late at least", "count", 9, "Days behind the plan at least, whatever was not seen."),
+    _column("Days behind at least", "count", 9, "Days behind the plan at least, whatever was not seen."),
     _column(
         "Late",
         "text",
