@@ -4,7 +4,8 @@ python benchmarks/target.py --check --json figures.json    500 pairs with a disc
 python benchmarks/target.py --quick                        30 and 12
 
 A case is WRONG where the disc's distance is off by more than 1 % (the wrong thing taken as much as a bad centre), FOUND
-where it is right. Light, blur, tilt to 60 degrees and cover to 30 % are drawn at random in every case.
+where it is right. Light, blur, tilt to 60 degrees and cover to 30 % are drawn at random in every case; in 15 %
+grey levels are blurred, as a resampler or a noise filter does it, and not light.
 """
 
 from __future__ import annotations

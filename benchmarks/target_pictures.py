@@ -22,6 +22,9 @@ from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, frozen
 RADIUS_M = 0.15
 DEVELOPING_SITES = (20, 1, 21, 22)
 MOST_COVERED = 0.30
+BLURRED_AS_SHOWN = 0.15
+"""Of the pairs: their blur is of grey levels, as a resampler or a noise filter makes it, and not of light."""
+_SHARPEST_PX = 0.6  # what a lens and a pixel blur at least
 _MOST_PHOTOS = 27  # a background takes 7 MB
 _LINEAR = ((np.arange(256) / 255.0) ** GAMMA).astype(np.float32)
 _CAMERA = RectifiedCamera(f_px=1050.0, cx_px=640.0, cy_px=480.0, baseline_m=0.25, width_px=1280, height_px=960,
@@ -80,13 +83,17 @@ def case(number: int, seed: int, background: Background, with_disc: bool) -> Cas
     if with_disc and rng.random() < 0.06:
         layers.append(_reflection(places[0][0], light, rng))
         traits["reflection"] = 1.0
-    blur = {"none": 0.6, "soft": rng.uniform(0.8, 1.5), "blurred": rng.uniform(1.5, 2.5)}
+    blur = {"none": _SHARPEST_PX, "soft": rng.uniform(0.8, 1.5), "blurred": rng.uniform(1.5, 2.5)}
     sharpness = str(rng.choice(list(blur)))
-    traits["blur"] = sharpness
+    # drawn for itself: the other draws of a seed are what they were before there was such blur
+    as_shown = bool(np.random.default_rng([seed, number, 1]).random() < BLURRED_AS_SHOWN)
+    traits["blur"] = f"{sharpness}, of grey levels" if as_shown and sharpness != "none" else sharpness
+    light_px = _SHARPEST_PX if as_shown else blur[sharpness]
+    shown_px = float(np.sqrt(blur[sharpness] ** 2 - light_px**2))
     dusk = 0.25 if light == "dusk" else 1.0
     noise = rng.uniform(4.0, 8.0) if light == "dusk" else rng.uniform(1.0, 3.0)
     images = [
-        _photo(image, layers, pair.camera, shift, (dusk, blur[sharpness], noise), rng)
+        _photo(image, layers, pair.camera, shift, (dusk, light_px, shown_px, noise), rng)
         for image, shift in ((pair.left, 0.0), (pair.right, pair.camera.baseline_m))
     ]
     return Case(
@@ -168,15 +175,17 @@ def _reflection(centre: FloatArray, light: str, rng: np.random.Generator) -> tup
 
 def _photo(
     image: ByteImage, layers: list[tuple[float, Layer]], camera: RectifiedCamera, shift_m: float,
-    optics: tuple[float, float, float], rng: np.random.Generator,
+    optics: tuple[float, float, float, float], rng: np.random.Generator,
 ) -> ByteImage:  # fmt: skip
-    """Draw the layers from the far one to the near one; then light, blur, noise (grey levels) and JPEG."""
-    exposure, blur_px, noise = optics
+    """Draw the layers from the far one to the near one; then light, its blur, grey levels, theirs, noise and JPEG."""
+    exposure, light_px, shown_px, noise = optics
     canvas = cv2.LUT(image, _LINEAR)
     for _, layer in sorted(layers, key=lambda item: -item[0]):
         draw(canvas, layer, camera, shift_m)
-    canvas = cv2.GaussianBlur(canvas * np.float32(exposure), None, blur_px)
+    canvas = cv2.GaussianBlur(canvas * np.float32(exposure), None, light_px)
     shown = 255.0 * cv2.pow(np.clip(canvas, 0.0, 1.0), 1.0 / GAMMA)
+    if shown_px > 0.0:
+        shown = cv2.GaussianBlur(shown, None, shown_px)
     grain = np.empty(shown.shape, dtype=np.int16)
     cv2.setRNGSeed(int(rng.integers(1 << 30)))
     cv2.randn(grain, 0.0, 4.0 * noise)

@@ -136,12 +136,12 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
 
 
 def followed(
-    patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float, is_soft: bool = False
+    patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float, soft_gamma: float | None = None
 ) -> RedDisc | None:
     """Follow a disc's outline along an ellipse that both photos agree on; None where less than `least` of it is there.
 
-    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first. `is_soft`
-    tells to take what is behind for unknown up to the edge.
+    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first. With a
+    `soft_gamma` what is behind is taken for unknown up to the edge (see `place_soft_edges`).
     """
     reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     if slack <= _NEAR:
@@ -151,8 +151,8 @@ def followed(
     points, outward = outline_of(ellipse)
     bend = ellipse.bend(len(points))
     placed = (
-        place_soft_edges(patch.planes, points - patch.corner, outward, blur_px, bend)
-        if is_soft
+        place_soft_edges(patch.planes, points - patch.corner, outward, blur_px, bend, soft_gamma)
+        if soft_gamma is not None
         else place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
     )
     sides = sides_of(patch, points, outward, reach, inside.least, blur_px)

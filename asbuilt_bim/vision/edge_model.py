@@ -209,10 +209,10 @@ def _bell(steps: int, sigma_px: float) -> FloatArray:
     return frozen(kernel / kernel.sum(axis=1, keepdims=True))
 
 
-def linear_light(planes: FloatArray) -> FloatArray:
-    """Return linear light BGR (..., 3) of colour planes."""
+def linear_light(planes: FloatArray, gamma: float = DISPLAY_GAMMA) -> FloatArray:
+    """Return linear light BGR (..., 3) of colour planes; with a `gamma` of 1 the grey levels that show it, 0..1."""
     bgr = cv2.cvtColor(planes.reshape(1, -1, 3).astype(np.float32), cv2.COLOR_YCrCb2BGR).reshape(planes.shape)
-    return np.asarray(np.clip(bgr, 0.0, 1.0), dtype=np.float64) ** DISPLAY_GAMMA
+    return np.asarray(np.clip(bgr, 0.0, 1.0), dtype=np.float64) ** gamma
 
 
 def _shown(light: FloatArray) -> FloatArray:

@@ -66,15 +66,21 @@ class _Seen:
 
 
 def place_soft_edges(
-    planes: Float32Array, points: FloatArray, outward: FloatArray, blur_px: float, bend: FloatArray
+    planes: Float32Array,
+    points: FloatArray,
+    outward: FloatArray,
+    blur_px: float,
+    bend: FloatArray,
+    gamma: float = DISPLAY_GAMMA,
 ) -> PlacedEdges:
     """Place the edge near each of `points` (N, 2), in order round an outline, along `outward` (N, 2).
 
     `planes` are those of `colour_planes`, `bend` (N,) is as in `place_edges`. For a blur of 1 px and more: the light
-    is compared, and JPEG's halved colours only count as noise.
+    is compared, and JPEG's halved colours only count as noise. A `gamma` of 1 tells that grey levels were blurred, as
+    a resampler or a noise filter does it, and not light.
     """
     sigma_px = float(np.hypot(blur_px, _BETWEEN_PIXELS_PX))
-    seen, contrast = _seen(planes, points, outward, sigma_px)
+    seen, contrast = _seen(planes, points, outward, sigma_px, gamma)
     places = np.arange(-_SEARCH_PX, _SEARCH_PX + 0.5 * _STEP_PX, _STEP_PX)
     cost = np.stack([_unlikely(seen, float(place), sigma_px) for place in places], axis=-1)
     row, best = np.arange(len(cost)), np.clip(np.argmin(cost, axis=1), 1, len(places) - 2)
@@ -87,7 +93,9 @@ def place_soft_edges(
     return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=contrast)
 
 
-def _seen(planes: Float32Array, points: FloatArray, outward: FloatArray, sigma_px: float) -> tuple[_Seen, FloatArray]:
+def _seen(
+    planes: Float32Array, points: FloatArray, outward: FloatArray, sigma_px: float, gamma: float
+) -> tuple[_Seen, FloatArray]:
     """Read the profiles and say how much noise they have and by how much both sides change; and the contrast (N,)."""
     reach = math.ceil(_BEYOND * sigma_px + _SEARCH_PX)
     shown = profiles_across(planes, points, outward, reach)[:, ::_STRIDE]
@@ -95,17 +103,17 @@ def _seen(planes: Float32Array, points: FloatArray, outward: FloatArray, sigma_p
     kept = at_px >= -np.ceil(_WITHIN * sigma_px + 1.0)
     shown, at_px = shown[:, kept], at_px[kept]
     inside, outside = at_px <= -_CLEAR * sigma_px, at_px >= _CLEAR * sigma_px
-    light = linear_light(shown)
+    light = linear_light(shown, gamma)
     apart = shown[:, outside].mean(axis=1) - np.median(shown[:, inside], axis=(0, 1))
     colour = np.mean(apart**2, axis=0) * np.array([0.0, _JPEG_COLOUR**2, _JPEG_COLOUR**2])
     of_planes = _shown_noise(shown[:, inside, 0]) ** 2 + colour
     within, beyond = np.median(light[:, inside], axis=(0, 1)), light[:, outside].mean(axis=(0, 1))
     between = light[:, outside].mean(axis=1) - within
     least = _LEAST_CHANGE**2 * between.T @ between / len(between) + _NEVER_STILL * np.eye(3)
-    inner = _change(light[:, inside], _noise(within, of_planes), sigma_px) + _LEAST_WITHIN * least
-    outer = _change(light[:, outside], _noise(beyond, of_planes), sigma_px) + least
-    mix = _independent(_noise(0.5 * (within + beyond), of_planes), outer)
-    noise = np.einsum("ac,nsab,bc->nsc", mix, _noise(light, of_planes), mix)
+    inner = _change(light[:, inside], _noise(within, of_planes, gamma), sigma_px) + _LEAST_WITHIN * least
+    outer = _change(light[:, outside], _noise(beyond, of_planes, gamma), sigma_px) + least
+    mix = _independent(_noise(0.5 * (within + beyond), of_planes, gamma), outer)
+    noise = np.einsum("ac,nsab,bc->nsc", mix, _noise(light, of_planes, gamma), mix)
     near = _change_near(light[:, outside] @ mix, noise[:, outside], sigma_px)
     common, floor = np.diag(mix.T @ outer @ mix), np.diag(mix.T @ least @ mix)
     seen = _Seen(
@@ -156,9 +164,9 @@ def _shown_noise(brightness: FloatArray) -> float:
     return max(spread / _READ_NOISE, _LEAST_NOISE)
 
 
-def _noise(light: FloatArray, planes_noise: FloatArray) -> FloatArray:
+def _noise(light: FloatArray, planes_noise: FloatArray, gamma: float) -> FloatArray:
     """Return the noise's covariance (..., 3, 3) in linear light (..., 3): bright pixels have more of it."""
-    slope = DISPLAY_GAMMA * np.maximum(light, _LEAST_LIGHT) ** (1.0 - 1.0 / DISPLAY_GAMMA)
+    slope = gamma * np.maximum(light, _LEAST_LIGHT) ** (1.0 - 1.0 / gamma)
     each = slope[..., None, :] * (_BGR_OF_PLANES * np.sqrt(planes_noise)[:, None])
     return np.asarray(np.swapaxes(each, -1, -2) @ each, dtype=np.float64)
 

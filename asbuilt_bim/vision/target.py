@@ -21,7 +21,7 @@ from asbuilt_bim.vision.target_pairing import (
     sharpened,
     size_fits,
 )
-from asbuilt_bim.vision.target_refined import refined, stands
+from asbuilt_bim.vision.target_refined import looked_at_again, refined, stands
 from asbuilt_bim.vision.target_search import sought
 from asbuilt_bim.vision.target_words import absent, doubt, not_it, off_row, several, twin
 
@@ -71,7 +71,9 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         seen = [p for _, p in ranked]
         ranked = _likely([*seen, *sought(pair, lefts, rights, options.diameter_m)], options)
     # what isn't sure has to stand a second look
-    right_size = [(odds, p) for odds, p in ranked if odds > SURE_ODDS or stands(p, pair.camera, options)]
+    told_m = options.diameter_m
+    twice = [(odds, p if odds > SURE_ODDS else looked_at_again(p, pair.camera, told_m)) for odds, p in ranked]
+    right_size = [(odds, p) for odds, p in twice if odds > SURE_ODDS or stands(p, options)]
     if right_size:
         likely = likeliest([p for _, p in right_size])
         if options.diameter_m is None:
@@ -83,7 +85,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         chosen = max(sure, key=lambda p: p.circle.disparity_px) if sure else likely[0]
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
-        target = refined(chosen, pair.camera)
+        target = refined(looked_at_again(chosen, pair.camera, told_m))
         return _sighting(target, pair.camera, options), (*doubt(pair, target, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
     if wrong_size:

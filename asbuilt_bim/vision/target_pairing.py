@@ -62,6 +62,7 @@ class Pairing:
     right: RedDisc
     circle: SpaceCircle
     blur_px: float = 0.0
+    second: SpaceCircle | None = None  # of the second look, where there was one (`target_refined`)
 
     def disparity_sigma_px(self, circle: SpaceCircle, options: TargetOptions) -> float:
         """Return how sure a circle's disparity is: its outlines' scatter, and what no scatter shows."""

@@ -1,55 +1,91 @@
 """The second look at a blurred disc: it lies between both ways, and what only one way takes for a circle is none."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.vision import target_refined
+from asbuilt_bim.vision.circle import SpaceCircle
 from asbuilt_bim.vision.disc import find_discs
 from asbuilt_bim.vision.target import TargetOptions, find_target
+from asbuilt_bim.vision.target_odds import log_odds
 from asbuilt_bim.vision.target_pairing import Pairing, pairings
-from asbuilt_bim.vision.target_refined import refined, second_look, stands
+from asbuilt_bim.vision.target_refined import looked_at_again, refined, stands
 from tests.vision.flat_scene import CAMERA, disc, pair_of
 
 TOLD = TargetOptions(diameter_m=0.30)
+LIGHT, GREY_LEVELS = 2.2, 1.0
 
 
-def photos(blur_px: float) -> RectifiedPair:
-    pair = pair_of([disc((0.3, 0.2, 5.0), yaw_deg=20.0)], ground=150.0)
-    light = [(image / 255.0) ** 2.2 for image in (pair.left, pair.right)]
-    blurred = [(255.0 * cv2.GaussianBlur(one, None, blur_px) ** (1 / 2.2)).astype(np.uint8) for one in light]
-    return RectifiedPair(
-        name=pair.name, left=blurred[0], right=blurred[1], camera=pair.camera,
-        valid_left=pair.valid_left, valid_right=pair.valid_right,
-    )  # fmt: skip
+def photos(blur_px: float, gamma: float = LIGHT) -> RectifiedPair:
+    """Return a dark disc before a bright wall; `gamma` tells what was blurred."""
+    pair = pair_of([disc((0.3, 0.2, 5.0), yaw_deg=20.0, bgr=(15, 12, 90))], ground=200.0)
+    light = [(image / 255.0) ** gamma for image in (pair.left, pair.right)]
+    blurred = [(255.0 * cv2.GaussianBlur(one, None, blur_px) ** (1 / gamma)).astype(np.uint8) for one in light]
+    return replace(pair, left=blurred[0], right=blurred[1])
 
 
-def seen(blur_px: float) -> Pairing:
-    pair = photos(blur_px)
-    (found,) = pairings(find_discs(pair.left), find_discs(pair.right), CAMERA, TOLD.diameter_m)
-    return found
+def seen(blur_px: float, gamma: float = LIGHT) -> Pairing:
+    pair = photos(blur_px, gamma)
+    return max(
+        pairings(find_discs(pair.left), find_discs(pair.right), CAMERA, TOLD.diameter_m),
+        key=lambda p: log_odds(p, TOLD.diameter_m),
+    )
+
+
+def second(found: Pairing, told_m: float | None = TOLD.diameter_m) -> SpaceCircle:
+    circle = looked_at_again(found, CAMERA, told_m).second
+    assert circle is not None
+    return circle
 
 
 def test_a_sharp_disc_needs_no_second_look() -> None:
     found = seen(0.5)
-    assert refined(found, CAMERA) is found and stands(found, CAMERA, TargetOptions(diameter_m=0.2))
+    assert looked_at_again(found, CAMERA, 0.30) is found and refined(found) is found
+    assert stands(found, TargetOptions(diameter_m=0.2))
 
 
 def test_a_blurred_discs_circle_is_the_mean_of_both_ways_and_right() -> None:
-    found = seen(2.2)
-    other = second_look(found, CAMERA)
-    assert other is not None and other.disparity_px != found.circle.disparity_px
-    both = refined(found, CAMERA).circle
-    assert both.disparity_px == pytest.approx(0.5 * (other.disparity_px + found.circle.disparity_px))
+    found = looked_at_again(seen(2.2), CAMERA, TOLD.diameter_m)
+    assert found.second is not None and found.second.disparity_px != found.circle.disparity_px
+    both = refined(found).circle
+    assert both.disparity_px == pytest.approx(0.5 * (found.second.disparity_px + found.circle.disparity_px))
     assert CAMERA.f_px * CAMERA.baseline_m / both.disparity_px == pytest.approx(5.0, rel=0.005)
-    assert 2.0 * other.radius_m == pytest.approx(0.30, rel=0.03) and stands(found, CAMERA, TOLD)
+    assert 2.0 * found.second.radius_m == pytest.approx(0.30, rel=0.028) and stands(found, TOLD)
+
+
+def test_what_was_looked_at_twice_is_not_looked_at_again() -> None:
+    found = looked_at_again(seen(2.2), CAMERA, TOLD.diameter_m)
+    assert looked_at_again(found, CAMERA, TOLD.diameter_m) is found
+
+
+def test_grey_levels_that_were_blurred_are_told_from_light_by_the_size() -> None:
+    found = seen(2.2, GREY_LEVELS)
+    as_light, as_it_is = second(found, told_m=None), second(found)
+    assert 2.0 * as_light.radius_m > 1.02 * 0.30
+    assert 2.0 * as_it_is.radius_m == pytest.approx(0.30, rel=0.015)
+    of_light = seen(2.2)
+    assert second(of_light).radius_m == second(of_light, told_m=None).radius_m
 
 
 def test_a_blurred_thing_that_a_second_look_sees_of_another_size_is_no_target(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = photos(2.2)
-    assert find_target(pair, TOLD)[0] is not None
     monkeypatch.setattr("asbuilt_bim.vision.target.SURE_ODDS", 99.0)
     assert find_target(pair, TOLD)[0] is not None
-    monkeypatch.setattr(target_refined, "size_fits", lambda *_: False)
+    monkeypatch.setattr(target_refined, "SURE_ODDS", 99.0)
+    assert find_target(pair, TOLD)[0] is not None
+    monkeypatch.setattr(target_refined, "_SIZE_SPREAD", 1e-5)
     assert find_target(pair, TOLD)[0] is None
+
+
+def test_what_is_surely_a_disc_but_for_its_size_may_be_off_by_more() -> None:
+    found = seen(2.2)
+    off = 1.045
+    unsure = replace(found, second=replace(second(found), radius_m=off * 0.15))
+    assert stands(unsure, TOLD)
+    pale = {side: replace(getattr(unsure, side), redness=0.1) for side in ("left", "right")}
+    poor = replace(unsure, circle=replace(unsure.circle, rms_px=2.0), **pale)
+    assert not stands(poor, TOLD)
