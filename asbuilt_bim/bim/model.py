@@ -89,6 +89,7 @@ class Task:
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
     links: tuple[TaskLink, ...] = ()  # predecessors, by the GlobalId of their tasks
     schedule_uid: str = ""  # what a schedule file beside the IFC knows it by
+    others: int = 0  # building elements that it makes, too, and that are not measured here
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +105,9 @@ class CostLine:
     planned_quantity: float
     rate: float
     currency: str  # "" where the file doesn't say
+    schedule: str = ""  # the cost schedule that it stands in
+    unit_scale: float = 1.0  # m, m2, m3 or pieces in one of its units
+    others: int = 0  # building elements that it pays for, too, and that are not measured here
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
+from asbuilt_bim.ifc.cost_notes import cost_notes
 from asbuilt_bim.ifc.marks import AS_BUILT
+from asbuilt_bim.ifc.ties import Tied, tied
 from asbuilt_bim.ifc.units import Measure, Units, quantity_measure, unit_scale, unit_symbol
 
 _MAX_DEPTH = 32
@@ -17,51 +20,77 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
     if file.schema == "IFC2X3":
         note = "IFC2X3 cost items hold neither quantities nor rates: cost comes from the workbook only"
         return (), (note,) if file.by_type("IfcCostItem") else ()
-    lines: list[CostLine] = []
+    lines: dict[int, CostLine] = {}
     notes: list[str] = []
-    for item in planned_items(file):
-        made = tuple(dict.fromkeys(e for e in _products(item) if e in elements))
-        if not made:
+    elsewhere = 0
+    for item, schedule in planned_items(file):
+        pays_for = tied(_products(item), elements)
+        if not pays_for.elements:
+            elsewhere += bool(item.CostQuantities and item.CostValues)
             continue
-        line = _line(file, item, made, units)
+        line = _line(file, item, schedule, pays_for, units)
         if isinstance(line, str):
             notes.append(f"cost item {item.Name or item.GlobalId}: {line}; it is left out")
         else:
-            lines.append(line)
-    return tuple(lines), tuple(notes)
+            lines[item.id()] = line
+    whole = [number for number in lines if _has_part_among(file.by_id(number), lines)]
+    for line in [lines.pop(number) for number in whole]:
+        name = line.name or line.global_id
+        notes.append(f"cost item {name}: the items nested in it count in its place; it is left out")
+    notes += cost_notes(list(lines.values()))
+    if elsewhere:
+        notes.append(f"cost items that pay for no wall or column measured here: {elsewhere}; they are in no sum here")
+    return tuple(lines.values()), tuple(notes)
 
 
-def planned_items(file: Any) -> Iterator[Any]:
-    """Yield the cost items of the planned schedules; what lies in a schedule of ours is left out."""
-    ours = {
-        item.id()
-        for schedule in file.by_type("IfcCostSchedule")
-        if schedule.ObjectType == AS_BUILT
-        for item in _items_of(schedule)
+def planned_items(file: Any) -> Iterator[tuple[Any, str]]:
+    """Yield the cost items and the names of their schedules; what lies in a schedule of ours is left out."""
+    schedules = file.by_type("IfcCostSchedule")
+    of_name = Counter(schedule.Name for schedule in schedules)
+    home = {
+        item.id(): None if schedule.ObjectType == AS_BUILT else _label(schedule, of_name)
+        for schedule in schedules
+        for relation in schedule.Controls or ()
+        for top in relation.RelatedObjects
+        if top.is_a("IfcCostItem")
+        for item in _tree(top)
     }
-    yield from (item for item in file.by_type("IfcCostItem") if item.id() not in ours)
+    for item in file.by_type("IfcCostItem"):
+        schedule = home.get(item.id(), "")
+        if schedule is not None:
+            yield item, schedule
 
 
-def _items_of(schedule: Any) -> Iterator[Any]:
-    for relation in schedule.Controls or ():
-        for item in relation.RelatedObjects:
-            if item.is_a("IfcCostItem"):
-                yield from _tree(item)
+def _label(schedule: Any, of_name: Mapping[str | None, int]) -> str:
+    """Return a cost schedule's name, with its GlobalId where another has the same."""
+    if not schedule.Name:
+        return str(schedule.GlobalId)
+    return f"{schedule.Name} ({schedule.GlobalId})" if of_name[schedule.Name] > 1 else str(schedule.Name)
 
 
-def _tree(item: Any, depth: int = 0) -> Iterator[Any]:
-    yield item
-    for relation in (item.IsNestedBy or ()) if depth < _MAX_DEPTH else ():
-        for inner in relation.RelatedObjects:
-            yield from _tree(inner, depth + 1)
+def _tree(item: Any) -> Iterator[Any]:
+    """Yield a cost item and all that are nested in it, each once."""
+    met: set[int] = set()
+    open_ones = [item]
+    while open_ones:
+        one = open_ones.pop()
+        if one.id() not in met:
+            met.add(one.id())
+            yield one
+            open_ones += [inner for relation in one.IsNestedBy or () for inner in relation.RelatedObjects]
 
 
-def _products(item: Any) -> Iterator[str]:
+def _products(item: Any) -> Iterator[Any]:
     for relation in item.Controls or ():
-        yield from (product.GlobalId for product in relation.RelatedObjects if not product.is_a("IfcCostItem"))
+        yield from relation.RelatedObjects
 
 
-def _line(file: Any, item: Any, elements: tuple[str, ...], units: Units) -> CostLine | str:
+def _has_part_among(item: Any, lines: Mapping[int, CostLine]) -> bool:
+    """Say whether a part of a cost item is a line itself: both would pay for one thing."""
+    return any(inner.id() in lines for inner in _tree(item) if inner.id() != item.id())
+
+
+def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> CostLine | str:
     """Return a cost item as a line, or why it can't be one."""
     quantities = [q for q in item.CostQuantities or () if q.is_a("IfcPhysicalSimpleQuantity")]
     if not quantities:
@@ -79,12 +108,15 @@ def _line(file: Any, item: Any, elements: tuple[str, ...], units: Units) -> Cost
         global_id=item.GlobalId,
         name=item.Name or "",
         identification=str(item.Identification or ""),
-        elements=elements,
+        elements=pays_for.elements,
         unit=unit_symbol(file, measure, own),
         measure=measure,
         planned_quantity=planned,
         rate=float(sum(rate for rate in rates if rate is not None)),
         currency=units.currency,
+        schedule=schedule,
+        unit_scale=scale,
+        others=pays_for.others,
     )
 
 

@@ -10,6 +10,7 @@ import ifcopenshell.util.date
 
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+from asbuilt_bim.ifc.ties import tied
 
 _LINKS: dict[str, LinkKind] = {
     "FINISH_START": "FS",
@@ -25,12 +26,12 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
     """Return the tasks that are tied to elements of the design, in the file's order.
 
     Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
-    (the task works on it). What is tied through a type counts for all its occurrences.
+    (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
     tasks = []
     for task in file.by_type("IfcTask"):
-        made = tuple(dict.fromkeys(e for e in _products(task) if e in elements))
-        if not made:
+        made = tied(_products(task), elements)
+        if not made.elements:
             continue
         start, finish = _planned(task)
         tasks.append(
@@ -38,7 +39,8 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
                 global_id=task.GlobalId,
                 name=task.Name or "",
                 identification=str(getattr(task, "Identification", None) or getattr(task, "TaskId", None) or ""),
-                elements=made,
+                elements=made.elements,
+                others=made.others,
                 schedule_start=start,
                 schedule_finish=finish,
                 outline=_outline(task),
@@ -81,24 +83,12 @@ def _lag_h(lag: Any) -> float:
         return 0.0
 
 
-def _products(task: Any) -> Iterable[str]:
+def _products(task: Any) -> Iterable[Any]:
     for relation in task.HasAssignments or ():
         if relation.is_a("IfcRelAssignsToProduct"):
-            yield from _occurrences(relation.RelatingProduct)
+            yield relation.RelatingProduct
     for relation in task.OperatesOn or ():
-        for product in relation.RelatedObjects:
-            yield from _occurrences(product)
-
-
-def _occurrences(product: Any) -> Iterable[str]:
-    """Yield the GlobalIds a tie means: the product's own, or those of everything of a type."""
-    if product is None:
-        return
-    if not product.is_a("IfcTypeObject"):
-        yield product.GlobalId
-        return
-    for relation in getattr(product, "Types", None) or getattr(product, "ObjectTypeOf", None) or ():
-        yield from (occurrence.GlobalId for occurrence in relation.RelatedObjects)
+        yield from relation.RelatedObjects
 
 
 def task_times(task: Any) -> tuple[Any, ...]:

@@ -49,7 +49,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     unit = _unit_of(marker.find(line.global_id))
     count: float | int = line.as_built_lower
     if line.measure == "count" and marker.schema == "IFC4X3":
-        count = math.floor(count + 1e-9)  # whole pieces only there, and none that isn't finished
+        count = math.floor(count + 1e-9)  # whole pieces only there
     quantity = file.create_entity(ifc_class, Name="AsBuiltLower", Unit=unit, **{attribute: count})
     rate = file.create_entity(
         "IfcCostValue", Name="Rate", AppliedValue=file.create_entity("IfcMonetaryMeasure", line.rate)
@@ -67,6 +67,8 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     products = [product for name in line.elements if (product := marker.find(name)) is not None]
     if products:
         marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=products, RelatingControl=item)
+    planned = f"{line.planned_quantity:g} {line.unit}"
+    whole = f" ({line.as_built_lower:g}, rounded down to whole pieces)" if count != line.as_built_lower else ""
     best = "not known" if line.as_built_best is None else f"{line.as_built_best:g} {line.unit}"
     marker.properties(
         item,
@@ -75,7 +77,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
             "CompletionLower": line.completion.lower,
             "CompletionUpper": line.completion.upper,
             "Coverage": line.completion.coverage,
-            "Basis": f"lower bound of the as-built quantity; best {best} of {line.planned_quantity:g} {line.unit}",
+            "Basis": f"lower bound of the as-built quantity{whole}; best {best} of {planned}",
         },
     )
     return item

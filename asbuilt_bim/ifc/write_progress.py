@@ -67,7 +67,7 @@ def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: Progr
 def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
     """Write a task's measured time, and our set with what was overwritten."""
     said = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report) | said.values, said.dates)
+    marker.properties(thing, _group_values(task.progress, report, task.others) | said.values, said.dates)
 
 
 def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, complete_on: date | None) -> None:
@@ -99,9 +99,9 @@ def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, comp
         )
 
 
-def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Value | None]:
+def _group_values(group: GroupProgress, report: ProgressReport, others: int = 0) -> dict[str, Value | None]:
     return {
-        "State": _group_state(group),
+        "State": _group_state(group, others),
         **_completion_values(group.completion),
         "VisitDate": report.visit_date,
         "ProgramVersion": _version(report),
@@ -112,12 +112,15 @@ def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Val
     }
 
 
-def _group_state(group: GroupProgress) -> str:
+def _group_state(group: GroupProgress, others: int) -> str:
+    """Return a group's state; `others` elements of it are not measured here, so it is never complete or empty."""
     if group.completion.best is None:
         return "unknown"
-    if group.complete == len(group.elements):
+    if group.complete == len(group.elements) and not others:
         return "complete"
-    return "not started" if group.not_started == len(group.elements) else "part"
+    if group.not_started == len(group.elements) and not others:
+        return "not started"
+    return "part" if group.completion.best > 0.0 or group.part else "unknown"
 
 
 def _completion_values(completion: Completion) -> dict[str, Value | None]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from asbuilt_bim.bim.model import BimElement, CostLine
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, CostProgress, ElementProgress
-from asbuilt_bim.progress.rollup import weighted
+from asbuilt_bim.progress.rollup import weighted, with_unmeasured
 
 
 def cost_progress(
@@ -18,8 +18,7 @@ def cost_progress(
 ) -> CostProgress:
     """Return a cost line's progress: completion x planned quantity, in the line's OWN unit, best and lower bound.
 
-    The lower bound is the certificate's: what wasn't seen is not paid. Elements that the line pays for and the model
-    doesn't hold as walls or columns count as unseen, with the mean weight of the others.
+    The lower bound is the certificate's: what wasn't seen is not paid. What else the line pays for is never seen.
     """
     known = [key for key in line.elements if key in elements]
     completion = line_completion(line, [design[key] for key in known], [elements[key] for key in known], options)
@@ -36,6 +35,8 @@ def earned(line: CostLine, completion: Completion) -> CostProgress:
         name=line.name,
         identification=line.identification,
         elements=line.elements,
+        others=line.others,
+        schedule=line.schedule,
         unit=line.unit,
         measure=line.measure,
         planned_quantity=line.planned_quantity,
@@ -56,17 +57,22 @@ def line_completion(
     if not members:
         return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
     weights = [_weight(line, element) for element in members]
-    seen = weighted(progress, weights, options)
-    share = len(members) / len(line.elements)  # of the line's elements that can be measured at all
-    if share >= 1.0:
-        return seen
-    coverage = seen.coverage * share
-    return Completion(
-        best=seen.best if coverage >= options.known_from else None,
-        lower=seen.lower * share,
-        upper=seen.upper * share + (1.0 - share),
-        coverage=coverage,
-    )
+    others = line.others + len(line.elements) - len(members)
+    return with_unmeasured(weighted(progress, weights, options), _measured_share(line, weights, others), options)
+
+
+def _measured_share(line: CostLine, weights: Sequence[float], others: int) -> float:
+    """Return what share (0..1) of a line its measured elements are: by their number, by their quantity, the lesser.
+
+    One slab may be more concrete than twenty columns, and a quantity may be planned with waste: neither is certain.
+    """
+    if not others:
+        return 1.0
+    by_number = len(weights) / (len(weights) + others)
+    planned = line.planned_quantity * line.unit_scale
+    if line.measure == "count" or planned <= 0.0:
+        return by_number
+    return min(by_number, sum(weights) / planned)
 
 
 def _weight(line: CostLine, element: BimElement) -> float:

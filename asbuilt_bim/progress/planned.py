@@ -47,11 +47,12 @@ def verdict(task: TaskProgress) -> TaskVerdict:
     if task.actual_finish is not None:
         seen = f"Seen complete: all {len(progress.elements)} elements. Measured {done.best * 100:.1f} %."
         return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=seen)
-    if progress.unknown:
-        text = (
-            f"Part measured: at least {done.lower * 100:.1f} % (lower bound), possibly {done.upper * 100:.1f} %; "
-            f"{progress.unknown} of {len(progress.elements)} elements are unknown."
-        )
+    if progress.unknown or task.others:
+        count = len(progress.elements) + task.others
+        why = [f"{progress.unknown} of {count} elements are unknown"] if progress.unknown else []
+        why += [f"{task.others} of {count} are not measured here"] if task.others else []
+        bounds = f"at least {done.lower * 100:.1f} % (lower bound), possibly {done.upper * 100:.1f} %"
+        text = f"Part measured: {bounds}; {', '.join(why)}."
         return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=text)
     if done.best <= 0.0:
         return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note="Measured: nothing is built yet.")

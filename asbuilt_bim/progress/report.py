@@ -90,6 +90,7 @@ class TaskProgress:
     planned: float | None = None  # share that the plan wants by the end of the visit's day
     days_late: int | None = None  # behind the plan, by the best estimate; negative: ahead
     days_late_least: int | None = None  # at least, whatever was not seen
+    others: int = 0  # building elements that it makes, too, and that are not measured here
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +111,8 @@ class CostProgress:
     as_built_lower: float
     earned_best: float | None
     earned_lower: float
+    schedule: str = ""  # the cost schedule that it stands in
+    others: int = 0  # building elements that it pays for, too, and that are not measured here
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

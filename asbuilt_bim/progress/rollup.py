@@ -19,6 +19,19 @@ def weighted(elements: Sequence[ElementProgress], weights: Sequence[float], opti
     return completion_of(built, opened, float(sum(weights)), options, least=least, most=most)
 
 
+def with_unmeasured(seen: Completion, share: float, options: ProgressOptions) -> Completion:
+    """Return the completion of a group of which only a share (0..1) is measured here: the rest is unknown."""
+    if share >= 1.0:
+        return seen
+    coverage = seen.coverage * share
+    return Completion(
+        best=seen.best if coverage >= options.known_from else None,
+        lower=seen.lower * share,
+        upper=seen.upper * share + (1.0 - share),
+        coverage=coverage,
+    )
+
+
 def _shares(element: ElementProgress) -> tuple[float, float, float, float]:
     """Return an element's shares of built and of open cells, and the bounds of its completion."""
     cells = element.cells_built + element.cells_open + element.cells_unknown + element.cells_conflict

@@ -12,7 +12,7 @@ from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.planned import days_late, planned_share
 from asbuilt_bim.progress.report import ElementProgress, TaskProgress
-from asbuilt_bim.progress.rollup import group
+from asbuilt_bim.progress.rollup import group, with_unmeasured
 from asbuilt_bim.progress.surface import SurfaceState
 
 
@@ -29,10 +29,12 @@ def task_progress(
     that found all of its elements complete. A task with elements that aren't measured here is never finished here.
     """
     members = [elements[key] for key in task.elements if key in elements]
-    every_known = len(members) == len(task.elements) and bool(members)
-    complete = every_known and all(element.state == "complete" for element in members)
+    others = task.others + len(task.elements) - len(members)
+    complete = bool(members) and not others and all(element.state == "complete" for element in members)
+    measured = group(task.global_id, task.name, members, surfaces, options)
+    share = len(members) / max(len(members) + others, 1)
     made = TaskProgress(
-        progress=group(task.global_id, task.name, members, surfaces, options),
+        progress=replace(measured, completion=with_unmeasured(measured.completion, share, options)),
         schedule_start=task.schedule_start,
         schedule_finish=task.schedule_finish,
         actual_start=_start(members, history, visit_date),
@@ -43,6 +45,7 @@ def task_progress(
         links=task.links,
         schedule_uid=task.schedule_uid,
         planned=planned_share(task.schedule_start, task.schedule_finish, visit_date, calendar),
+        others=others,
     )
     best, least = days_late(made, made.progress.completion, visit_date, calendar)
     return replace(made, days_late=best, days_late_least=least)

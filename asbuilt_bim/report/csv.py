@@ -9,7 +9,7 @@ from pathlib import Path
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.tables import ElementRow, element_rows
-from asbuilt_bim.report.wording import plain
+from asbuilt_bim.report.wording import plain, share_bounds
 
 HEADER = (
     "Storey",
@@ -74,8 +74,7 @@ def _cells(row: ElementRow) -> tuple[str, ...]:
         _number(row.as_built_area_m2, 4),
         _number(row.sigma_m2, 4),
         _number(row.best, 4),
-        _number(row.lower, 4),
-        _number(row.upper, 4),
+        *share_bounds(row.lower, row.upper),
         _number(row.coverage, 4),
         _number(row.offset_mm, 1),
         row.visit.isoformat(),

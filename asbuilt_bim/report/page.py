@@ -10,8 +10,9 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport, StationRecord
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport, StationRecord
 from asbuilt_bim.report import wording
+from asbuilt_bim.report.cost_groups import cost_groups
 from asbuilt_bim.report.elevation import element_drawings
 from asbuilt_bim.report.overlay import decode_picture, encode_picture, narrowed
 from asbuilt_bim.report.overlay_layout import OverlayLayout, overlay_layout
@@ -70,7 +71,7 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes]) -> str:
             late=late_rows(report),
             plan_words=plan_words(report),
             late_words=late_words(report),
-            cost_groups=_cost_groups(report),
+            cost_groups=cost_groups(report),
             order=ORDER,
             target_colour=TARGET_COLOUR,
         )
@@ -103,6 +104,7 @@ def _environment() -> Environment:
         "percent": wording.percent,
         "percent_certain": wording.percent_certain,
         "number": wording.number,
+        "rate": wording.rate,
         "area": wording.area,
         "metres": wording.length,
         "millimetres": wording.millimetres,
@@ -144,15 +146,3 @@ def _others(report: ProgressReport) -> list[str]:
     named = {id(reason) for row in lost_stations(report) for reason in row.reasons}
     rest = [rejection for rejection in report.rejections if id(rejection) not in named]
     return [str(r) for r in rest if subject_of(r)[0] != "face" and ", red disc" not in r.what]
-
-
-def _cost_groups(report: ProgressReport) -> list[tuple[str, list[CostProgress], float, float | None, float, int]]:
-    """Return per currency: lines, planned value, earned best (of the known), earned lower, number of unknown."""
-    groups = []
-    for currency in sorted({line.currency for line in report.cost_lines}):
-        lines = [line for line in report.cost_lines if line.currency == currency]
-        known = [line.earned_best for line in lines if line.earned_best is not None]
-        planned = sum(line.planned_quantity * line.rate for line in lines)
-        lower = sum(line.earned_lower for line in lines)
-        groups.append((currency, lines, planned, sum(known) if known else None, lower, len(lines) - len(known)))
-    return groups

@@ -94,6 +94,8 @@ TERMS = {
     "TaskLink.kind": "FS, SS, FF or SF: which end of the predecessor holds which end of this task.",
     "lag_h": "Lag in working hours, negative for a lead.",
     "ScheduleSource.name": "Name of the file.",
+    "CostProgress.schedule": "The cost schedule that the line stands in, empty for none.",
+    "others": "Building elements that it is for, too, and that are not measured here: they count as unknown.",
     "digest": "SHA-256 of the file.",
     "ScheduleSource.kind": "What sort of file it is.",
     "calendar": "The working time that planned shares are counted in.",

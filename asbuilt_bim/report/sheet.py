@@ -22,6 +22,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "area": {"num_format": "#,##0.00", "align": "right"},
     "quantity": {"num_format": "#,##0.000", "align": "right"},
     "money": {"num_format": "#,##0.00", "align": "right"},
+    "rate": {"num_format": "#,##0.00##########", "align": "right"},
     "percent": {"num_format": "0.0%", "align": "right"},
     "millimetres": {"num_format": "+0.0;-0.0;0.0", "align": "right"},
     "metres": {"num_format": "0.000", "align": "right"},

@@ -35,6 +35,7 @@ class TaskRow:
     part: int
     not_started: int
     unknown: int
+    others: int  # made by the task, too, and not measured here
     note: str
 
     @property
@@ -128,5 +129,6 @@ def _task_row(task: TaskProgress) -> TaskRow:
         part=group.part,
         not_started=group.not_started,
         unknown=group.unknown,
+        others=task.others,
         note=told.note,
     )

@@ -11,6 +11,7 @@ from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.csv import safe_cell
 from asbuilt_bim.report.task_rows import TaskRow, task_rows
+from asbuilt_bim.report.wording import share_bounds
 
 HEADER = (
     "Identification",
@@ -63,7 +64,9 @@ def _cells(row: TaskRow) -> tuple[str, ...]:
         *(safe_cell(text) for text in (row.identification, row.name, row.outline, row.global_id)),
         *(_moment(when) for when in (row.planned_start, row.planned_finish, row.seen_begun, row.seen_complete)),
         row.knowledge,
-        *(_share(value) for value in (done.best, done.lower, done.upper, done.coverage, row.told, row.planned)),
+        _share(done.best),
+        *share_bounds(done.lower, done.upper),
+        *(_share(value) for value in (done.coverage, row.told, row.planned)),
         *("" if value is None else str(value) for value in days),
         {None: "", True: "late", False: "no"}[row.late],
         *(str(count) for count in (row.elements, row.complete, row.part, row.not_started, row.unknown)),

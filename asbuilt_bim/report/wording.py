@@ -8,6 +8,7 @@ from datetime import date, datetime
 
 UNKNOWN = "unknown"
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+_MOST_DECIMALS = 12
 _THIN = "\u202f"  # narrow no-break space: groups digits without being read as a decimal mark
 
 
@@ -37,6 +38,19 @@ def percent_range(lower: float, upper: float) -> str:
 def number(value: float | None, decimals: int = 2) -> str:
     """Write a number with its digits in groups of three; None is `unknown`."""
     return UNKNOWN if value is None else f"{value:,.{decimals}f}".replace(",", _THIN)
+
+
+def share_bounds(lower: float, upper: float) -> tuple[str, str]:
+    """Write two bounds in 0..1 with four decimals for a table, rounded outwards."""
+    return f"{math.floor(lower * 1e4 + 1e-7) / 1e4:.4f}", f"{math.ceil(upper * 1e4 - 1e-7) / 1e4:.4f}"
+
+
+def rate(value: float) -> str:
+    """Write the price of one unit: two decimals, or as many as a small one needs for four digits."""
+    decimals = 2
+    while decimals < _MOST_DECIMALS and abs(value - round(value, decimals)) > 1e-4 * abs(value):
+        decimals += 1
+    return number(value, decimals)
 
 
 def area(area_m2: float | None, sigma_m2: float | None = None) -> str:

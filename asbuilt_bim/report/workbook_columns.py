@@ -62,7 +62,7 @@ COST = (
     _column("Elements", "count", 10, "Walls and columns that the line pays for."),
     _column("Unit", "text", 7, "The line's own unit."),
     _column("Planned quantity", "quantity", 12, "Planned quantity in the line's own unit (blue: may be overwritten)."),
-    _column("Rate", "money", 11, "Price of one unit (blue: may be overwritten)."),
+    _column("Rate", "rate", 11, "Price of one unit (blue: may be overwritten)."),
     _column("Currency", "text", 10, "Currency of rate and values."),
     _column("Planned value", "money", 14, "= planned quantity x rate."),
     _column("Completion best", "percent", 12, f"Weighted by what the line measures. {_BEST}"),
@@ -72,6 +72,7 @@ COST = (
     _column("Earned value best", "money", 14, "= as-built quantity best x rate."),
     _column("Earned value lower", "money", 14, "= as-built quantity lower x rate: what a certificate can rest on."),
     _column("Coverage", "percent", 10, _COVERAGE),
+    _column("Not measured", "count", 10, "What else the line pays for: it isn't measured here, and counts as unknown."),
 )
 
 TASKS = (

@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
+from asbuilt_bim.report.cost_groups import NO_CURRENCY, CostGroup, cost_groups
 from asbuilt_bim.report.sheet import Cell, Formula, Styles, finish_table, page_setup, write_cell, write_head, write_row
 from asbuilt_bim.report.wording import UNKNOWN
 from asbuilt_bim.report.workbook_columns import COST
 
 _INPUTS = (4, 5, 8, 9)  # planned quantity, rate, completion: typed values that formulas stand on
-_NO_CURRENCY = "(no currency)"
 
 
 def write_cost(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
-    """Write the cost lines by currency, each group with its sums."""
+    """Write the cost lines by schedule and currency, each group with its sums."""
     write_head(sheet, 0, COST, styles)
     if not report.cost_lines:
         write_cell(sheet, 1, 0, "The IFC file has no cost lines for walls or columns.", "text", styles)
         page_setup(sheet)
         return
     row = 1
-    for currency in sorted({line.currency for line in report.cost_lines}):
-        lines = [line for line in report.cost_lines if line.currency == currency]
-        for index, line in enumerate(lines):
+    for group in cost_groups(report):
+        for index, line in enumerate(group.lines):
             _line(sheet, row + index, line, styles)
-        _total(sheet, row + len(lines), row, currency, lines, styles)
-        row += len(lines) + 2
+        _total(sheet, row + len(group.lines), row, group, styles)
+        row += len(group.lines) + 2
     finish_table(sheet, 0, 0, COST, keep=2)
 
 
@@ -44,7 +41,7 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
         line.unit,
         line.planned_quantity,
         line.rate,
-        line.currency or _NO_CURRENCY,
+        line.currency or NO_CURRENCY,
         Formula(f"=E{n}*F{n}", line.planned_quantity * line.rate),
         line.completion.best,
         line.completion.lower,
@@ -53,6 +50,7 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
         earned,
         Formula(f"=L{n}*F{n}", line.earned_lower),
         line.completion.coverage,
+        line.others,
     )
     write_row(sheet, row, cells, COST, styles)
     for column in _INPUTS:
@@ -60,20 +58,16 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
             write_cell(sheet, row, column, cells[column], COST[column].kind, styles, "input")
 
 
-def _total(
-    sheet: Worksheet, row: int, first: int, currency: str, lines: Sequence[CostProgress], styles: Styles
-) -> None:
-    """Write the sums of one currency; a sum of nothing known is unknown, and what is left out is said."""
-    known = [line for line in lines if line.earned_best is not None]
-    missing = len(lines) - len(known)
-    said = f", best without {missing} unknown of {len(lines)} lines" if missing else ""
-    best = sum(line.earned_best or 0.0 for line in known) if known else None
+def _total(sheet: Worksheet, row: int, first: int, group: CostGroup, styles: Styles) -> None:
+    """Write the sums of a group; a sum of nothing known is unknown, and what is left out is said."""
+    said = f", best without {group.unknown} unknown of {len(group.lines)} lines" if group.unknown else ""
     cells: list[Cell] = [""] * len(COST)
-    cells[0] = f"Total {currency or _NO_CURRENCY}{said}"
-    cells[6] = currency or _NO_CURRENCY
-    cells[7] = Formula(f"=SUM(H{first + 1}:H{row})", sum(line.planned_quantity * line.rate for line in lines))
-    cells[12] = _known(f'=IF(COUNT(M{first + 1}:M{row})=0,"{UNKNOWN}",SUM(M{first + 1}:M{row}))', best)
-    cells[13] = Formula(f"=SUM(N{first + 1}:N{row})", sum(line.earned_lower for line in lines))
+    cells[0] = f"Total {group.name}{said}"
+    cells[6] = group.currency or NO_CURRENCY
+    cells[7] = Formula(f"=SUM(H{first + 1}:H{row})", group.planned)
+    best = f'=IF(COUNT(M{first + 1}:M{row})=0,"{UNKNOWN}",SUM(M{first + 1}:M{row}))'
+    cells[12] = _known(best, group.earned_best)
+    cells[13] = Formula(f"=SUM(N{first + 1}:N{row})", group.earned_lower)
     write_row(sheet, row, cells, COST, styles, "total")
 
 

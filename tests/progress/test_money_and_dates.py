@@ -9,6 +9,7 @@ from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Task
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.match.matches import MatchResult
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.planned import verdict
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import SurfaceState, unseen
@@ -75,6 +76,19 @@ def test_elements_of_a_line_that_the_model_lacks_count_as_unseen() -> None:
     assert cost.completion.coverage == pytest.approx(0.5)
 
 
+def test_a_slab_on_a_line_takes_what_the_plan_holds_beyond_the_measured_elements() -> None:
+    column_m3 = 0.75  # the line plans 30 m3: nearly all of it is the slab
+    (cost,) = report(replace(line("A", planned=30.0), others=1)).cost_lines
+    assert cost.as_built_lower == pytest.approx(column_m3) and cost.others == 1
+    (litres,) = report(replace(line("A", planned=30_000.0, unit="l"), others=1, unit_scale=1e-3)).cost_lines
+    assert litres.as_built_lower == pytest.approx(1000.0 * column_m3)
+
+
+def test_of_a_line_with_little_planned_the_measured_elements_earn_no_more_than_their_number() -> None:
+    (cost,) = report(replace(line("A", planned=1.0), others=1)).cost_lines
+    assert cost.as_built_lower == pytest.approx(0.5)
+
+
 def test_a_line_weighs_its_elements_by_what_its_measure_says() -> None:
     volume, area, count = (
         report(line("B", "C", measure=m)).cost_lines[0].completion for m in ("volume", "area", "count")
@@ -114,6 +128,14 @@ def test_a_task_is_late_only_when_something_of_it_is_known_to_be_missing() -> No
 def test_a_task_with_an_element_that_is_not_in_the_model_is_never_finished() -> None:
     assert report(tasks=(task("A", "slab-1"),)).tasks[0].actual_finish is None
     assert report(tasks=(task("A"),)).tasks[0].actual_finish == DAY
+
+
+def test_a_task_that_makes_a_slab_too_is_told_by_its_lower_bound_and_never_finished() -> None:
+    (made,) = report(tasks=(replace(task("A"), others=1),)).tasks
+    told = verdict(made)
+    assert made.actual_finish is None and not told.finished
+    assert (told.knowledge, told.share) == ("part measured", pytest.approx(0.5))
+    assert "1 of 2 are not measured here" in told.note
 
 
 def test_faces_without_a_decision_are_listed_as_unobserved() -> None:

@@ -7,8 +7,10 @@ import openpyxl
 import pytest
 
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.report.cost_groups import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows, subject_of
+from asbuilt_bim.report.wording import rate, share_bounds
 from asbuilt_bim.report.workbook import workbook_bytes, write_workbook
 from tests.report.sample_report import HOSTILE_FORMULA, UMLAUTS, renamed, sample_report
 
@@ -180,3 +182,24 @@ def test_a_face_left_out_does_not_make_its_station_look_rejected():
     rows = station_rows(replace(report, rejections=(*report.rejections, left_out)))
     row = next(row for row in rows if row.name == "A1")
     assert (row.status, row.left_out) == ("placed", (left_out,))
+
+
+def test_lines_of_two_cost_schedules_are_never_added_up() -> None:
+    report = sample_report()
+    twice = [replace(line, schedule=name) for name in ("budget", "tender") for line in report.cost_lines]
+    alone = cost_groups(report)
+    groups = cost_groups(replace(report, cost_lines=tuple(twice)))
+    assert [group.name for group in groups] == [f"{one.name}, {name}" for name in ("budget", "tender") for one in alone]
+    assert [group.earned_lower for group in groups] == [one.earned_lower for one in alone] * 2
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(250.0, "250.00"), (6.9376, "6.938"), (6.25e-5, "0.0000625"), (0.0, "0.00")]
+)
+def test_the_price_of_a_small_unit_keeps_its_digits(value: float, text: str) -> None:
+    assert rate(value) == text
+
+
+def test_bounds_in_tables_are_rounded_outwards() -> None:
+    assert share_bounds(0.862069, 0.862031) == ("0.8620", "0.8621")
+    assert share_bounds(0.3, 1.0) == ("0.3000", "1.0000")

@@ -1,0 +1,101 @@
+"""What a cost line pays for beside walls and columns is never certified, and nothing is paid twice unsaid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.ifc.reader import read_design
+
+from .models import ModelBuilder
+
+VOLUME = "IfcQuantityVolume"
+
+
+@pytest.fixture
+def builder() -> ModelBuilder:
+    return ModelBuilder()
+
+
+def column(builder: ModelBuilder, at_m: float = 0.0) -> Any:
+    return builder.box("IfcColumn", f"C{at_m:g}", (at_m, 0.0, 0.0), (0.4, 0.4, 3.0))
+
+
+def design(builder: ModelBuilder, tmp_path: Path, scope: str | None = None) -> BimModel:
+    return read_design(builder.write(tmp_path / "cost.ifc"), scope=scope)
+
+
+def test_a_slab_on_a_line_is_counted_as_not_measured_and_said(builder: ModelBuilder, tmp_path: Path) -> None:
+    slab = builder.box("IfcSlab", "S", (5.0, 5.0, 0.0), (4.0, 4.0, 0.3))
+    builder.cost("concrete", [column(builder), slab], VOLUME, 5.28, 210.0)
+    found = design(builder, tmp_path)
+    (line,) = found.cost_lines
+    assert (len(line.elements), line.others, line.unit_scale) == (1, 1, 1.0)
+    assert any("concrete: 1 of the 2 elements that it pays for are not measured" in note for note in found.notes)
+
+
+def test_walls_out_of_scope_stay_on_the_line_as_not_measured(builder: ModelBuilder, tmp_path: Path) -> None:
+    wall = builder.box("IfcWall", "W", (2.0, 0.0, 0.0), (4.0, 0.2, 3.0))
+    builder.cost("concrete", [column(builder), wall], VOLUME, 2.88, 210.0)
+    (line,) = design(builder, tmp_path, scope="IfcColumn").cost_lines
+    assert (len(line.elements), line.others) == (1, 1)
+
+
+def test_types_stand_for_their_occurrences_and_openings_for_nothing(builder: ModelBuilder, tmp_path: Path) -> None:
+    first, second = column(builder), column(builder, 3.0)
+    wall = builder.box("IfcWall", "W", (0.0, 5.0, 0.0), (4.0, 0.2, 3.0))
+    hole = builder.opening(wall, (1.0, 0.0, 1.0), (1.0, 0.2, 1.0))
+    kind = builder.rooted("IfcColumnType", Name="K", PredefinedType="COLUMN")
+    builder.rooted("IfcRelDefinesByType", RelatedObjects=[first, second], RelatingType=kind)
+    builder.cost("columns", [kind, first, hole], VOLUME, 0.96, 210.0)
+    (line,) = design(builder, tmp_path).cost_lines
+    assert set(line.elements) == {first.GlobalId, second.GlobalId} and line.others == 0
+
+
+def test_a_line_whose_parts_are_lines_is_left_out_and_said(builder: ModelBuilder, tmp_path: Path) -> None:
+    made = column(builder)
+    whole, part = (builder.cost(name, [made], VOLUME, 0.48, 210.0) for name in ("all concrete", "columns"))
+    builder.rooted("IfcRelNests", RelatingObject=whole, RelatedObjects=[part])
+    found = design(builder, tmp_path)
+    assert [line.name for line in found.cost_lines] == ["columns"]
+    assert any(note.startswith("cost item all concrete: the items nested in it") for note in found.notes)
+
+
+def test_a_tender_beside_a_budget_is_a_schedule_of_its_own(builder: ModelBuilder, tmp_path: Path) -> None:
+    made = column(builder)
+    builder.cost("concrete", [made], VOLUME, 0.48, 210.0)
+    tender = builder.rooted("IfcCostSchedule", Name="tender", PredefinedType="TENDER")
+    item = builder.cost("concrete again", [made], VOLUME, 0.48, 190.0)
+    relation = next(r for r in item.HasAssignments if r.RelatingControl == builder.budget)
+    relation.RelatingControl = tender
+    found = design(builder, tmp_path)
+    assert [line.schedule for line in found.cost_lines] == ["budget", "tender"]
+    assert any("2 cost schedules" in note for note in found.notes)
+    assert not any("both pay for the same elements" in note for note in found.notes)
+
+
+def test_two_lines_of_one_schedule_on_the_same_elements_are_named(builder: ModelBuilder, tmp_path: Path) -> None:
+    made = column(builder)
+    for name, quantity in (("concrete", VOLUME), ("concrete again", VOLUME), ("formwork", "IfcQuantityArea")):
+        builder.cost(name, [made], quantity, 0.48, 210.0)
+    notes = [note for note in design(builder, tmp_path).notes if "both pay for the same elements" in note]
+    assert notes == ["cost items concrete and concrete again: both pay for the same elements by volume; both count"]
+
+
+def test_items_that_pay_for_no_wall_or_column_are_told_by_number(builder: ModelBuilder, tmp_path: Path) -> None:
+    slab = builder.box("IfcSlab", "S", (5.0, 5.0, 0.0), (4.0, 4.0, 0.3))
+    builder.cost("concrete", [column(builder)], VOLUME, 0.48, 210.0)
+    builder.cost("slab", [slab], VOLUME, 4.8, 210.0)
+    said = "cost items that pay for no wall or column measured here: 1;"
+    assert any(note.startswith(said) for note in design(builder, tmp_path).notes)
+
+
+def test_a_task_that_makes_a_slab_too_knows_of_it(builder: ModelBuilder, tmp_path: Path) -> None:
+    slab = builder.box("IfcSlab", "S", (5.0, 5.0, 0.0), (4.0, 4.0, 0.3))
+    made = column(builder)
+    builder.task("pour", [made, slab])
+    (task,) = design(builder, tmp_path).tasks
+    assert task.elements == (made.GlobalId,) and task.others == 1
