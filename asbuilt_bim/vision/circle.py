@@ -72,7 +72,9 @@ def fit_circle(
     parameters, jacobian, residual = min(good, key=lambda fit: float(np.sum(np.square(trust * fit[2]))))
     arcs = np.concatenate([arcs_of(left_edge, left), arcs_of(right_edge, right)])
     for _ in range(_ROBUST_ROUNDS):
-        trust = trust * without_foreign_arc(trust[:, None] * jacobian[:, free], trust * residual, arcs)
+        kept = np.flatnonzero(trust > 0.0)  # what was left out before doesn't count as well fitted
+        weighed = trust[kept, None] * jacobian[np.ix_(kept, free)]
+        trust[kept] *= without_foreign_arc(weighed, trust[kept] * residual[kept], arcs[kept])
         spread = max(1.4826 * float(np.median(np.abs(trust * residual)[trust > 0.0])), _LEAST_SPREAD_PX)
         weight = trust / np.sqrt(1.0 + (trust * residual / (_CAUCHY * spread)) ** 2)
         parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, facing, weight, free)

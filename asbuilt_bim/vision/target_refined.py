@@ -22,14 +22,15 @@ from asbuilt_bim.vision.disc import FIRST_SUPPORT, followed
 from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target_odds import SURE_ODDS, log_odds
-from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, circle_of, size_fits
+from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, circle_of, diameter_sigma, size_fits
 
 _ROUNDS = 3
 _SLACK = 2.0
 """Of the outline that was found: within less its own points are the only ones left, and it stays where it is."""
 _GREY_LEVELS = 1.0  # gamma
-_SIZE_SPREAD = 0.0093
-"""Of the told diameter: what a second look's differs from it by, rms of 215 blurred development discs."""
+_SIZE_SPREAD, _SCATTER_SHOWN = 0.0093, 0.5
+"""Of the told diameter: what a second look's differs from it by, rms of 215 blurred development discs. It grows with
+the size's own sigma, by half of it: 26 of which that is 1.5 % and more differ by 1.3 %, where it is 2.3."""
 _MOST_OFF = 3.0  # of these spreads
 
 
@@ -42,7 +43,7 @@ def looked_at_again(found: Pairing, camera: RectifiedCamera, told_m: float | Non
     if not _is_soft(found) or found.second is not None:
         return found
     light = _second_circle(found, camera, DISPLAY_GAMMA)
-    if told_m is None or (light is not None and _off(light, told_m) <= _SIZE_SPREAD):
+    if told_m is None or (light is not None and _off(light, told_m) <= _spread(light, told_m)):
         return replace(found, second=light)
     levels = _second_circle(found, camera, _GREY_LEVELS)
     if levels is not None and (light is None or _off(levels, told_m) < _off(light, told_m)):
@@ -58,17 +59,17 @@ def refined(found: Pairing) -> Pairing:
 def stands(found: Pairing, options: TargetOptions) -> bool:
     """Say whether a second look, where it is worth one, saw a circle of the target's size too.
 
-    Each of 279 blurred development discs has it to 2.8 %; a jacket's or half a disc's outline is a circle only as the
-    first way has it. What would surely be a disc but for its size may be off by more: so it is where the rig was
-    knocked, or the diameter told wrong.
+    Each of 279 blurred development discs has it to 2.8 %; one that is covered and leans may leave its size open, and
+    has it to 1.5 sigma. A jacket's or half a disc's outline is a circle only as the first way has it. What would surely
+    be a disc but for its size may be off by more: so it is where the rig was knocked, or the diameter told wrong.
     """
     if not _is_soft(found):
         return True
-    if found.second is None:
+    if found.second is None or not size_fits(found.second, options):
         return False
     if options.diameter_m is None or log_odds(found, None) > SURE_ODDS:
-        return size_fits(found.second, options)
-    return _off(found.second, options.diameter_m) <= _MOST_OFF * _SIZE_SPREAD
+        return True
+    return _off(found.second, options.diameter_m) <= _MOST_OFF * _spread(found.second, options.diameter_m)
 
 
 def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> SpaceCircle | None:
@@ -89,6 +90,11 @@ def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> Spa
 
 def _off(circle: SpaceCircle, told_m: float) -> float:
     return abs(2.0 * circle.radius_m / told_m - 1.0)
+
+
+def _spread(circle: SpaceCircle, told_m: float) -> float:
+    """Return by how much of its size a disc's second circle is usually off it."""
+    return max(_SIZE_SPREAD, _SCATTER_SHOWN * diameter_sigma(circle) / told_m)
 
 
 def _is_soft(found: Pairing) -> bool:

@@ -38,3 +38,15 @@ def test_an_even_misfit_leaves_no_arc_out_and_one_arc_that_stands_out_goes() -> 
     assert without_foreign_arc(jacobian, even, arcs).all()
     odd = np.where((arcs == 3) | (arcs == 4), 5.0 * even, even)
     assert (without_foreign_arc(jacobian, odd, arcs) == ~np.isin(arcs, (3, 4))).all()
+
+
+def test_a_second_arc_is_left_out_by_what_was_still_kept_and_not_by_what_went_before() -> None:
+    along = np.arange(120)
+    seen, wave = along < 84, 0.4 * np.sin(along / 84.0 * 4.0 * np.pi + 1.6)
+    left, right = outlines_of(CIRCLE, CAMERA)
+    assert left is not None and right is not None
+    points = [outline[seen] for outline in _outlines(wave)]
+    found = fit_circle(*points, left, right, CAMERA, held_m=0.15)
+    assert found is not None
+    guide = outlines_of(found, CAMERA)[0]
+    assert guide is not None and np.mean(np.abs(guide.distance_px(points[0])) < 0.7) > 0.8

@@ -81,11 +81,14 @@ def test_a_blurred_thing_that_a_second_look_sees_of_another_size_is_no_target(mo
     assert find_target(pair, TOLD)[0] is None
 
 
-def test_what_is_surely_a_disc_but_for_its_size_may_be_off_by_more() -> None:
+def test_the_size_of_a_second_look_counts_by_how_sure_it_is_unless_the_thing_is_surely_a_disc() -> None:
     found = seen(2.2)
-    off = 1.045
-    unsure = replace(found, second=replace(second(found), radius_m=off * 0.15))
-    assert stands(unsure, TOLD)
-    pale = {side: replace(getattr(unsure, side), redness=0.1) for side in ("left", "right")}
-    poor = replace(unsure, circle=replace(unsure.circle, rms_px=2.0), **pale)
+    off = replace(found, second=replace(second(found), radius_m=1.045 * 0.15))
+    assert stands(off, TOLD)
+    pale = {side: replace(getattr(off, side), redness=0.1) for side in ("left", "right")}
+    poor = replace(off, circle=replace(off.circle, rms_px=2.0), **pale)
     assert not stands(poor, TOLD)
+    assert off.second is not None
+    size_open = replace(off.second, covariance=np.diag([0.1, 0.1, 0.1, 0.04**2]))
+    assert stands(replace(poor, second=size_open), TOLD)
+    assert not stands(replace(poor, second=replace(size_open, radius_m=1.09 * 0.15)), TOLD)
