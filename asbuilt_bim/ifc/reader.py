@@ -126,6 +126,9 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
     if homeless := sum(not element.storey for element in design.elements):
         why = "" if design.storeys else " (the file holds no IfcBuildingStorey)"
         notes.append(f"{homeless} walls or columns belong to no storey{why}: they count in the whole only")
+    for kind, things in (("task", tasks.values()), ("cost line", lines.values())):
+        if without := len(ids.difference(*(thing.elements for thing in things))) if things else 0:
+            notes.append(f"walls and columns in no {kind}: {without} of {len(ids)}")
     return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
 
 

@@ -114,13 +114,12 @@ def _group_values(group: GroupProgress, report: ProgressReport, others: int = 0)
 
 def _group_state(group: GroupProgress, others: int) -> str:
     """Return a group's state; `others` elements of it are not measured here, so it is never complete or empty."""
-    if group.completion.best is None:
-        return "unknown"
-    if group.complete == len(group.elements) and not others:
+    done = group.completion
+    if done.best is not None and group.complete == len(group.elements) and not others:
         return "complete"
-    if group.not_started == len(group.elements) and not others:
+    if done.best is not None and group.not_started == len(group.elements) and not others:
         return "not started"
-    return "part" if group.completion.best > 0.0 or group.part else "unknown"
+    return "part" if (done.best or done.lower) > 0.0 or (group.part and done.best is not None) else "unknown"
 
 
 def _completion_values(completion: Completion) -> dict[str, Value | None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -75,7 +76,10 @@ def _divide(
     whole_area = max(polygon.area(seen.outline), 1e-9)
     least = max(options.min_area_m2, options.min_share * whole_area)
     kept = [(pair, part) for pair, part in zip(ranked, parts, strict=True) if polygon.area(part) > least]
-    return [_match(placed, seen, pair, part, whole_area, len(kept) == 1) for pair, part in kept]
+    found = [_match(placed, seen, pair, part, whole_area, len(kept) == 1) for pair, part in kept]
+    stray = max(0.0, 1.0 - sum(match.overlap for match in found))
+    largest = max(found, key=lambda match: match.overlap, default=None)
+    return [replace(m, past_design_m2=stray * seen.face.area_m2) if m is largest else m for m in found]
 
 
 def _match(

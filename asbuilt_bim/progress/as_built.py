@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asbuilt_bim.bim.model import DesignFace
 from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.surface import SurfaceState
@@ -28,19 +30,22 @@ class AsBuilt:
     offset_sigma_m: float | None
     tilt_rad: float | None
     notes: tuple[str, ...] = ()
+    whole: bool = False  # the area is that of stations which saw it whole
 
 
-def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None) -> AsBuilt:
+def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design: DesignFace) -> AsBuilt:
     """Put a face's measurements together, this visit's and what earlier visits left.
 
     Measured whole by several stations: the mean by inverse variance of the image part, the calibration part in common.
-    Otherwise the area of the outlines' union, each outline with its own plane's area.
+    Otherwise the area of the outlines' union within the design's border, each outline with its own plane's area: where
+    a face was seen in part, a side that isn't its end may lie past it, and the area is a lower bound.
     """
     if not matches:
         return _as_it_was(earlier)
     before = earlier.outline_uv_m if earlier is not None else polygon.EMPTY
     outline = polygon.union([before, *(match.outline_uv_m for match in matches)])
     union = _union_area(outline, matches)
+    within = _union_area(polygon.intersection(outline, design.exposed_uv_m), matches)
     image = _joint_sigma([match.area_sigma_image_m2 for match in matches], [m.area_m2 for m in matches], union)
     calibration = union * _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in matches])
     notes: tuple[str, ...] = ()
@@ -52,9 +57,13 @@ def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None) -> AsBu
         if union - area <= allowed:
             relative = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in whole])
             union, image, calibration = area, sigma, area * relative
+        else:
+            whole = []
+    elif isinstance(design.frame, PlaneFrame):
+        union, image, calibration = within, image * within / max(union, 1e-9), calibration * within / max(union, 1e-9)
     offset, offset_sigma, tilt = _offset(matches)
     return AsBuilt(
-        outline_uv_m=outline, area_m2=union, sigma_calibration_m2=calibration, sigma_image_m2=image,
+        outline_uv_m=outline, whole=bool(whole), area_m2=union, sigma_calibration_m2=calibration, sigma_image_m2=image,
         offset_m=offset, offset_sigma_m=offset_sigma, tilt_rad=tilt, notes=notes,
     )  # fmt: skip
 

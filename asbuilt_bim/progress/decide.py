@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.as_built import as_built
 from asbuilt_bim.progress.cell_states import in_conflict
+from asbuilt_bim.progress.doubts import GONE_M2, doubts_of
 from asbuilt_bim.progress.evidence import StationView
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.outlines import looks_like_bars, stands_off
@@ -36,20 +38,49 @@ def decide_element(
 ) -> list[SurfaceState]:
     """Return the state of each face of an element, `earlier` being what earlier visits made of them.
 
-    What was built stays so, but not where sides contradicted one another: that was never settled.
+    What was built stays so, but not where sides contradicted one another: that was never settled; nor in the cells of
+    which this visit sees a good piece open: which of both is right is unknown until a visit says so again.
     """
     samples = cell_samples(element, options.spacing_m)
     votes = gather(element, samples, views, by_face, options)
-    doubted = np.zeros(len(samples.face), dtype=bool)
-    if any(earlier):
-        known = [was or unseen(face) for was, face in zip(earlier, element.faces, strict=True)]
-        doubted = in_conflict(element, known, options)[samples.cell]
+    past = _past(element, samples, votes, earlier, options)
     return [
         _face_state(
-            face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], doubted, options
+            face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], past, options
         )
         for index, face in enumerate(element.faces)
     ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Past:
+    """What earlier visits saw built (N,), what of it looks open now, and what of it is still held to stand."""
+
+    built: BoolArray
+    undone: BoolArray
+    stands: BoolArray
+
+
+def _past(
+    element: BimElement,
+    samples: CellSamples,
+    votes: Votes,
+    earlier: Sequence[SurfaceState | None],
+    options: ProgressOptions,
+) -> _Past:
+    built = np.zeros(len(samples.face), dtype=bool)
+    if not any(earlier):
+        return _Past(built=built, undone=built, stands=built)
+    known = [was or unseen(face) for was, face in zip(earlier, element.faces, strict=True)]
+    for index, was in enumerate(known):
+        own = samples.face == index
+        if was.built_uv_m and own.any():
+            built[own] = polygon.contains(was.built_uv_m, samples.uv_m[own])
+    built &= ~in_conflict(element, known, options)[samples.cell]
+    undone = built & (votes.open > votes.built)
+    gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
+    lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]
+    return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost))
 
 
 def _face_state(
@@ -59,23 +90,21 @@ def _face_state(
     votes: Votes,
     matches: Sequence[FaceMatch],
     earlier: SurfaceState | None,
-    doubted: BoolArray,
+    past: _Past,
     options: ProgressOptions,
 ) -> SurfaceState:
-    was_built = np.zeros(len(own), dtype=bool)
-    if earlier is not None and earlier.built_uv_m and own.any():
-        was_built[own] = polygon.contains(earlier.built_uv_m, samples.uv_m[own])
-        was_built &= ~doubted
     now_built = own & (votes.built > 0.0) & (votes.built >= votes.open)
     now_open = own & (votes.open > votes.built)
-    built = now_built | (was_built & own)
-    opened = now_open & ~was_built
-    conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | (now_open & was_built))
+    built = now_built | (past.stands & own)
+    opened = now_open & ~past.built
+    conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | past.undone)
+    gone_m2 = float(samples.area_m2[own & past.undone].sum())
     regions = [_region(samples, one, face) for one in (built, opened)]
     checked = _checked(face, samples, own, votes, matches, built, options)
-    measured = as_built(checked.matches, earlier)
+    measured = as_built(checked.matches, earlier, face)
     areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
     built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
+    doubts = tuple(doubts_of(checked.matches, gone_m2, options))
     return SurfaceState(
         face_id=face.face_id,
         element=face.element,
@@ -95,11 +124,14 @@ def _face_state(
         stations={name: value for name, value in areas.items() if value > 0.0},
         conflict_area_m2=float(samples.area_m2[conflict].sum()),
         notes=(
+            *doubts,
             *checked.notes,
             *measured.notes,
-            *_notes(samples, own, votes, built | opened, now_open & was_built, matches, options),
+            *_notes(samples, own, votes, built | opened, gone_m2, matches, options),
         ),
         parts=checked.parts,
+        doubts=doubts,
+        whole=measured.whole,
     )
 
 
@@ -133,7 +165,7 @@ def _notes(
     own: BoolArray,
     votes: Votes,
     decided: BoolArray,
-    undone: BoolArray,
+    gone_m2: float,
     matches: Sequence[FaceMatch],
     options: ProgressOptions,
 ) -> list[str]:
@@ -141,9 +173,8 @@ def _notes(
     hidden = float(samples.area_m2[own & votes.before & ~decided].sum())
     if hidden >= 0.1:
         notes.append("something stands before a part of it")
-    gone = float(samples.area_m2[own & undone].sum())
-    if gone >= 0.1:
-        notes.append(f"{gone:.1f} m2 that an earlier visit saw built look open now")
+    if 0.1 <= gone_m2 < GONE_M2:
+        notes.append(f"{gone_m2:.1f} m2 that an earlier visit saw built look open now")
     for match in matches:
         if match in votes.spoken:
             continue

@@ -58,7 +58,7 @@ def line_completion(
         return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
     weights = [_weight(line, element) for element in members]
     others = line.others + len(line.elements) - len(members)
-    return with_unmeasured(weighted(progress, weights, options), _measured_share(line, weights, others), options)
+    return with_unmeasured(weighted(progress, weights, options), _measured_share(line, weights, others))
 
 
 def _measured_share(line: CostLine, weights: Sequence[float], others: int) -> float:

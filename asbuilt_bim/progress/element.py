@@ -10,6 +10,7 @@ import numpy as np
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.progress.cell_states import CellStates, cell_states
+from asbuilt_bim.progress.doubts import other_size
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.surface import SurfaceState
@@ -49,7 +50,11 @@ def progress_of(
     least, most = float(cells.least.sum()), float(cells.most.sum())
     completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
     state, why = _state(cells, element.height_m, completion, options)
-    notes = [*why, *(note for surface in surfaces for note in surface.notes)]
+    doubts = [doubt for surface in surfaces for doubt in surface.doubts]
+    if state == "complete":
+        sizes = (other_size(face, surface, options) for face, surface in zip(element.faces, surfaces, strict=True))
+        doubts += [size for size in sizes if size]
+    notes = [*why, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
         notes.append(f"{conflict:.0f} cells are seen built from one side and open from another: look at the pictures")
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
@@ -82,6 +87,7 @@ def progress_of(
         stations=tuple(stations),
         last_seen=visit_date if stations else last_seen.get(element.global_id),
         notes=tuple(dict.fromkeys(notes)),
+        doubts=tuple(dict.fromkeys(doubts)),
     )
 
 

@@ -42,12 +42,12 @@ def verdict(task: TaskProgress) -> TaskVerdict:
     unknown task: what the schedule holds of it stays as it is.
     """
     progress, done = task.progress, task.progress.completion
-    if done.best is None:
+    if done.best is None and not (task.others and done.coverage > 0.0):
         return TaskVerdict(knowledge="unknown", share=None, finished=False, note=_unknown_note(task))
-    if task.actual_finish is not None:
+    if task.actual_finish is not None and done.best is not None:
         seen = f"Seen complete: all {len(progress.elements)} elements. Measured {done.best * 100:.1f} %."
         return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=seen)
-    if progress.unknown or task.others:
+    if done.best is None or progress.unknown:
         count = len(progress.elements) + task.others
         why = [f"{progress.unknown} of {count} elements are unknown"] if progress.unknown else []
         why += [f"{task.others} of {count} are not measured here"] if task.others else []

@@ -54,6 +54,7 @@ class ElementProgress:
     stations: tuple[str, ...]
     last_seen: date | None
     notes: tuple[str, ...]
+    doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,17 +19,15 @@ def weighted(elements: Sequence[ElementProgress], weights: Sequence[float], opti
     return completion_of(built, opened, float(sum(weights)), options, least=least, most=most)
 
 
-def with_unmeasured(seen: Completion, share: float, options: ProgressOptions) -> Completion:
-    """Return the completion of a group of which only a share (0..1) is measured here: the rest is unknown."""
+def with_unmeasured(seen: Completion, share: float) -> Completion:
+    """Return the completion of a group of which only a share (0..1) is measured here: the rest is unknown.
+
+    What was seen of walls and columns says nothing of a slab: there is no best estimate of both.
+    """
     if share >= 1.0:
         return seen
-    coverage = seen.coverage * share
-    return Completion(
-        best=seen.best if coverage >= options.known_from else None,
-        lower=seen.lower * share,
-        upper=seen.upper * share + (1.0 - share),
-        coverage=coverage,
-    )
+    upper = seen.upper * share + (1.0 - share)
+    return Completion(best=None, lower=seen.lower * share, upper=upper, coverage=seen.coverage * share)
 
 
 def _shares(element: ElementProgress) -> tuple[float, float, float, float]:

@@ -42,6 +42,8 @@ class SurfaceState:
     conflict_area_m2: float  # seen built by one station and open by another
     notes: tuple[str, ...]
     parts: tuple[str, ...] = ()  # measured faces (ids) that looked whole, while concrete goes on past their outlines
+    doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
+    whole: bool = False  # its as-built area is that of stations which saw it whole at this visit
 
 
 def classify_surface(

@@ -34,7 +34,7 @@ def task_progress(
     measured = group(task.global_id, task.name, members, surfaces, options)
     share = len(members) / max(len(members) + others, 1)
     made = TaskProgress(
-        progress=replace(measured, completion=with_unmeasured(measured.completion, share, options)),
+        progress=replace(measured, completion=with_unmeasured(measured.completion, share)),
         schedule_start=task.schedule_start,
         schedule_finish=task.schedule_finish,
         actual_start=_start(members, history, visit_date),

@@ -66,6 +66,7 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes]) -> str:
             stations=_cards(report, pictures),
             lost=lost_stations(report),
             other_rejections=_others(report),
+            doubted=[element for element in report.elements if element.doubts],
             conflicts=[element for element in report.elements if element.cells_conflict > 0],
             tasks=task_rows(report),
             late=late_rows(report),

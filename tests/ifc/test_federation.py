@@ -60,7 +60,7 @@ def test_two_files_of_other_schemas_and_units_are_one_design_that_touches_itself
     assert [task.elements for task in design.tasks] == [(wall.global_id,)]
     assert [line.elements for line in design.cost_lines] == [(column.global_id,)]
     assert (design.file_name, design.schema) == ("structure.ifc, architecture.ifc", "IFC2X3, IFC4")
-    assert design.notes == ()
+    assert design.notes == ("walls and columns in no task: 1 of 2", "walls and columns in no cost line: 1 of 2")
 
 
 def test_storeys_of_one_name_and_height_are_one(tmp_path: Path) -> None:

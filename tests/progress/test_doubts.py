@@ -1,0 +1,61 @@
+"""What is looked at before it is paid for: walls that have gone, that go on past the design, that have another size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+
+import pytest
+
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
+from asbuilt_bim.progress.report import ElementProgress
+from tests.match.small_site import box, measured, station
+
+from .test_surface import BACKDROP, FRONT, GROUND, POSE, WALL, only, see, visit
+
+LATER, LAST = date(2026, 3, 16), date(2026, 3, 30)
+
+
+def test_a_wall_that_has_gone_is_not_certain_and_is_named_until_a_second_visit_says_so_too() -> None:
+    report, _ = visit(see([WALL, BACKDROP], 2.8))
+    assert only(report).completion.lower > 0.95
+    history = remember(EMPTY_HISTORY, report)
+    report, _ = visit(see([BACKDROP], name="B1"), history=history, day=LATER)
+    gone = only(report)
+    assert gone.completion.lower < 0.05 and gone.state != "complete"
+    assert any("look open now" in doubt for doubt in gone.doubts)
+    history = remember(history, report)
+    report, _ = visit(see([BACKDROP], name="C1"), history=history, day=LAST)
+    assert only(report).state == "not started" and not only(report).doubts
+
+
+def taller(height_m: float) -> ElementProgress:
+    """Return a wall designed 2.8 m tall of which a face `height_m` tall was measured."""
+    face = measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, 3.0, height_m))
+    return only(visit(station("A1", POSE, [box(0, 0, 0, 3.0, 0.25, height_m), BACKDROP, GROUND], [face]))[0])
+
+
+def test_concrete_that_goes_on_past_the_design_is_named_with_its_area() -> None:
+    one = taller(3.8)
+    assert one.state == "complete"
+    assert any("goes on 2.7 m2 past the design" in doubt for doubt in one.doubts)  # the border of 0.10 m is allowed
+    assert not taller(2.8).doubts
+
+
+@pytest.mark.parametrize(("less_m", "named"), [(0.09, True), (0.04, False)])
+def test_a_complete_wall_that_was_measured_smaller_than_designed_is_named(less_m: float, named: bool) -> None:
+    width_m, height_m = 3.0 - less_m, 2.8 - less_m
+    face = measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, width_m, height_m))
+    report, _ = visit(station("A1", POSE, [box(0, 0, 0, width_m, 0.25, height_m), BACKDROP, GROUND], [face]))
+    one = only(report)
+    assert one.state == "complete"
+    assert any("smaller than its 8.40 m2" in doubt for doubt in one.doubts) is named
+
+
+def test_a_face_seen_in_part_measures_no_more_than_its_design() -> None:
+    face = replace(measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, 3.08, 2.8)), open_edge=True)
+    report, _ = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], [face]))
+    assert only(report).as_built_area_m2 == pytest.approx(8.4, rel=1e-3)
+    whole, _ = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], [replace(face, open_edge=False)]))
+    assert only(whole).as_built_area_m2 == pytest.approx(3.08 * 2.8, rel=1e-3)
