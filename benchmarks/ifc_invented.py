@@ -38,7 +38,7 @@ def invented_reports(file: Any) -> tuple[ProgressReport, ...]:
     things = {one.GlobalId: one for kind in ("IfcWall", "IfcColumn") for one in file.by_type(kind)}
     ids = frozenset(things)
     storeys = {key: storey_of(thing) for key, thing in things.items()}
-    tasks = read_tasks(file, ids)
+    tasks, _ = read_tasks(file, ids)
     lines, _ = read_cost_lines(file, ids, read_units(file))
     reports = []
     for number, day in enumerate(VISITS):

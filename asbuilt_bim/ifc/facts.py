@@ -63,7 +63,7 @@ def read_facts(file: Any) -> FileFacts:
         kinds=tuple(kinds.most_common()),
         zones=tuple((zone.Name or "(no name)", _members(zone)) for zone in file.by_type("IfcZone")),
         tasks=len(file.by_type("IfcTask")),
-        tasks_tied=len(read_tasks(file, ids)),
+        tasks_tied=len(read_tasks(file, ids)[0]),
         cost_schedules=len(file.by_type("IfcCostSchedule")),
         cost_items=sum(1 for _ in planned_items(file)) if file.schema != "IFC2X3" else len(file.by_type("IfcCostItem")),
         cost_has_values=file.schema != "IFC2X3",

@@ -117,12 +117,13 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
     notes = list(design.notes)
     for one in members:
         with _damage_named(one.path):
-            for task in read_tasks(one.file, ids):
+            planned, task_notes = read_tasks(one.file, ids)
+            for task in planned:
                 tasks.setdefault(task.global_id, task)
             read, cost_notes = read_cost_lines(one.file, ids, one.units)
             for line in read:
                 lines.setdefault(line.global_id, line)
-            notes += cost_notes
+            notes += (*task_notes, *cost_notes)
     if homeless := sum(not element.storey for element in design.elements):
         why = "" if design.storeys else " (the file holds no IfcBuildingStorey)"
         notes.append(f"{homeless} walls or columns belong to no storey{why}: they count in the whole only")

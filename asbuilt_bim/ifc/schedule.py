@@ -20,20 +20,23 @@ _LINKS: dict[str, LinkKind] = {
 }
 MAX_OUTLINE = 50
 """No schedule is indented deeper; a task that is its own summary ends here."""
+MAX_NAMED = 5
 
 
-def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
-    """Return the tasks that are tied to elements of the design, in the file's order.
+def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[str, ...]]:
+    """Return the tasks that are tied to elements of the design, in the file's order, and notes on their dates.
 
     Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
     (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
-    tasks = []
+    tasks, faults = [], []
     for task in file.by_type("IfcTask"):
         made = tied(_products(task), elements)
         if not made.elements:
             continue
-        start, finish = _planned(task)
+        start, finish, fault = _planned(task)
+        if fault:
+            faults.append(f"task {task.Name or task.GlobalId}: {fault}")
         tasks.append(
             Task(
                 global_id=task.GlobalId,
@@ -47,7 +50,8 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[Task, ...]:
                 links=tuple(_links(task)),
             )
         )
-    return tuple(tasks)
+    more = [f"and {len(faults) - MAX_NAMED} more tasks whose dates don't count"] if len(faults) > MAX_NAMED else []
+    return tuple(tasks), (*faults[:MAX_NAMED], *more)
 
 
 def _outline(task: Any) -> tuple[str, ...]:
@@ -99,10 +103,19 @@ def task_times(task: Any) -> tuple[Any, ...]:
     return tuple({control.id(): control for control in controls if control is not None}.values())
 
 
-def _planned(task: Any) -> tuple[datetime | None, datetime | None]:
+def _planned(task: Any) -> tuple[datetime | None, datetime | None, str]:
+    """Return when a task is planned, and why its dates don't count where they don't; then both are None."""
     for times in task_times(task):
-        return moment(times.ScheduleStart), moment(times.ScheduleFinish)
-    return None, None
+        written = times.ScheduleStart, times.ScheduleFinish
+        start, finish = (moment(one) for one in written)
+        for name, one, found in (("start", written[0], start), ("finish", written[1], finish)):
+            if one is not None and found is None:
+                return None, None, f"its {name} {str(one)[:40]!r} is no date; it has no plan here: correct the schedule"
+        if start and finish and finish < start:
+            days = f"its finish {finish.date()} is before its start {start.date()}"
+            return None, None, f"{days}; it has no plan here: correct the schedule"
+        return start, finish, ""
+    return None, None, ""
 
 
 def moment(value: Any) -> datetime | None:

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from datetime import datetime
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
-from asbuilt_bim.schedule.rows import ScheduleRow, global_ids, moment
+from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids, moment
 from asbuilt_bim.schedule.safe_xml import child, children, text
 
 _LINKS: dict[str, LinkKind] = {"0": "FF", "1": "FS", "2": "SF", "3": "SS"}
@@ -35,8 +34,10 @@ def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]
             continue
         if not text(task, "Name"):
             continue
-        start, finish, planned = _dates(task)
-        baselines += planned
+        baseline = _baseline(task)
+        baselines += baseline is not None
+        holder = task if baseline is None else baseline
+        start, finish, fault = dates(text(holder, "Start"), text(holder, "Finish"))
         rows.append(
             ScheduleRow(
                 uid=text(task, "UID"),
@@ -47,19 +48,20 @@ def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]
                 finish=finish,
                 links=tuple(_links(task)),
                 global_ids=global_ids(text(field, "Value") for field in children(task, "ExtendedAttribute")),
+                fault=fault,
             )
         )
     notes = (f"{baselines} of its {len(rows)} tasks have a baseline: that is their plan",) if baselines else ()
     return tuple(rows), notes
 
 
-def _dates(task: ET.Element) -> tuple[datetime | None, datetime | None, bool]:
-    """Return planned start and finish, and whether they are the baseline's: a task in progress has moved its own."""
+def _baseline(task: ET.Element) -> ET.Element | None:
+    """Return a task's first baseline where it has both dates: a task in progress has moved its own."""
     for baseline in children(task, "Baseline"):
         start, finish = moment(text(baseline, "Start"), end=False), moment(text(baseline, "Finish"), end=True)
         if text(baseline, "Number") == "0" and start and finish:
-            return start, finish, True
-    return moment(text(task, "Start"), end=False), moment(text(task, "Finish"), end=True), False
+            return baseline
+    return None
 
 
 def _links(task: ET.Element) -> Iterator[TaskLink]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
 from asbuilt_bim.schedule.msp import number
-from asbuilt_bim.schedule.rows import ScheduleRow, global_ids, moment
+from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids
 from asbuilt_bim.schedule.safe_xml import children, text
 
 _LINKS: dict[str, LinkKind] = {
@@ -38,19 +38,26 @@ def _rows(holders: Sequence[ET.Element]) -> list[ScheduleRow]:
         )
         links.setdefault(text(relation, "SuccessorActivityObjectId"), []).append(link)
     return [
-        ScheduleRow(
-            uid=text(activity, "ObjectId"),
-            name=text(activity, "Name"),
-            identification=text(activity, "Id"),
-            outline=_outline(text(activity, "WBSObjectId"), wbs),
-            start=moment(text(activity, "PlannedStartDate") or text(activity, "StartDate"), end=False),
-            finish=moment(text(activity, "PlannedFinishDate") or text(activity, "FinishDate"), end=True),
-            links=tuple(links.get(text(activity, "ObjectId"), ())),
-            global_ids=global_ids(text(field, "TextValue") for field in children(activity, "UDF")),
-        )
-        for activity in _all(holders, "Activity")
-        if text(activity, "Type") not in _NO_WORK
+        _row(activity, wbs, links) for activity in _all(holders, "Activity") if text(activity, "Type") not in _NO_WORK
     ]
+
+
+def _row(activity: ET.Element, wbs: dict[str, ET.Element], links: dict[str, list[TaskLink]]) -> ScheduleRow:
+    start, finish, fault = dates(
+        text(activity, "PlannedStartDate") or text(activity, "StartDate"),
+        text(activity, "PlannedFinishDate") or text(activity, "FinishDate"),
+    )
+    return ScheduleRow(
+        uid=text(activity, "ObjectId"),
+        name=text(activity, "Name"),
+        identification=text(activity, "Id"),
+        outline=_outline(text(activity, "WBSObjectId"), wbs),
+        start=start,
+        finish=finish,
+        links=tuple(links.get(text(activity, "ObjectId"), ())),
+        global_ids=global_ids(text(field, "TextValue") for field in children(activity, "UDF")),
+        fault=fault,
+    )
 
 
 def _all(holders: Sequence[ET.Element], tag: str) -> list[ET.Element]:

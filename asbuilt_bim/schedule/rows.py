@@ -29,6 +29,7 @@ class ScheduleRow:
     finish: datetime | None
     links: tuple[TaskLink, ...]
     global_ids: tuple[str, ...]  # of IFC tasks or of elements, out of its custom fields
+    fault: str = ""  # why its dates don't count, where they don't
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +59,17 @@ def moment(text: str, *, end: bool) -> datetime | None:
     if not FIRST_YEAR <= value.year <= LAST_YEAR:
         return None
     return at_time(value.date(), end=end) if len(text.strip()) <= len("2026-03-02") else value
+
+
+def dates(start: str, finish: str) -> tuple[datetime | None, datetime | None, str]:
+    """Return a task's start and finish as they are written, and what is wrong with them; then both are None."""
+    begin, end = moment(start, end=False), moment(finish, end=True)
+    for name, written, found in (("start", start, begin), ("finish", finish, end)):
+        if written and found is None:
+            return None, None, f"its {name} {written[:30]!r} is no date from {FIRST_YEAR} to {LAST_YEAR}"
+    if begin and end and end < begin:
+        return None, None, f"its finish {end:%Y-%m-%d %H:%M} is before its start {begin:%Y-%m-%d %H:%M}"
+    return begin, end, ""
 
 
 def at_time(day: date, *, end: bool) -> datetime:

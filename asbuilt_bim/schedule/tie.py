@@ -10,6 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 
 from asbuilt_bim.bim.model import BimModel, Task
 from asbuilt_bim.bim.schedule import SCHEDULE_KEY
@@ -49,16 +50,35 @@ def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str]) -> Task:
     links = tuple(
         replace(link, predecessor=key_of[link.predecessor]) for link in row.links if link.predecessor in key_of
     )
-    dated = row.start is not None or row.finish is not None
+    start, finish, _ = _dates(task, row)
     return replace(
         task,
-        schedule_start=row.start if dated else task.schedule_start,
-        schedule_finish=row.finish if dated else task.schedule_finish,
+        schedule_start=start,
+        schedule_finish=finish,
         identification=row.identification or task.identification,
         outline=row.outline or task.outline,
         links=links or task.links,
         schedule_uid=row.uid,
     )
+
+
+def _dates(task: Task, row: ScheduleRow) -> tuple[datetime | None, datetime | None, str]:
+    """Return the dates that count, the IFC's where the row has none that can be used, and what is to be said of it."""
+    old = task.schedule_start, task.schedule_finish
+    if row.fault or (row.start is None and row.finish is None):
+        return (*old, row.fault and f"{row.fault}; {_stands(old)}")
+    start, finish = row.start or old[0], row.finish or old[1]
+    if row.start and row.finish:
+        return start, finish, ""
+    given, missing = ("start", "finish") if row.start else ("finish", "start")
+    if start and finish and finish < start:
+        return (*old, f"it has a {given} alone, which the IFC's {missing} contradicts; {_stands(old)}")
+    there = f"the IFC's {missing} stands" if start and finish else f"nor has the IFC: give the {missing}"
+    return start, finish, f"it has no {missing}, {there}"
+
+
+def _stands(old: tuple[datetime | None, datetime | None]) -> str:
+    return "the IFC's dates stand" if any(old) else "the IFC has no dates either: correct the schedule"
 
 
 def _by_global_id(design: BimModel, rows: Sequence[ScheduleRow]) -> _Ties:
@@ -132,6 +152,10 @@ def _plain(text: str) -> str:
 def _notes(schedule: ScheduleFile, ties: _Ties, left: Sequence[Task]) -> list[str]:
     start, rows = f"Schedule {schedule.source.name}", schedule.rows
     notes = [f"{start}: {note}." for note in schedule.notes]
+    said = [(row.name, _dates(ties.tied[row.uid], row)[2]) for row in rows if row.uid in ties.tied]
+    if faults := [f"'{name[:60]}': {fault}" for name, fault in said if fault]:
+        more = f" and {len(faults) - MAX_NAMED} more" if len(faults) > MAX_NAMED else ""
+        notes.append(f"{start}: dates that can't be taken as they are: {'; '.join(faults[:MAX_NAMED])}{more}.")
     if ties.ambiguous:
         notes.append(
             f"{start}: not tied, because more than one task of the file or of the IFC fits: "

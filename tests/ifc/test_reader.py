@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -259,3 +260,22 @@ def test_a_column_at_a_grid_crossing_stands_there_turned_along_the_first_axis(sc
     low, high = element.vertices_m.min(axis=0), element.vertices_m.max(axis=0)
     np.testing.assert_allclose(low, [103.5 - 0.4, 2.25, 10.1], atol=1e-6)
     np.testing.assert_allclose(high, [103.5, 2.25 + 0.6, 12.6], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("start", "finish", "says"),
+    [
+        ("2026-99-99T08:00:00", "2026-02-14T00:00:00", "its start '2026-99-99T08:00:00' is no date"),
+        ("2026-02-01T00:00:00", "soon", "its finish 'soon' is no date"),
+        ("2026-02-14T00:00:00", "2026-02-01T00:00:00", "its finish 2026-02-01 is before its start 2026-02-14"),
+    ],
+)
+def test_task_dates_that_cannot_be_are_left_out_and_said(start: str, finish: str, says: str, tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    column = builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    bad, _ = (builder.task(name, [column]) for name in ("rebar", "pour"))
+    bad.TaskTime.ScheduleStart, bad.TaskTime.ScheduleFinish = start, finish
+    design = read_design(builder.write(tmp_path / "plan.ifc"))
+    dates = {task.name: (task.schedule_start, task.schedule_finish) for task in design.tasks}
+    assert dates == {"rebar": (None, None), "pour": (datetime(2026, 2, 1), datetime(2026, 2, 14))}
+    assert [note for note in design.notes if says in note and note.startswith("task rebar: ")]

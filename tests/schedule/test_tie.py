@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+
+import pytest
 
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.schedule.tie import with_schedule
@@ -64,3 +67,40 @@ def test_a_row_without_dates_leaves_the_tasks_own(tmp_path: Path) -> None:
     text = "name,start,finish\nColumns,,\n"
     (kept,) = with_schedule(design(task(TASK_A, "Columns")), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
     assert kept.schedule_start == OLD
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            MSP.replace("2026-03-27T17", "2026-01-27T17"),
+            "its finish 2026-01-27 17:00 is before its start 2026-03-16 08:00",
+        ),
+        (
+            P6.replace("2026-03-27T17", "2026-01-27T17"),
+            "its finish 2026-01-27 17:00 is before its start 2026-03-16 08:00",
+        ),
+        (
+            MSP.replace("2026-03-27T17", "2026-99-99T17"),
+            "its finish '2026-99-99T17:00:00' is no date from 1950 to 2200",
+        ),
+    ],
+)
+def test_dates_that_cannot_be_leave_the_ifcs_own_and_are_said(tmp_path: Path, text: str, says: str) -> None:
+    plan = read_schedule(written(tmp_path, text.replace("Something else", "Walls")))
+    tied = with_schedule(design(task(TASK_B, "Walls")), plan)
+    (walls,) = tied.tasks
+    assert (walls.schedule_start, walls.schedule_finish) == (OLD, datetime(2025, 1, 2))
+    assert any(f"'Walls': {says}; the IFC's dates stand" in note for note in tied.notes)
+
+
+def test_a_start_alone_leaves_the_ifcs_finish_or_its_dates_where_that_is_before_it(tmp_path: Path) -> None:
+    text = MSP.replace("<Finish>2026-03-27T17:00:00</Finish>", "")
+    for year, start, says in [
+        (2027, datetime(2026, 3, 16, 8), "it has no finish, the IFC's finish stands"),
+        (2025, OLD, "which the IFC's finish contradicts; the IFC's dates stand"),
+    ]:
+        walls = replace(task(TASK_B, "Walls"), schedule_finish=datetime(year, 1, 2))
+        tied = with_schedule(design(walls), read_schedule(written(tmp_path, text)))
+        assert (tied.tasks[0].schedule_start, tied.tasks[0].schedule_finish) == (start, datetime(year, 1, 2))
+        assert any(says in note for note in tied.notes)
