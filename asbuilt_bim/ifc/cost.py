@@ -8,11 +8,14 @@ from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
 from asbuilt_bim.ifc.cost_notes import cost_notes
+from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.marks import AS_BUILT
 from asbuilt_bim.ifc.ties import Tied, tied
 from asbuilt_bim.ifc.units import Measure, Units, quantity_measure, unit_scale, unit_symbol
 
 _MAX_DEPTH = 32
+MAX_NUMBER = 1e15
+"""No building's quantity, rate or unit; sums of what is beyond it lose cents, then overflow."""
 
 
 def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[tuple[CostLine, ...], tuple[str, ...]]:
@@ -23,11 +26,17 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
     lines: dict[int, CostLine] = {}
     notes: list[str] = []
     elsewhere = 0
+    paying: dict[Any, tuple[Tied, str]] = {}
     for item, schedule in planned_items(file):
         pays_for = tied(_products(item), elements)
-        if not pays_for.elements:
+        if pays_for.elements:
+            paying[item] = pays_for, schedule
+        else:
             elsewhere += bool(item.CostQuantities and item.CostValues)
-            continue
+    known, strangers = with_ids(paying, each_once=True)
+    notes += strangers
+    for item in known:
+        pays_for, schedule = paying[item]
         line = _line(file, item, schedule, pays_for, units)
         if isinstance(line, str):
             notes.append(f"cost item {item.Name or item.GlobalId}: {line}; it is left out")
@@ -100,10 +109,16 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> 
         return "its quantities are not all volumes, all areas, all lengths or all counts"
     own = quantities[0].Unit
     scale = unit_scale(own) if own is not None else units.scale(measure)
+    if not 1.0 / MAX_NUMBER <= scale <= MAX_NUMBER:
+        return f"one of its units would be {scale:.3g} SI units, which no unit is; correct the unit"
     planned = sum(units.quantity(q)[1] for q in quantities) / scale
     rates = [_rate(value, measure, units, scale) for value in item.CostValues or ()]
     if not rates or any(rate is None for rate in rates):
         return "it has no rate, or one that is no plain sum"
+    rate = float(sum(rate for rate in rates if rate is not None))
+    for name, value in (("quantity", planned), ("rate", rate)):
+        if not abs(value) <= MAX_NUMBER:
+            return f"its {name} {value:.3g} is no number up to {MAX_NUMBER:.0e}; correct it in the cost schedule"
     return CostLine(
         global_id=item.GlobalId,
         name=item.Name or "",
@@ -112,7 +127,7 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> 
         unit=unit_symbol(file, measure, own),
         measure=measure,
         planned_quantity=planned,
-        rate=float(sum(rate for rate in rates if rate is not None)),
+        rate=rate,
         currency=units.currency,
         schedule=schedule,
         unit_scale=scale,

@@ -19,6 +19,7 @@ from asbuilt_bim.geometry.transform import inverse
 from asbuilt_bim.ifc.bodies import Body, read_bodies
 from asbuilt_bim.ifc.faces import design_faces
 from asbuilt_bim.ifc.federation import Member
+from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.structure import base_quantities, is_concrete, parts_of, storey_of
 from asbuilt_bim.ifc.units import Units
 
@@ -43,7 +44,7 @@ class ReadElements:
 
 
 def read_elements(member: Member, number: int, scope: str | None, taken: frozenset[str] = frozenset()) -> ReadElements:
-    """Read the walls and columns of a file (those that `scope`, an ifcopenshell selector, picks).
+    """Read the walls and columns of a file (those that `scope`, an ifcopenshell selector, picks) that have GlobalIds.
 
     `number` is the file's place in the design. What an earlier file has (`taken`, GlobalIds) counts there.
 
@@ -54,6 +55,7 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
     everything = walls_and_columns(file)
     candidates = [product for product in everything if product.GlobalId not in taken]
     chosen = _in_scope(file, candidates, scope, where)
+    chosen, strangers = with_ids(chosen)
     _check_ids(chosen, where)
     parts = [part for product in chosen if not _has_body(product) for part in parts_of(product)]
     bodies = read_bodies(file, [*chosen, *parts], member.units.length_scale, world_from_file=member.world_from_file)
@@ -75,7 +77,7 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
     return ReadElements(
         elements=tuple(elements),
         others=_others(file, everything, {product.id() for product in chosen}, taken),
-        notes=(*_bodiless_note(bodiless), *notes),
+        notes=(*strangers, *_bodiless_note(bodiless), *notes),
     )
 
 

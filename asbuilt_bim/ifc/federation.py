@@ -44,6 +44,7 @@ def member(path: Path, file: Any, first: Member | None) -> Member:
     place, notes = _place(path, georeference, first)
     rise = float(place[2, 3])
     projects = file.by_type("IfcProject")
+    storeys, strangers = read_storeys(file, units)
     return Member(
         path=path,
         file=file,
@@ -51,8 +52,8 @@ def member(path: Path, file: Any, first: Member | None) -> Member:
         project_name=(projects[0].LongName or projects[0].Name or "") if projects else "",
         georeference=georeference,
         world_from_file=place,
-        storeys=tuple(replace(s, elevation_m=s.elevation_m + rise) for s in read_storeys(file, units)),
-        notes=notes,
+        storeys=tuple(replace(s, elevation_m=s.elevation_m + rise) for s in storeys),
+        notes=(*notes, *strangers),
     )
 
 

@@ -10,6 +10,7 @@ import ifcopenshell.util.date
 
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+from asbuilt_bim.ifc.identity import id_fault, with_ids
 from asbuilt_bim.ifc.ties import tied
 
 _LINKS: dict[str, LinkKind] = {
@@ -24,16 +25,17 @@ MAX_NAMED = 5
 
 
 def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[str, ...]]:
-    """Return the tasks that are tied to elements of the design, in the file's order, and notes on their dates.
+    """Return the tasks that are tied to elements of the design, in the file's order, and notes on the rest.
 
     Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
     (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
     tasks, faults = [], []
-    for task in file.by_type("IfcTask"):
-        made = tied(_products(task), elements)
-        if not made.elements:
-            continue
+    making = ((task, tied(_products(task), elements)) for task in file.by_type("IfcTask"))
+    found = {task: made for task, made in making if made.elements}
+    known, strangers = with_ids(found, each_once=True)
+    for task in known:
+        made = found[task]
         start, finish, fault = _planned(task)
         if fault:
             faults.append(f"task {task.Name or task.GlobalId}: {fault}")
@@ -51,7 +53,7 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
             )
         )
     more = [f"and {len(faults) - MAX_NAMED} more tasks whose dates don't count"] if len(faults) > MAX_NAMED else []
-    return tuple(tasks), (*faults[:MAX_NAMED], *more)
+    return tuple(tasks), (*strangers, *faults[:MAX_NAMED], *more)
 
 
 def _outline(task: Any) -> tuple[str, ...]:
@@ -70,7 +72,7 @@ def _links(task: Any) -> Iterable[TaskLink]:
     """Yield a task's predecessors; a lag that is a share of a duration counts as none."""
     for relation in task.IsSuccessorFrom or ():
         other = relation.RelatingProcess
-        if other is None or not other.is_a("IfcTask"):
+        if other is None or not other.is_a("IfcTask") or id_fault(other):
             continue
         kind = _LINKS.get(relation.SequenceType or "", "FS")
         yield TaskLink(predecessor=other.GlobalId, kind=kind, lag_h=_lag_h(relation.TimeLag))

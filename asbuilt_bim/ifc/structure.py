@@ -11,6 +11,7 @@ import ifcopenshell.util.placement
 import numpy as np
 
 from asbuilt_bim.bim.model import Storey
+from asbuilt_bim.ifc.identity import id_fault, with_ids
 from asbuilt_bim.ifc.units import Units
 
 _MAX_DEPTH = 32  # a file may tie a knot in its tree
@@ -25,10 +26,14 @@ _BLOCKS = re.compile(
 )
 
 
-def read_storeys(file: Any, units: Units) -> tuple[Storey, ...]:
-    """Return the storeys from below; the elevation is that of the placement, else of the attribute, in world metres."""
+def read_storeys(file: Any, units: Units) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
+    """Return the storeys from below, and notes on those without a GlobalId of their own.
+
+    The elevation is that of the placement, else of the attribute, in world metres.
+    """
     storeys = []
-    for storey in file.by_type("IfcBuildingStorey"):
+    found, notes = with_ids(file.by_type("IfcBuildingStorey"), each_once=True)
+    for storey in found:
         elevation = units.length(storey.Elevation or 0.0)
         if storey.ObjectPlacement is not None:
             placed = ifcopenshell.util.placement.get_local_placement(storey.ObjectPlacement)
@@ -36,17 +41,20 @@ def read_storeys(file: Any, units: Units) -> tuple[Storey, ...]:
         storeys.append(
             Storey(global_id=storey.GlobalId, name=storey.Name or storey.LongName or "(no name)", elevation_m=elevation)
         )
-    return tuple(sorted(storeys, key=lambda storey: (storey.elevation_m, storey.name)))
+    return tuple(sorted(storeys, key=lambda storey: (storey.elevation_m, storey.name))), notes
 
 
 def storey_of(product: Any) -> str:
-    """Return the GlobalId of the storey that a product lies in, through spaces, wholes and openings; "" where none."""
+    """Return the GlobalId of the storey that a product lies in, through spaces, wholes and openings.
+
+    "" where it lies in none, or in one without a GlobalId.
+    """
     current = product
     for _ in range(_MAX_DEPTH):
         if current is None:
             return ""
         if current.is_a("IfcBuildingStorey"):
-            return str(current.GlobalId)
+            return "" if id_fault(current) else str(current.GlobalId)
         current = holder_of(current)
     return ""
 

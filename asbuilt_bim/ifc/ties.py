@@ -24,7 +24,7 @@ def tied(products: Iterable[Any], measured: frozenset[str]) -> Tied:
     open_ones = [product for product in products if product is not None]
     open_ones.reverse()
     met: set[int] = set()
-    found: dict[str, None] = {}
+    found: dict[str | int, None] = {}  # GlobalIds of what is measured; a file may give the rest none, or one twice
     while open_ones:
         product = open_ones.pop()
         if product.id() in met:
@@ -34,8 +34,8 @@ def tied(products: Iterable[Any], measured: frozenset[str]) -> Tied:
         if instead:
             open_ones += reversed(instead)
         elif product.is_a("IfcElement") and not product.is_a("IfcFeatureElement"):
-            found[product.GlobalId] = None
-    elements = tuple(name for name in found if name in measured)
+            found[product.GlobalId if product.GlobalId in measured else product.id()] = None
+    elements = tuple(name for name in found if isinstance(name, str))
     return Tied(elements=elements, others=len(found) - len(elements))
 
 

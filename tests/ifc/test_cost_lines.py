@@ -99,3 +99,37 @@ def test_a_task_that_makes_a_slab_too_knows_of_it(builder: ModelBuilder, tmp_pat
     builder.task("pour", [made, slab])
     (task,) = design(builder, tmp_path).tasks
     assert task.elements == (made.GlobalId,) and task.others == 1
+
+
+@pytest.mark.parametrize(
+    ("quantity", "rate", "says"),
+    [
+        (0.48, 1e308, "its rate 1e+308 is no number up to 1e+15"),
+        (1e300, 210.0, "its quantity 1e+300 is no number up to 1e+15"),
+        (0.48, -2e15, "its rate -2e+15 is no number up to 1e+15"),
+    ],
+)
+def test_a_cost_beyond_all_numbers_is_left_out_and_its_item_named(
+    builder: ModelBuilder, tmp_path: Path, quantity: float, rate: float, says: str
+) -> None:
+    made = column(builder)
+    builder.cost("sound", [made], VOLUME, 0.48, 210.0)
+    builder.cost("typo", [made], VOLUME, quantity, rate)
+    found = design(builder, tmp_path)
+    assert [line.name for line in found.cost_lines] == ["sound"]
+    assert any(f"cost item typo: {says}" in note and note.endswith("it is left out") for note in found.notes)
+
+
+@pytest.mark.parametrize("factor", [0.0, 1e300])
+def test_a_cost_in_a_unit_that_cannot_be_is_left_out(builder: ModelBuilder, tmp_path: Path, factor: float) -> None:
+    item = builder.cost("typo", [column(builder)], VOLUME, 0.48, 210.0)
+    metre = next(unit for unit in builder.file.by_type("IfcSIUnit") if unit.Name == "CUBIC_METRE")
+    item.CostQuantities[0].Unit = builder.make(
+        "IfcConversionBasedUnit",
+        Dimensions=builder.make("IfcDimensionalExponents", 3, 0, 0, 0, 0, 0, 0),
+        UnitType="VOLUMEUNIT",
+        Name="bucket",
+        ConversionFactor=builder.make("IfcMeasureWithUnit", builder.make("IfcReal", factor), metre),
+    )
+    found = design(builder, tmp_path)
+    assert found.cost_lines == () and any("which no unit is" in note for note in found.notes)
