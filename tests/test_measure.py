@@ -136,6 +136,7 @@ def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table
     done = measure(folder, "--no-target", "--masks", str(folder / "clicks.json"))
     assert done.exit_code == 0, done.stderr
     assert "nothing checks it" in done.output
+    assert "told by its shape alone" not in done.output  # the masks tell it
     assert "no face was measured in this mask" in done.stderr
     out = folder / "out"
     document = json.loads((out / "measure.json").read_text(encoding="utf-8"))
@@ -152,7 +153,8 @@ def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table
 
 
 def test_an_earlier_measurement_is_replaced_whole_and_strangers_files_stay(folder: Path) -> None:
-    assert measure(folder, "--no-target", out="again").exit_code == 0
+    first = measure(folder, "--no-target", out="again")
+    assert first.exit_code == 0 and "told by its shape alone" in first.output
     before = set((folder / "again" / "figures").iterdir())
     (folder / "again" / "notes.txt").write_text("mine", encoding="utf-8")
     paper = measure(
