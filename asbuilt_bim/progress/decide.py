@@ -16,7 +16,7 @@ from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.as_built import as_built
 from asbuilt_bim.progress.cell_states import in_conflict
-from asbuilt_bim.progress.doubts import GONE_M2, doubts_of
+from asbuilt_bim.progress.doubts import GONE_M2, past_design
 from asbuilt_bim.progress.evidence import StationView
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.outlines import looks_like_bars, stands_off
@@ -104,7 +104,7 @@ def _face_state(
     measured = as_built(checked.matches, earlier, face)
     areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
     built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
-    doubts = tuple(doubts_of(checked.matches, gone_m2, options))
+    doubts = tuple(past_design(checked.matches, options))
     return SurfaceState(
         face_id=face.face_id,
         element=face.element,
@@ -131,6 +131,7 @@ def _face_state(
         ),
         parts=checked.parts,
         doubts=doubts,
+        gone_area_m2=gone_m2,
         whole=measured.whole,
     )
 

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from asbuilt_bim.bim.model import DesignFace
+from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import State
 from asbuilt_bim.progress.surface import SurfaceState
 
 GONE_M2 = 0.25
@@ -20,10 +21,8 @@ OTHER_SIZE = 0.05
 """A face this much smaller or larger than its design is another one: 2 cm of a column's side of 0.4 m."""
 
 
-def doubts_of(matches: Sequence[FaceMatch], gone_m2: float, options: ProgressOptions) -> Iterator[str]:
-    """Yield what is doubtful of a design face, of which `gone_m2` were seen built and look open now."""
-    if gone_m2 >= GONE_M2:
-        yield f"{gone_m2:.1f} m2 that an earlier visit saw built look open now: taken away, or one of both is mistaken"
+def past_design(matches: Sequence[FaceMatch], options: ProgressOptions) -> Iterator[str]:
+    """Yield where a measured face goes on past its design by more than a mask and a joint err by."""
     for match in matches:
         past_m2 = match.past_design_m2
         allowed_m2 = max(PAST_M2, PAST_SHARE * match.area_m2, options.sigmas * match.area_sigma_image_m2)
@@ -32,6 +31,20 @@ def doubts_of(matches: Sequence[FaceMatch], gone_m2: float, options: ProgressOpt
                 f"station {match.station}: concrete goes on {past_m2:.1f} m2 past the design's border: an opening that "
                 "isn't there, more than was designed, or a neighbour that isn't in the IFC file"
             )
+
+
+def doubts_of(
+    element: BimElement, surfaces: Sequence[SurfaceState], state: State, options: ProgressOptions
+) -> Iterator[str]:
+    """Yield what is doubtful of an element, by its faces."""
+    gone_m2 = sum(surface.gone_area_m2 for surface in surfaces if surface.gone_area_m2 >= GONE_M2)
+    if gone_m2:
+        yield f"{gone_m2:.1f} m2 that an earlier visit saw built look open now: taken away, or one of both is mistaken"
+    for face, surface in zip(element.faces, surfaces, strict=True):
+        yield from surface.doubts
+        size = other_size(face, surface, options) if state == "complete" else None
+        if size:
+            yield size
 
 
 def other_size(face: DesignFace, surface: SurfaceState, options: ProgressOptions) -> str | None:

@@ -10,7 +10,7 @@ import numpy as np
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.progress.cell_states import CellStates, cell_states
-from asbuilt_bim.progress.doubts import other_size
+from asbuilt_bim.progress.doubts import doubts_of
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.surface import SurfaceState
@@ -50,10 +50,7 @@ def progress_of(
     least, most = float(cells.least.sum()), float(cells.most.sum())
     completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
     state, why = _state(cells, element.height_m, completion, options)
-    doubts = [doubt for surface in surfaces for doubt in surface.doubts]
-    if state == "complete":
-        sizes = (other_size(face, surface, options) for face, surface in zip(element.faces, surfaces, strict=True))
-        doubts += [size for size in sizes if size]
+    doubts = list(doubts_of(element, surfaces, state, options))
     notes = [*why, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
         notes.append(f"{conflict:.0f} cells are seen built from one side and open from another: look at the pictures")
