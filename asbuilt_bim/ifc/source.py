@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import ifcopenshell
 
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.archive import MAX_BYTES, unpacked
+from asbuilt_bim.ifc.header import HEADER_BYTES, declared_schema
 
 SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
 _TAIL_BYTES = 65536
@@ -38,8 +38,9 @@ def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
         raise DesignError(
             f"{path}: the file ends before END-ISO-10303-21, so it was cut short; copy or export it again"
         )
-    declared = re.search(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", head, re.IGNORECASE)
-    name = declared.group(1).decode("ascii", "replace") if declared else "none"
+    name, wrong = declared_schema(head)
+    if wrong:
+        raise DesignError(f"{path}: the file is damaged ({wrong}); export it as {', '.join(SCHEMAS)}")
     try:
         file = ifcopenshell.open(str(where), format=".ifc")
     except (RuntimeError, ValueError, OSError, ifcopenshell.Error) as error:
@@ -66,7 +67,7 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
     """Return the first and the last bytes of a file."""
     try:
         with path.open("rb") as stream:
-            head = stream.read(_TAIL_BYTES)
+            head = stream.read(HEADER_BYTES)
             if (size := path.stat().st_size) > MAX_BYTES:
                 raise DesignError(f"{path}: {size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB; split the model")
             stream.seek(max(0, size - _TAIL_BYTES))

@@ -103,3 +103,35 @@ def test_a_damaged_file_is_refused_or_read_but_never_ends_in_a_trace(before: str
         assert read_design(path).elements
     except DesignError as error:
         assert str(path) in str(error)
+
+
+@pytest.mark.parametrize(
+    ("schema", "says"),
+    [
+        ("('" + "A" * 400 + "')", "FILE_SCHEMA is a name of 400 characters, limit 64"),
+        ("(/* plain */ '" + "A" * 400 + "')", "FILE_SCHEMA is a name of 400 characters, limit 64"),
+        ("('IFC4', '" + "A" * 400 + "')", "FILE_SCHEMA is a name of 400 characters, limit 64"),
+        ("('IFC4')); FILE_DESCRIPTION(('" + "A" * 1_000_000 + "'", "its header doesn't end within 1 MB"),
+        ("(12)", "FILE_SCHEMA is no list of names"),
+        ("'IFC4'", "FILE_SCHEMA is no list of names"),
+        ("('IFC9')", "schema IFC9 or damaged"),
+    ],
+)
+def test_a_header_that_ends_ifcopenshells_process_is_refused_before_it_is_opened(
+    schema: str, says: str, tmp_path: Path
+) -> None:
+    path = ModelBuilder().write(tmp_path / "header.ifc")
+    text = path.read_text()
+    assert "FILE_SCHEMA(('IFC4'))" in text
+    path.write_text(text.replace("FILE_SCHEMA(('IFC4'))", f"/* FILE_SCHEMA(('IFC4')); */ FILE_SCHEMA ({schema})"))
+    with pytest.raises(DesignError, match=says):
+        read_design(path)
+
+
+def test_a_schema_named_in_a_string_of_the_header_is_not_the_files(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
+    path = builder.write(tmp_path / "header.ifc")
+    author = r"it''s \S\' FILE_SCHEMA(12); ENDSEC;"
+    path.write_text(path.read_text().replace("FILE_NAME('", f"FILE_NAME('{author}", 1))
+    assert read_design(path).schema == "IFC4"
