@@ -17,6 +17,8 @@ ANGLE_RAD = 0.1
 """Facets of a round column turn by at most this: its volume is then 0.2 % short at most."""
 SEGMENTS = int(np.ceil(2.0 * np.pi / ANGLE_RAD))
 """The same for the kernel that counts segments instead."""
+MAX_REACH_M = 1e10
+"""Beyond it a float has no tenth of a millimetre left: no place on earth, and no body to weld."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,7 +74,7 @@ def _body(shape: Any, mend: float, world_from_file: FloatArray | None) -> Body |
     world_from_local[:3, 3] *= mend
     if world_from_file is not None:
         world_from_local = world_from_file @ world_from_local
-    if len(triangles) == 0 or not np.isfinite(vertices).all() or not np.isfinite(world_from_local).all():
+    if len(triangles) == 0 or not (np.abs(vertices) <= MAX_REACH_M).all() or not np.isfinite(world_from_local).all():
         return None
     mesh = welded(Mesh(vertices_m=vertices, triangles=triangles))
     if len(mesh.triangles) == 0:

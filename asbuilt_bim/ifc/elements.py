@@ -20,6 +20,7 @@ from asbuilt_bim.ifc.bodies import Body, read_bodies
 from asbuilt_bim.ifc.faces import design_faces
 from asbuilt_bim.ifc.federation import Member
 from asbuilt_bim.ifc.identity import with_ids
+from asbuilt_bim.ifc.size import MAX_SIZE_M, check_unit
 from asbuilt_bim.ifc.structure import base_quantities, is_concrete, parts_of, storey_of
 from asbuilt_bim.ifc.units import Units
 
@@ -30,8 +31,6 @@ _OBSTACLES = (
 
 _NO_BODY = frozenset({"Axis", "FootPrint", "Box", "Annotation", "Profile", "Plan", "Reference", "CoG", "Clearance"})
 _NAMED = 5
-MAX_SIZE_M = 1000.0
-"""A longer wall is a wrong unit; its cells and samples would fill the memory."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +48,7 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
     `number` is the file's place in the design. What an earlier file has (`taken`, GlobalIds) counts there.
 
     Raises:
-        DesignError: the scope can't be read, or two elements share a GlobalId.
+        DesignError: the scope can't be read, two elements share a GlobalId, or the unit of length can't be meant.
     """
     file, where = member.file, str(member.path)
     everything = walls_and_columns(file)
@@ -58,6 +57,7 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
     chosen, strangers = with_ids(chosen)
     _check_ids(chosen, where)
     parts = [part for product in chosen if not _has_body(product) for part in parts_of(product)]
+    check_unit(file, [*chosen, *parts], member.units.length_scale, where)
     bodies = read_bodies(file, [*chosen, *parts], member.units.length_scale, world_from_file=member.world_from_file)
     elements: list[BimElement] = []
     notes: list[str] = []

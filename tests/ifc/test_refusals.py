@@ -135,3 +135,38 @@ def test_a_schema_named_in_a_string_of_the_header_is_not_the_files(tmp_path: Pat
     author = r"it''s \S\' FILE_SCHEMA(12); ENDSEC;"
     path.write_text(path.read_text().replace("FILE_NAME('", f"FILE_NAME('{author}", 1))
     assert read_design(path).schema == "IFC4"
+
+
+@pytest.mark.parametrize(
+    ("prefix", "says"),
+    [
+        ("KILO", "mostly 4000000 m long or more (limit 1000 m), and its unit of length is 1000 m"),
+        (None, "mostly 4000 m long or more (limit 1000 m), and its unit of length is 1 m"),
+        ("EXA", "its unit of length is 1e+18 m (limits 1e-06 and 10000 m)"),
+    ],
+)
+def test_a_unit_that_makes_walls_of_kilometres_is_refused_before_their_geometry_is_made(
+    prefix: str | None, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    builder = ModelBuilder()
+    for number in range(3):
+        wall = builder.box("IfcWall", f"W{number}", (0.0, 5.0 * number, 0.0), (4.0, 0.2, 3.0))
+        builder.opening(wall, (1.0, 0.0, 1.0), (1.0, 0.2, 1.0))
+    builder.file.by_type("IfcSIUnit")[0].Prefix = prefix
+
+    def drawn(file: object, products: object, scale: float, **_: object) -> None:
+        raise AssertionError("the geometry was made")
+
+    monkeypatch.setattr("asbuilt_bim.ifc.elements.read_bodies", drawn)
+    with pytest.raises(DesignError) as caught:
+        read_design(builder.write(tmp_path / "unit.ifc"))
+    assert says in str(caught.value)
+
+
+def test_one_wall_beyond_all_places_is_left_out_and_the_others_count(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    for number, size_m in enumerate((4.0, 4.0, 1e200)):
+        builder.box("IfcWall", f"W{number}", (0.0, 5.0 * number, 0.0), (size_m, 0.2, 3.0))
+    found = read_design(builder.write(tmp_path / "far.ifc"))
+    assert [element.name for element in found.elements] == ["W0", "W1"]
+    assert any("W2" in note for note in found.notes)
