@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.exif import PhotoExif, exif_from_tiff
+from asbuilt_bim.camera.jpeg_scan import damage_in_scan, jpeg_frame
+from asbuilt_bim.camera.jpeg_seam import seam
 from asbuilt_bim.camera.photo_check import check_photo_against_rig
 from asbuilt_bim.camera.picture_file import look_at
 from asbuilt_bim.errors import PhotoError
@@ -20,6 +22,7 @@ __all__ = ["MAX_PIXELS", "Photo", "PhotoExif", "check_photo_against_rig", "decod
 MAX_PIXELS = 100_000_000
 """No site camera has more than 100 megapixels; a file that says so is damaged or meant to exhaust the memory."""
 MAX_BYTES = 500_000_000
+_REMEDY = "copy it from the camera again"
 _FILL_ROWS = 8  # the decoder fills whole blocks of 8 rows where data is missing
 _FILL_GREY = 128  # with the middle of its range
 
@@ -76,8 +79,12 @@ def photo_from_bytes(name: str, data: bytes) -> Photo:
 def decode(photo: Photo) -> ByteImage:
     """Decode to BGR uint8 (H, W, 3) as the sensor stored it: EXIF orientation is not applied.
 
-    Raises: PhotoError where the bytes can't be decoded, or only in part.
+    Raises: PhotoError where the bytes can't be decoded, only in part, or show damage (`jpeg_scan.py`, `jpeg_seam.py`).
     """
+    frame = jpeg_frame(photo.data)
+    damage = damage_in_scan(photo.data, frame) if frame is not None else ""
+    if damage:
+        raise PhotoError(f"photo {photo.name}: it is damaged, {damage}; {_REMEDY}")
     try:
         image = cv2.imdecode(
             np.frombuffer(photo.data, dtype=np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
@@ -85,12 +92,17 @@ def decode(photo: Photo) -> ByteImage:
     except cv2.error:
         image = None
     if image is None:
-        raise PhotoError(f"photo {photo.name}: it can't be decoded, it is damaged; copy it from the camera again")
+        raise PhotoError(f"photo {photo.name}: it can't be decoded, it is damaged; {_REMEDY}")
     height, width = image.shape[:2]
     if (width, height) != (photo.exif.width_px, photo.exif.height_px):
         raise PhotoError(f"photo {photo.name}: it decodes to {width} x {height} pixels, not to what it says")
     if height > _FILL_ROWS and bool((image[-_FILL_ROWS:] == _FILL_GREY).all()):
+        raise PhotoError(f"photo {photo.name}: its lower part is missing (it decodes to plain grey); {_REMEDY}")
+    decoded = np.asarray(image, dtype=np.uint8)
+    if frame is not None and (step := seam(decoded, frame.mcu_px)) is not None:
+        row, column, grey = step
         raise PhotoError(
-            f"photo {photo.name}: its lower part is missing (it decodes to plain grey); copy it from the camera again"
+            f"photo {photo.name}: it is damaged, all from pixel row {row}, column {column} on is "
+            f"{abs(grey):.0f} grey levels {'lighter' if grey > 0 else 'darker'} or of another colour; {_REMEDY}"
         )
-    return np.asarray(image, dtype=np.uint8)
+    return decoded
