@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,6 +28,17 @@ class _Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]
         if not (width.isdecimal() and height.isdecimal() and 0 < int(width) < 100_000 and 0 < int(height) < 100_000):
             self.fail(f"{value!r} is no size in pixels, such as 1280x960", param, context)
         return int(width), int(height)
+
+
+class _Within(click.FloatRange):
+    """A number within bounds; click's own lets nan pass, which is neither below nor above."""
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> float:
+        """Read a number."""
+        number: float = super().convert(value, param, context)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is no number of metres", param, context)
+        return number
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -100,7 +112,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
 @click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="In the place of boards: measured points.")
 @click.option("--photo-size", type=_Size(), default=None, metavar="WIDTHxHEIGHT", help="Of the photos they are in.")
-@click.option("--check-length", type=click.FloatRange(min=0.01), metavar="METRES", help="A known length, in metres.")
+@click.option("--check-length", type=_Within(min=0.01, max=1000.0), metavar="METRES", help="A known length, in metres.")
 @click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in a pair of photos.")
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
@@ -180,7 +192,7 @@ def ifcpatch_dir() -> None:
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
 @click.option(
     "--target-diameter",
-    type=click.FloatRange(0.05, 2.0),
+    type=_Within(0.05, 2.0),
     default=None,
     metavar="METRES",
     help="The red disc's, as measured on it; without it the disc says nothing of the scale.",

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 import types
 from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+MOST = 1e15
+"""Numbers of a file lie below: nothing that is measured is larger, and floats hold whole numbers no further."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,9 +86,11 @@ def _scalar(value: object, kind: Any, problems: Problems, path: str) -> object:
         return value if isinstance(value, bool) else _wrong(problems, path, "true or false", value)
     if kind is int:
         whole = isinstance(value, int) and not isinstance(value, bool)
+        if isinstance(value, int) and whole and not -MOST < value < MOST:
+            return _wrong(problems, path, f"a whole number of less than {MOST:.0e}", value)
         return value if whole else _wrong(problems, path, "a whole number", value)
     if kind is float:
-        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        number = isinstance(value, int | float) and not isinstance(value, bool) and -MOST < value < MOST
         return float(value) if number else _wrong(problems, path, "a number", value)  # type: ignore[arg-type]
     if kind is str:
         if isinstance(value, str) and value.strip():

@@ -278,10 +278,20 @@ def test_an_interrupted_run_says_what_stands(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize(
-    "arguments", [["run"], ["run", "p.yaml"], ["nonsense"], ["run", "p.yaml", "--out", "o", "--workers", "0"]]
+    "arguments",
+    [
+        ["run"],
+        ["run", "p.yaml"],
+        ["nonsense"],
+        ["run", "p.yaml", "--out", "o", "--workers", "0"],
+        ["measure", "l.jpg", "r.jpg", "--rig", "r.yaml", "--out", "o", "--target-diameter", "nan"],
+        ["calibrate", "p.yaml", "--out", "r.yaml", "--check-length", "nan", "--check-points", "1,1 1,1 2,2 2,2"],
+        ["calibrate", "p.yaml", "--out", "r.yaml", "--check-length", "inf", "--check-points", "1,1 1,1 2,2 2,2"],
+    ],
 )
 def test_a_wrong_command_line_is_exit_2(arguments: list[str]) -> None:
-    assert invoke(*arguments).exit_code == 2
+    result = invoke(*arguments)
+    assert result.exit_code == 2 and "Usage" in result.stderr
 
 
 def test_a_console_that_lacks_a_letter_shows_another_and_does_not_fail(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,9 @@ import asbuilt_bim
 
 PACKAGE = Path(asbuilt_bim.__file__).parent
 LEVEL = {
-    **dict.fromkeys(["errors", "version", "schemas_dir", "strict_yaml", "yaml_words", "structure", "plugins"], 0),
+    **dict.fromkeys(
+        ["errors", "version", "schemas_dir", "strict_json", "strict_yaml", "yaml_words", "structure", "plugins"], 0
+    ),
     "geometry": 1,
     "camera": 2,
     "bim": 2,

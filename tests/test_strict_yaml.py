@@ -99,3 +99,23 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
 def test_a_slip_of_the_pen_is_named_by_its_line_and_in_plain_words(tmp_path: Path, text: str, says: str) -> None:
     with pytest.raises(ProjectError, match=says):
         parse_yaml(text, tmp_path / "project.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("a: 1\nb: !!bool maybe\n", "line 2: maybe is no true or false"),
+        ("a: !!int ''\n", "line 1: an empty value is no whole number"),
+        ("a: !!float ''\n", "line 1: an empty value is no number"),
+        ("a: !!timestamp x\n", "line 1: x is no day of the calendar"),
+        ("a: 2026-02-30\n", "line 1: 2026-02-30 is no day of the calendar"),
+        ("a: 1\n<<: {b: 1}\n", "line 2: merging (<<) isn't read here: write the keys out"),
+        ('a: "G\\ud800"\n', "line 1: holds half a character"),
+        ('"G\\ud800": 1\n', "line 1: holds half a character"),
+        ("ISO-10303-21;\nHEADER;\n", "is an IFC file"),
+    ],
+)
+def test_what_yaml_itself_stumbles_over_is_refused_by_line(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(ProjectError) as caught:
+        read_yaml(written(tmp_path, text))
+    assert says in str(caught.value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 import yaml
 from jsonschema import Draft202012Validator
 
+from asbuilt_bim.camera.covariance_check import covariance_problems
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import COEFFICIENTS, reach
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
@@ -19,6 +22,8 @@ from asbuilt_bim.schemas_dir import schema
 FORMAT, VERSION = "asbuilt-bim/rig", 1
 _HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1.json\n"
 _ROTATION_TOLERANCE = 1e-6
+_MOST = 1e12
+BASELINES_M = 0.02, 3.0
 _LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of a camera that nobody would call one
 
 
@@ -43,7 +48,8 @@ def own_rig(content: object, where: str) -> StereoRig:
 
     Raises: RigError with every bad key.
     """
-    problems = [_problem(error) for error in Draft202012Validator(schema("rig-1")).iter_errors(content)]
+    problems = list(itertools.islice(_no_numbers(content), 5))
+    problems += [] if problems else [_problem(e) for e in Draft202012Validator(schema("rig-1")).iter_errors(content)]
     if isinstance(content, dict) and not problems:
         problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
     if problems or not isinstance(content, dict):
@@ -76,18 +82,50 @@ def rig_problems(rig: StereoRig) -> list[str]:
     off = float(np.abs(turn @ turn.T - np.eye(3)).max())
     if off > _ROTATION_TOLERANCE or np.linalg.det(turn) < 0 or np.abs(last - [0, 0, 0, 1]).max() > 0:
         problems.append(f"right_from_left: is no rigid transform (its rotation is off by {off:.2g})")
-    if not 0.02 <= rig.baseline_m <= 3.0:
-        unit = "; it looks like millimetres" if 20.0 <= rig.baseline_m <= 3000.0 else ""
-        problems.append(f"right_from_left: baseline {rig.baseline_m:.4g} m, limit 0.02 to 3 m; give metres{unit}")
-    elif not problems and (x := float(-turn[:, 0] @ rig.right_from_left[:3, 3])) < -0.5 * rig.baseline_m:
-        problems.append(
+    return problems + _stance(rig, turned=not problems) + ([] if problems else covariance_problems(rig))
+
+
+def _stance(rig: StereoRig, *, turned: bool) -> list[str]:
+    """Say what is wrong with where the right camera stands; `turned` where its rotation is one."""
+    low, high = BASELINES_M
+    if not low <= rig.baseline_m <= high:
+        units = [name for name, per_m in (("millimetres", 1000), ("centimetres", 100)) if _a_baseline(rig, per_m)]
+        hint = f"; it looks like {' or '.join(units)}" if units else ""
+        return [f"right_from_left: baseline {rig.baseline_m:.4g} m, limit {low:g} to {high:g} m; give metres{hint}"]
+    if not turned:
+        return []
+    turn = rig.right_from_left[:3, :3]
+    x, y, z = (float(part) for part in -turn.T @ rig.right_from_left[:3, 3])  # the right camera's centre
+    if x < -0.5 * rig.baseline_m:
+        return [
             f"right_from_left: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left "
             "one; exchange them, or write x_right = R x_left + T"
-        )
-    spread = np.diag(rig.covariance)
-    if not np.all(np.isfinite(rig.covariance)) or np.any(spread < 0):
-        problems.append("covariance: variances must be finite and not negative")
-    return problems
+        ]
+    if x < 0.5 * rig.baseline_m:
+        up, before = "below" if y > 0 else "above", "before" if z > 0 else "behind"
+        return [
+            f"right_from_left: the right camera stands {abs(y):.3f} m {up} and {abs(z):.3f} m {before} the left one, "
+            f"and {x:.3f} m to its right; a rig's cameras stand side by side: hold it level, or "
+            "write x_right = R x_left + T"
+        ]
+    return []
+
+
+def _a_baseline(rig: StereoRig, per_m: int) -> bool:
+    return BASELINES_M[0] <= rig.baseline_m / per_m <= BASELINES_M[1]
+
+
+def _no_numbers(content: object, where: str = "") -> Iterator[str]:
+    """Yield by key the numbers that no rig holds: NaN, infinite, or of hundreds of digits."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            yield from _no_numbers(value, f"{where}.{key}" if where else str(key))
+    elif isinstance(content, list):
+        for index, value in enumerate(content):
+            yield from _no_numbers(value, f"{where}[{index}]")
+    elif isinstance(content, int | float) and not -_MOST < content < _MOST:
+        shown = f"{content:g}" if isinstance(content, float) else f"{str(content)[:20]}..."
+        yield f"{where}: {shown} is no number of a rig (limit ±{_MOST:.0e})"
 
 
 def _lens_problem(side: str, camera: dict[str, Any]) -> str:

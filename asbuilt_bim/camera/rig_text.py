@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import yaml
 
 from asbuilt_bim.errors import RigError
+from asbuilt_bim.strict_yaml import StrictLoader
 from asbuilt_bim.yaml_words import yaml_words
 
 MAX_BYTES = 200_000
@@ -22,11 +23,11 @@ Plain = object
 """Mappings with text as keys, lists, texts, numbers, booleans, None."""
 
 
-class _Loader(yaml.SafeLoader):
-    """SafeLoader that knows OpenCV's tag for a matrix: a plain mapping with rows, cols, dt and data."""
+class _Loader(StrictLoader):
+    """StrictLoader that knows OpenCV's tag for a matrix: a plain mapping with rows, cols, dt and data."""
 
 
-def _matrix(loader: yaml.SafeLoader, node: yaml.Node) -> object:
+def _matrix(loader: StrictLoader, node: yaml.Node) -> object:
     if not isinstance(node, yaml.MappingNode):
         raise yaml.constructor.ConstructorError(None, None, "an opencv-matrix is no mapping", node.start_mark)
     return loader.construct_mapping(node, deep=True)
@@ -64,7 +65,7 @@ def _yaml(text: str, path: Path) -> Plain:
     try:
         _look_through(text, path)
         loader = _Loader(text)
-        return loader.get_single_data()
+        return loader.get_single_data()  # type: ignore[no-any-return, unused-ignore]
     except yaml.MarkedYAMLError as error:
         words = yaml_words(error, text)
         raise RigError(f"rig file {path}: it is not plain YAML{words}; mend it, or calibrate again") from error

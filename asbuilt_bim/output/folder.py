@@ -20,6 +20,7 @@ from pathlib import Path
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.output.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.output.lock import run_lock
+from asbuilt_bim.strict_json import parse_json
 
 CURRENT = "current.json"
 COPIED = (
@@ -179,10 +180,10 @@ def read_current(path: Path) -> CurrentRun | None:
     """
     pointer = path / CURRENT
     try:
-        plain = json.loads(pointer.read_bytes())
+        plain = parse_json(pointer.read_bytes())
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as problem:
+    except (OSError, ValueError, RecursionError) as problem:
         raise OutputError(f"{pointer}: can't be read ({problem}); delete it to start anew, the runs stay") from problem
     run = plain.get("run") if isinstance(plain, dict) else None
     known = isinstance(plain, dict) and plain.get("format") == "asbuilt-bim/current" and plain.get("version") == 1

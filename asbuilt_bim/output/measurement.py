@@ -17,6 +17,7 @@ from asbuilt_bim.report.faces_csv import faces_csv
 from asbuilt_bim.report.figures import figures
 from asbuilt_bim.report.measure_document import FORMAT, measure_document
 from asbuilt_bim.report.overlay import JPEG_QUALITY, encode_picture
+from asbuilt_bim.strict_json import parse_json
 
 DOCUMENT = "measure.json"
 MAX_BYTES = 200_000_000
@@ -97,7 +98,7 @@ def _earlier(folder: Path) -> list[str]:
     try:
         if not path.exists():
             return []
-        document = json.loads(path.read_bytes()) if path.stat().st_size <= MAX_BYTES else None
+        document = parse_json(path.read_bytes()) if path.stat().st_size <= MAX_BYTES else None
     except (OSError, ValueError, RecursionError) as problem:
         raise OutputError(
             f"{path}: is there and is no measurement of this program's; choose another --out"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import unicodedata
 from dataclasses import dataclass, field
@@ -13,6 +14,8 @@ _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT
 _FORBIDDEN = re.compile(r'[\\/:*?"<>|\x00-\x1f\x7f]')
 MAX_NAME = 64
 """A station's name becomes part of file names; longer ones meet Windows' 260 characters."""
+MAX_PATH, MAX_PART = 4000, 255
+"""Bytes that the systems allow in a path and in one name of it."""
 
 
 def safe_name(name: str) -> str:
@@ -87,6 +90,11 @@ class PathChecker:
     def _join(self, text: str, where: str) -> Path:
         if "\0" in text:
             self.problems.add(where, "holds a character that no path can")
+            return self.folder
+        if len(os.fsencode(text)) > MAX_PATH or any(len(os.fsencode(p)) > MAX_PART for p in re.split(r"[\\/]", text)):
+            self.problems.add(
+                where, f"is too long for a path: limit {MAX_PATH} characters, and {MAX_PART} between two slashes"
+            )
             return self.folder
         return self.folder / text.replace("\\", "/")
 

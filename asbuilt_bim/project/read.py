@@ -22,6 +22,7 @@ from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
 from asbuilt_bim.vision.networks.card import Task
 
 _OWN = Foreign()
+YEARS = 1990, 2200  # of digital photographs; later ones than 9999 break every calendar
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,6 +238,10 @@ def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:
         if visit.date in seen:
             problems.add(f"visits[{index}].date", f"{visit.date} is the date of visits[{seen[visit.date]}] too")
         seen.setdefault(visit.date, index)
+        if not YEARS[0] <= visit.date.year <= YEARS[1]:
+            problems.add(
+                f"visits[{index}].date", f"expected a day of the years {YEARS[0]} to {YEARS[1]}, got {visit.date}"
+            )
 
 
 def _check_photos(visits: list[Visit], problems: Problems) -> None:

@@ -7,12 +7,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.convert import report_from_plain, report_to_plain
 from asbuilt_bim.report.validate import first_faults
+from asbuilt_bim.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
@@ -102,27 +103,13 @@ def _loaded(path: Path) -> Any:
         if size > MAX_BYTES:
             sizes = f"{size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB"
             raise ResultError(f"{path}: {sizes}; not a result of this program")
-        return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse_constant, object_pairs_hook=_unique)
+        return parse_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ResultError(f"{path}: can't be read: {error.strerror or error}; {REMEDY}") from error
     except RecursionError as error:
         raise ResultError(f"{path}: damaged: nested too deeply; {REMEDY}") from error
     except ValueError as error:  # JSONDecodeError and UnicodeDecodeError among them
         raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    """Refuse NaN and Infinity, which are not JSON."""
-    raise ValueError(f"{name} is not a number of JSON")
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Refuse a key that is given twice."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise ValueError(f'the key "{next(key for key in keys if keys.count(key) > 1)}" is given twice')
-    return found
 
 
 def _not_finite(value: Any, where: str = "result") -> Iterator[tuple[str, float]]:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from asbuilt_bim.camera.picture_file import look_at
 from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.strict_json import parse_json
 from asbuilt_bim.vision.given_masks import GivenMask
 from asbuilt_bim.vision.mask_coco import MAX_MASKS, MAX_POINTS, coco_masks, ring_of
 from asbuilt_bim.vision.segment import InstanceClass
@@ -83,11 +83,8 @@ def _text(data: bytes) -> str:
 
 
 def _json(text: str) -> dict[str, Any]:
-    def refuse(name: str) -> NoReturn:
-        raise ValueError(f"{name} is not a number of JSON")
-
     try:
-        document = json.loads(text, parse_constant=refuse)
+        document = parse_json(text)
     except RecursionError as problem:
         raise MaskError("is nested too deeply") from problem
     except ValueError as problem:

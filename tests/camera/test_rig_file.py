@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.rig_file import write_rig
+from asbuilt_bim.camera.rig_file import rig_problems, write_rig
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
@@ -92,3 +93,64 @@ def test_a_missing_rig_file_and_a_folder_that_is_not_there_are_named(tmp_path: P
         read_rig(tmp_path / "none.yaml")
     with pytest.raises(OutputError, match="can't be written"):
         write_rig(rig(), tmp_path / "nowhere" / "rig.yaml")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda c: c * 1e8, r"row 8 \(rx\) says ±.* rad, limit 1 rad: .*calibrate again"),
+        (lambda c: c + np.eye(14, k=5) * 1e-6, r"isn't symmetric: row \d+, column \d+ holds"),
+        (
+            lambda c: c + (np.eye(14, k=1) + np.eye(14, k=-1)) * 1e-6,
+            "a combination of its rows has a negative variance",
+        ),
+        (lambda c: c * np.where(np.arange(14) == 3, -1.0, 1.0), "variances must be finite and not negative"),
+    ],
+)
+def test_a_covariance_that_cannot_be_is_refused_and_not_left_out_of_the_sigmas(change, says: str) -> None:  # type: ignore[no-untyped-def]
+    one = full_rig()
+    assert not rig_problems(one)
+    (problem,) = rig_problems(replace(one, covariance=frozen(change(np.array(one.covariance)))))
+    assert problem.startswith("covariance: ")
+    assert re.search(says, problem)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("rms_px: 0.123456789012345", "rms_px: .nan", "rms_px: nan is no number of a rig"),
+        ("focal_length_mm: 8.0", "focal_length_mm: .inf", "focal_length_mm: inf is no number of a rig"),
+        ("views_used: 17", f"views_used: {10**400}", r"views_used: 10000000000000000000\.\.\. is no number"),
+        ("  K:\n", "  K: []\n  K:\n", r"line \d+: the key 'K' stands twice \(first in line \d+\)"),
+        ("views_used: 17", "views_used: 17\nx: !!bool maybe", r"line \d+: maybe is no true or false"),
+        ("covariance:", "covariance: [[1.0e+300]]\nother:", r"covariance\[0\]\[0\]: 1e\+300 is no number of a rig"),
+    ],
+)
+def test_numbers_that_no_rig_holds_and_keys_given_twice_are_refused(
+    tmp_path: Path, old: str, new: str, says: str
+) -> None:
+    write_rig(full_rig(), tmp_path / "rig.yaml")
+    text = (tmp_path / "rig.yaml").read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "rig.yaml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(RigError, match=says):
+        read_rig(tmp_path / "rig.yaml")
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [
+        ([0.0, -0.25, 0.0], r"stands 0\.250 m below and 0\.000 m b\w+ the left one"),
+        ([0.0, 0.0, -0.25], r"0\.250 m before the left one"),
+        ([0.25, 0.0, 0.0], "swapped"),
+        ([-25.0, 0.0, 0.0], "looks like millimetres or centimetres"),
+        ([-2500.0, 0.0, 0.0], "looks like millimetres$"),
+    ],
+)
+def test_a_right_camera_that_does_not_stand_to_the_right_is_refused_as_what_it_is(
+    place: list[float], says: str
+) -> None:
+    pose = np.eye(4)
+    pose[:3, 3] = place
+    (problem,) = rig_problems(replace(full_rig(), right_from_left=frozen(pose)))
+    assert re.search(says, problem)

@@ -159,12 +159,19 @@ def model_path(card: NetworkCard, card_path: Path) -> Path:
     """
     folder = card_path.resolve().parent
     text = card.file.replace("\\", "/")
-    path = (folder / text).resolve()
+    try:
+        path = folder if "\0" in text else (folder / text).resolve()
+        there = path.is_file()
+    except OSError as problem:  # a name that no file can have
+        raise NetworkError(
+            f"network card {card_path}: file '{card.file:.60}' can't be looked for ({problem.strerror}); put the ONNX "
+            "file beside the card"
+        ) from problem
     if "\0" in text or ":" in text or text.startswith("/") or not path.is_relative_to(folder):
         raise NetworkError(
             f"network card {card_path}: file '{card.file}' leaves the card's folder; put it beside the card"
         )
-    if not path.is_file():
+    if not there:
         raise NetworkError(
             f"network card {card_path}: file '{card.file}' is not there; put the ONNX file beside the card"
         )

@@ -45,6 +45,7 @@ def refused(path: Path, task: Any = "segment") -> str:
         ({"outputs": {"prototypes": "x"}}, "the layout semantic has logits"),
         ({"file": "../tiny.onnx"}, "leaves the card's folder"),
         ({"file": "/etc/passwd"}, "leaves the card's folder"),
+        ({"file": "x" * 5000}, "can't be looked for"),
         ({"file": "gone.onnx"}, "is not there"),
         ({"least_score": 2.0}, "expected 0 to 1"),
         ({"offset_px": 0.0}, "expected 0.01 to 10000 px"),
