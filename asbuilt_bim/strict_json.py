@@ -52,7 +52,7 @@ def _line(text: str) -> int:
             raise
 
     decoder.parse_object = noted
-    decoder.scan_once = json.scanner.py_make_scanner(decoder)
+    decoder.scan_once = json.scanner.py_make_scanner(decoder)  # type: ignore[attr-defined]
     with contextlib.suppress(_DoubledKeyError):
         decoder.decode(text)
     return text.count("\n", 0, places[0]) + 1 if places else 1
