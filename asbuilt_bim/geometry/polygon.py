@@ -22,6 +22,7 @@ Region = tuple[Rings, ...]
 EMPTY: Region = ()
 MIN_AREA_M2 = 1e-8
 """Slivers below this (a hundredth of a square millimetre) are what set operations leave behind, not surface."""
+_SIDES_AT_ONCE = 64
 
 
 def ring_area(ring: ArrayLike) -> float:
@@ -93,6 +94,27 @@ def region_of(polygons: Iterable[Sequence[ArrayLike]]) -> Region:
     """Return polygons as a valid region of disjoint pieces."""
     shapes = [_polygon_shape(rings) for rings in polygons if rings and len(np.asarray(rings[0])) >= 3]
     return region_from(shapely.union_all(shapes)) if shapes else EMPTY
+
+
+def crossings(rings: Sequence[ArrayLike], most: int, most_points: int) -> int:
+    """Return how often the rings of a polygon cross or touch each other or themselves; counting ends above `most`.
+
+    0 where the polygon is valid. One that isn't and has more than `most_points` counts as `most` + 1, uncounted.
+    """
+    given = [np.asarray(ring, dtype=np.float64) for ring in rings]
+    if Polygon(given[0], given[1:]).is_valid:
+        return 0
+    if sum(map(len, given)) > most_points:
+        return most + 1
+    moved = [ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)] for ring in given]
+    sides = shapely.linestrings(np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], 1) for ring in moved]))
+    tree, twice = shapely.STRtree(sides), 0
+    for first in range(0, len(sides), _SIDES_AT_ONCE):
+        some = sides[first : first + _SIDES_AT_ONCE]
+        twice += tree.query(some, predicate="intersects").shape[1] - 3 * len(some)  # itself and its two neighbours
+        if twice > 2 * most:
+            break
+    return max(1, twice // 2)
 
 
 def contains(region: Region, points: ArrayLike) -> BoolArray:

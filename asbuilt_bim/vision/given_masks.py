@@ -10,7 +10,7 @@ import numpy as np
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair, rectified_map
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
-from asbuilt_bim.geometry.polygon import Rings, contains, polygon
+from asbuilt_bim.geometry.polygon import Region, Rings, box, contains, intersection, polygon
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.segment import Instance, InstanceClass
 
@@ -93,10 +93,18 @@ def region_mask(rings: Rings, shape: tuple[int, int]) -> BoolArray:
 def _drawn(given: GivenMask, photo: Intrinsics, camera: RectifiedCamera) -> BoolArray:
     shape = (camera.height_px, camera.width_px)
     mask = np.zeros(shape, dtype=bool)
-    for rings in given.polygons:
+    for rings in (inside for whole in given.polygons for inside in _in_photo(whole, photo)):
         carried = tuple(rectified_from_photo(_densified(ring), photo, camera) for ring in rings)
         mask |= region_mask(carried, shape)
     return mask
+
+
+def _in_photo(rings: Rings, photo: Intrinsics) -> Region:
+    """Return what of a polygon lies in the photo, all of it as it is: a lens model says nothing of what is beyond."""
+    right, low = photo.width_px - 0.5, photo.height_px - 0.5
+    if all(((ring >= -0.5) & (ring <= [right, low])).all() for ring in rings):
+        return (rings,)
+    return intersection(polygon(rings), box(-0.5, -0.5, right, low))
 
 
 def _densified(ring: FloatArray) -> FloatArray:

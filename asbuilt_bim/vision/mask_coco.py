@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,12 @@ from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.polygon import Rings
 from asbuilt_bim.vision.given_masks import GivenMask
+from asbuilt_bim.vision.mask_bounds import MAX_POINTS
 from asbuilt_bim.vision.segment import InstanceClass
 
 MAX_MASKS = 100
 """Walls and columns of one photo; a file of more holds another photo's too, or is meant to exhaust the machine."""
 MAX_ANNOTATIONS = 100_000  # of a data set with many photos
-MAX_POINTS = 200_000
 CORNER_PX = 0.5
 """COCO's pixel (0, 0) begins at 0.0, here its centre is at 0.0."""
 _COLUMN, _WALL = ("column", "pillar"), ("wall",)
@@ -35,7 +36,7 @@ def coco_masks(
 ) -> tuple[tuple[GivenMask, ...], tuple[str, ...]]:
     """Return the masks of the photo and what was left out; `size` is (width, height) of the original left photo.
 
-    Of a file with several images the one named `photo_name` is taken.
+    Of a file with several images the one named `photo_name` is taken, and of one its name must hold the photo's.
 
     Raises:
         MaskError: a part is missing or of the wrong kind, too large, or of another size than the photo.
@@ -70,6 +71,12 @@ def _image(document: dict[str, Any], size: tuple[int, int], photo_name: str) -> 
     chosen = named or (images if len(images) == 1 else [])
     if len(chosen) != 1:
         raise MaskError(f"images: {len(chosen)} of {len(images)} are named {photo_name}; one is wanted")
+    name = str(chosen[0].get("file_name", ""))
+    if not named and name and Path(photo_name).stem.casefold() not in name.casefold():
+        raise MaskError(
+            f"images: its one image is {name[:60]!r}, not {photo_name}: masks of another photo? "
+            f'Where they are this photo\'s, write "file_name": "{photo_name}" into the file'
+        )
     given = (chosen[0].get("width"), chosen[0].get("height"))
     if given != size:
         raise MaskError(
@@ -79,6 +86,8 @@ def _image(document: dict[str, Any], size: tuple[int, int], photo_name: str) -> 
     number = chosen[0].get("id")
     if not isinstance(number, int):
         raise MaskError("images: id is not a whole number")
+    if sum(image.get("id") == number for image in images) > 1:
+        raise MaskError(f"images: the id {number} stands twice; masks of two photos couldn't be told apart")
     return number
 
 
@@ -89,6 +98,8 @@ def _categories(document: dict[str, Any]) -> tuple[dict[int, InstanceClass], dic
         number, name = (category.get("id"), category.get("name")) if isinstance(category, dict) else (None, None)
         if not isinstance(number, int) or not isinstance(name, str):
             raise MaskError(f"categories[{index}]: needs id (a whole number) and name")
+        if number in classes or number in strangers:
+            raise MaskError(f"categories[{index}]: the id {number} stands twice; its masks' class couldn't be told")
         found = class_of(name)
         if found is None:
             strangers[number] = name[:40]

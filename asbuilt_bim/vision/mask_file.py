@@ -17,7 +17,8 @@ from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.strict_json import parse_json
 from asbuilt_bim.vision.given_masks import GivenMask
-from asbuilt_bim.vision.mask_coco import MAX_MASKS, MAX_POINTS, coco_masks, ring_of
+from asbuilt_bim.vision.mask_bounds import MAX_POINTS, check_outlines
+from asbuilt_bim.vision.mask_coco import MAX_MASKS, coco_masks, ring_of
 from asbuilt_bim.vision.segment import InstanceClass
 
 MAX_BYTES = 50_000_000
@@ -55,6 +56,7 @@ def read_masks(
                 found = MaskFile(masks=masks, left_out=left_out)
             else:
                 found = MaskFile(masks=_clicks_json(document))
+        check_outlines(found.masks)
     except MaskError as problem:
         raise MaskError(f"masks {path}: {problem}") from problem
     if not found.masks:

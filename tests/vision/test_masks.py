@@ -221,3 +221,60 @@ def test_labels_of_a_png_need_a_class_and_the_photos_size(tmp_path: Path) -> Non
     path.write_bytes(path.read_bytes()[:60])
     with pytest.raises(MaskError, match="truncated"):
         read_masks(path, SIZE)
+
+
+def test_an_outline_that_crosses_itself_all_over_is_refused_at_once_and_a_slip_is_mended(tmp_path: Path) -> None:
+    points = np.random.default_rng(0).uniform([0.0, 0.0], SIZE, (2000, 2))
+    with pytest.raises(MaskError, match=r"annotations\[0\]: its outline crosses itself more than 100 times"):
+        read_masks(write(tmp_path / "m.json", coco([points.ravel().tolist()])), SIZE, "left.jpg")
+    bow = [[40.0, 30.0, 100.0, 90.0, 100.0, 30.0, 40.0, 90.0]]
+    (mask,) = read_masks(write(tmp_path / "m.json", coco(bow)), SIZE, "left.jpg").masks
+    assert region_mask(mask.polygons[0], (120, 160)).sum() == pytest.approx(1800, abs=120)
+
+
+@pytest.mark.parametrize(
+    ("polygons", "says"),
+    [
+        ([[1, 1, 9, 1, 9, 9]] * 2001, "2,001 polygons with 6,003 points"),
+        ([[0, 0, 90_000, 0, 0, 90_000]] * 4, "outlines of 1,229,117 px together"),
+    ],
+)
+def test_more_outlines_than_a_photo_has_are_refused(tmp_path: Path, polygons: list[list[int]], says: str) -> None:
+    with pytest.raises(MaskError, match=says):
+        read_masks(write(tmp_path / "m.json", coco(polygons)), SIZE, "left.jpg")
+
+
+def test_of_a_polygon_beyond_the_photo_what_lies_in_it_counts() -> None:
+    painted = np.full((120, 160, 3), 255, dtype=np.uint8)
+    pair = rectify(rectification(rig()), painted, painted, "T")
+    found = []
+    for edge in (-0.5, -1e5):
+        ring = frozen([[edge, edge], [60.5, edge], [60.5, 50.5], [edge, 50.5]])
+        masks = (GivenMask(label="wall", name="m", polygons=((ring,),)),)
+        found.append(GivenMasks(photo=lens(), masks=masks).segment(pair, None)[0].mask)
+    assert np.array_equal(*found)
+
+
+def test_masks_of_a_file_that_names_another_photo_alone_are_refused(tmp_path: Path) -> None:
+    document = coco([[1, 1, 9, 1, 9, 9]])
+    path = write(tmp_path / "m.json", document)
+    with pytest.raises(MaskError, match=r"one image is 'photos/left.jpg', not G1.jpg: masks of another photo"):
+        read_masks(path, SIZE, "G1.jpg")
+    document["images"][0]["file_name"] = "upload/7f3a-G1_jpg.rf.12ab.jpg"  # type: ignore[index]
+    assert read_masks(write(path, document), SIZE, "G1.jpg").masks  # as annotation services rename what they are given
+
+
+@pytest.mark.parametrize(
+    ("key", "second", "says"),
+    [
+        ("categories", {"id": 1, "name": "column"}, r"categories\[3\]: the id 1 stands twice"),
+        ("images", {"id": 1, "file_name": "other.jpg", "width": 160, "height": 120}, "images: the id 1 stands twice"),
+    ],
+)
+def test_one_id_for_two_classes_or_two_photos_is_refused(
+    tmp_path: Path, key: str, second: dict[str, object], says: str
+) -> None:
+    document = coco([[1, 1, 9, 1, 9, 9]])
+    document[key].append(second)  # type: ignore[attr-defined]
+    with pytest.raises(MaskError, match=says):
+        read_masks(write(tmp_path / "m.json", document), SIZE, "left.jpg")
