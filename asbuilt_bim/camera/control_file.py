@@ -53,7 +53,7 @@ def read_control_points(path: Path) -> ControlPoints:
         raise CalibrationError(f"control points {path}: not UTF-8 text (byte {error.start}); save as UTF-8") from error
     separator = ";" if ";" in text.partition("\n")[0] else ","
     try:
-        rows = list(csv.reader(io.StringIO(text), delimiter=separator))
+        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
     except csv.Error as error:
         raise CalibrationError(f"control points {path}: not a CSV file ({error})") from error
     head = [cell.strip().lower() for cell in rows[0]] if rows else []

@@ -18,6 +18,9 @@ from asbuilt_bim.register.print_shape import CORNERS, UNIT_MISTAKES, print_fault
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
 
+MAX_COORDINATE_M = 1e9
+"""Beyond the moon; what is written so is no place."""
+MAX_DIGITS = 9
 FAR_M = 200.0
 """A marker further than this from the building is not on its site."""
 
@@ -108,11 +111,15 @@ def _rows(path: Path) -> tuple[list[_Row], list[str]]:
         raise SurveyError(f"{path}: the survey is no UTF-8 text; save it as CSV UTF-8") from error
     head = next((line for line in text.splitlines() if line.strip()), "")
     delimiter = ";" if ";" in head else "," if "," in head else "\t"
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)  # lines may end as they do on any system
+    try:
+        lines = [(reader.line_num, fields) for fields in reader]
+    except csv.Error as error:
+        raise SurveyError(f"{path}, line {reader.line_num}: no CSV ({error}); save it as CSV again") from error
     rows: list[_Row] = []
     problems: list[str] = []
     header: list[str] | None = None
-    for fields in reader:
+    for number, fields in lines:
         cells = [field.strip() for field in fields]
         if not any(cells) or cells[0].startswith("#"):
             continue
@@ -120,7 +127,7 @@ def _rows(path: Path) -> tuple[list[_Row], list[str]]:
             header = [cell.lower() for cell in cells]
             _check_header(header, path)
             continue
-        row = _row(dict(zip(header, cells, strict=False)), reader.line_num, delimiter == ";")
+        row = _row(dict(zip(header, cells, strict=False)), number, delimiter == ";")
         if isinstance(row, _Row):
             rows.append(row)
         else:
@@ -140,8 +147,8 @@ def _check_header(header: list[str], path: Path) -> None:
 def _row(cells: dict[str, str], line: int, decimal_comma: bool) -> _Row | str:
     faults = []
     marker_id = cells.get("id", "")
-    if not (marker_id.isascii() and marker_id.isdigit()):
-        faults.append(f"id {marker_id!r} is no whole number")
+    if not (marker_id.isascii() and marker_id.isdigit() and len(marker_id) <= MAX_DIGITS):
+        faults.append(f"id {marker_id[:40]!r} is no whole number")
     corner = cells.get("corner", "").lower().replace("_", "-").replace(" ", "-")
     if corner not in CORNERS:
         faults.append(f"unknown corner {cells.get('corner', '')!r} (it is one of {', '.join(CORNERS)})")
@@ -163,7 +170,7 @@ def _number(text: str) -> float | None:
         value = float(text)
     except ValueError:
         return None
-    return value if np.isfinite(value) else None
+    return value if abs(value) < MAX_COORDINATE_M else None
 
 
 def _offset_hint(survey: Sequence[SurveyedMarker], low: FloatArray, high: FloatArray) -> str:

@@ -141,13 +141,16 @@ def _clicks_json(document: dict[str, Any]) -> tuple[GivenMask, ...]:
 
 
 def _clicks_csv(text: str) -> tuple[GivenMask, ...]:
-    rows = csv.reader(io.StringIO(text))
-    header = tuple(cell.strip() for cell in next(rows, []))
+    try:
+        rows = list(csv.reader(io.StringIO(text, newline="")))  # lines may end as they do on any system
+    except csv.Error as problem:
+        raise MaskError(f"is no CSV ({problem}); save it as CSV again") from problem
+    header = tuple(cell.strip() for cell in rows[0]) if rows else ()
     if header != CSV_COLUMNS:
         raise MaskError(f"the first line must be {','.join(CSV_COLUMNS)}")
     points: dict[str, list[list[float]]] = {}
     labels: dict[str, InstanceClass] = {}
-    for number, row in enumerate(rows, start=2):
+    for number, row in enumerate(rows[1:], start=2):
         if not any(cell.strip() for cell in row):
             continue
         if len(row) != len(CSV_COLUMNS) or number > MAX_POINTS:

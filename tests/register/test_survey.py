@@ -106,3 +106,19 @@ def test_one_marker_far_from_the_building_is_named_and_most_of_them_refuse_the_s
     assert [rejection.what for rejection in check_survey([*near, stray], design)] == ["marker 9"]
     with pytest.raises(SurveyError, match="world coordinates"):
         check_survey([marker(i, np.zeros(3)) for i in range(3)], design)
+
+
+def test_lines_may_end_as_on_any_system_and_what_is_no_csv_is_refused_by_line(tmp_path: Path) -> None:
+    path = tmp_path / "markers.csv"
+    path.write_bytes(table({7: SQUARE}).replace("\n", "\r").encode())
+    np.testing.assert_allclose(read_survey(path, 0.28, 0.002)[0].corners_m, SQUARE)
+    with pytest.raises(SurveyError, match=r"markers.csv, line \d+: no CSV \(field larger than field limit"):
+        read(tmp_path, table({7: SQUARE}) + "x" * 200_000 + "\n")
+
+
+@pytest.mark.parametrize(
+    ("cell", "put", "says"), [("7,", "9" * 5000 + ",", "is no whole number"), ("1.28", "1e300", "z_m")]
+)
+def test_numbers_beyond_any_survey_are_refused_by_line(tmp_path: Path, cell: str, put: str, says: str) -> None:
+    with pytest.raises(SurveyError, match=says):
+        read(tmp_path, table({7: SQUARE}).replace(cell, put, 1))

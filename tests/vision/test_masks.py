@@ -204,6 +204,16 @@ def test_clicked_polygons_are_read_from_json_and_csv(tmp_path: Path) -> None:
     assert np.allclose(mask.polygons[0][0], SQUARE)
 
 
+def test_clicks_as_csv_may_end_their_lines_as_on_any_system_and_what_is_no_csv_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "m.csv"
+    lines = ["polygon,class,x_px,y_px", *(f"west,wall,{x},{y}" for x, y in SQUARE)]
+    path.write_bytes("\r".join(lines).encode())
+    assert np.allclose(read_masks(path, SIZE).masks[0].polygons[0][0], SQUARE)
+    path.write_bytes(("\n".join(lines) + "\n" + "x" * 200_000).encode())
+    with pytest.raises(MaskError, match="is no CSV"):
+        read_masks(path, SIZE)
+
+
 def test_labels_of_a_png_need_a_class_and_the_photos_size(tmp_path: Path) -> None:
     labels = np.zeros((120, 160), dtype=np.uint16)
     labels[10:20, 10:20], labels[50:60, 50:60] = 1, 300
