@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 
 from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.regular_file import open_regular
 from asbuilt_bim.yaml_words import character_words, yaml_words
 
 MAX_BYTES = 1_000_000
@@ -136,7 +137,7 @@ def _text(path: Path) -> str:
     try:
         if path.is_dir():
             raise ProjectError(f"{path}: is a folder; name the project file in it (usually project.yaml)")
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError as problem:
         raise ProjectError(f"{path}: no such file; check the path") from problem

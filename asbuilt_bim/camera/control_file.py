@@ -12,6 +12,7 @@ import numpy as np
 
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.regular_file import open_regular
 
 COLUMNS = ("id", "x_m", "y_m", "z_m", "left_x", "left_y", "right_x", "right_y")
 MAX_BYTES = 1_000_000
@@ -39,7 +40,7 @@ def read_control_points(path: Path) -> ControlPoints:
     Raises: CalibrationError with every bad line.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         raise CalibrationError(

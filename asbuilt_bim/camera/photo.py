@@ -16,6 +16,7 @@ from asbuilt_bim.camera.photo_check import check_photo_against_rig
 from asbuilt_bim.camera.picture_file import look_at
 from asbuilt_bim.errors import PhotoError
 from asbuilt_bim.geometry.arrays import ByteImage
+from asbuilt_bim.regular_file import open_regular
 
 __all__ = ["MAX_PIXELS", "Photo", "PhotoExif", "check_photo_against_rig", "decode", "photo_from_bytes", "read_photo"]
 
@@ -46,7 +47,8 @@ def read_photo(path: Path) -> Photo:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise PhotoError(f"photo {path}: {path.stat().st_size / 1e6:.0f} MB is no photo of a station")
-        data = path.read_bytes()
+        with open_regular(path) as file:
+            data = file.read()
     except FileNotFoundError:
         raise PhotoError(f"photo {path}: there is no such file; copy it there, or correct the path") from None
     except IsADirectoryError:

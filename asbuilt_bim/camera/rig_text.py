@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import yaml
 
 from asbuilt_bim.errors import RigError
+from asbuilt_bim.regular_file import open_regular
 from asbuilt_bim.strict_yaml import StrictLoader
 from asbuilt_bim.yaml_words import yaml_words
 
@@ -44,7 +45,7 @@ def read_document(path: Path) -> Plain:
     Raises: RigError where it can't be read, or holds what no rig file needs: aliases, foreign tags, entities.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error

@@ -12,6 +12,7 @@ import ifcopenshell
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.archive import MAX_BYTES, unpacked
 from asbuilt_bim.ifc.header import HEADER_BYTES, declared_schema
+from asbuilt_bim.regular_file import open_regular
 
 SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
 _TAIL_BYTES = 65536
@@ -53,7 +54,7 @@ def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
 
 def file_digest(path: Path) -> str:
     """Return the sha256 of a file's bytes as hexadecimal text."""
-    with path.open("rb") as stream:
+    with open_regular(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
@@ -66,7 +67,7 @@ def files_digest(paths: Sequence[Path]) -> str:
 def _ends(path: Path) -> tuple[bytes, bytes]:
     """Return the first and the last bytes of a file."""
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             head = stream.read(HEADER_BYTES)
             if (size := path.stat().st_size) > MAX_BYTES:
                 raise DesignError(f"{path}: {size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB; split the model")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.regular_file import open_regular
 
 _EMPTY = hashlib.sha256().digest()
 
@@ -56,7 +57,7 @@ def _digests(station: Station) -> tuple[bytes, bytes] | None:
     digests = []
     for path in (station.left, station.right):
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 digests.append(hashlib.file_digest(file, "sha256").digest())
         except OSError:
             return None

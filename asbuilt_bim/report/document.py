@@ -11,6 +11,7 @@ from typing import Any
 
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.regular_file import open_regular
 from asbuilt_bim.report.convert import report_from_plain, report_to_plain
 from asbuilt_bim.report.validate import first_faults
 from asbuilt_bim.strict_json import parse_json
@@ -103,7 +104,8 @@ def _loaded(path: Path) -> Any:
         if size > MAX_BYTES:
             sizes = f"{size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB"
             raise ResultError(f"{path}: {sizes}; not a result of this program")
-        return parse_json(path.read_text(encoding="utf-8"))
+        with open_regular(path) as file:
+            return parse_json(file.read().decode("utf-8"))
     except OSError as error:
         raise ResultError(f"{path}: can't be read: {error.strerror or error}; {REMEDY}") from error
     except RecursionError as error:

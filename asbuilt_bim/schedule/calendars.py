@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from datetime import date, datetime, time, timedelta
+from datetime import date, time
+from pathlib import Path
 
 from asbuilt_bim.bim.schedule import DAY_MIN, EVERY_DAY, WorkCalendar, WorkDay, WorkSpan
+from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import moment
 from asbuilt_bim.schedule.safe_xml import child, children, text
 
 MAX_EXCEPTIONS = 20_000
-"""Fifty years of days; more are a damaged file."""
+"""Fifty years of days, all exceptions of a calendar together; more are a damaged file."""
 _DAYS = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
 _OFFICE = (WorkSpan(from_min=480, to_min=720), WorkSpan(from_min=780, to_min=1020))  # MS Project's own default
 
 
-def msp_calendar(root: ET.Element) -> WorkCalendar:
-    """Return the project's calendar of an MS Project document, with what it takes from the calendar it is based on."""
+def msp_calendar(root: ET.Element, path: Path) -> WorkCalendar:
+    """Return the project's calendar of an MS Project document, with what it takes from the calendar it is based on.
+
+    Raises:
+        ScheduleError: its exceptions cover more days than `MAX_EXCEPTIONS`; `path` is for the message.
+    """
     by_uid = {text(one, "UID"): one for one in children(child(root, "Calendars"), "Calendar")}
     own = by_uid.get(text(root, "CalendarUID"))
     if own is None:
@@ -25,17 +31,29 @@ def msp_calendar(root: ET.Element) -> WorkCalendar:
     week: dict[int, tuple[WorkSpan, ...]] = {n: _OFFICE if n < 5 else () for n in range(7)}
     exceptions: dict[date, tuple[WorkSpan, ...]] = {}
     base = by_uid.get(text(own, "BaseCalendarUID"))
+    left = MAX_EXCEPTIONS
+
+    def except_for(element: ET.Element) -> None:
+        nonlocal left
+        days = _period(element)
+        left -= len(days)
+        if left < 0:
+            raise ScheduleError(
+                f"{path}: the exceptions of its calendar '{text(own, 'Name')[:60]}' cover more than {MAX_EXCEPTIONS:,} "
+                "days; take out those that no longer matter, and export it again"
+            )
+        exceptions.update((date.fromordinal(day), tuple(_msp_spans(element))) for day in days)
+
     for calendar in (base, own) if base is not None and base is not own else (own,):
         for day in children(child(calendar, "WeekDays"), "WeekDay"):
-            spans = tuple(_msp_spans(day))
             kind = text(day, "DayType")
             if kind in {"1", "2", "3", "4", "5", "6", "7"}:
-                week[(int(kind) + 5) % 7] = spans  # 1 is Sunday
+                week[(int(kind) + 5) % 7] = tuple(_msp_spans(day))  # 1 is Sunday
             else:
-                exceptions.update(dict.fromkeys(_period(day), spans))
+                except_for(day)
         for other in children(child(calendar, "Exceptions"), "Exception"):
             if not _recurs(other):
-                exceptions.update(dict.fromkeys(_period(other), tuple(_msp_spans(other))))
+                except_for(other)
     return _made(text(own, "Name"), week, exceptions)
 
 
@@ -105,14 +123,8 @@ def _span(begin: str, end: str) -> Iterator[WorkSpan]:
         yield WorkSpan(from_min=from_min, to_min=to_min)
 
 
-def _period(element: ET.Element) -> list[date]:
+def _period(element: ET.Element) -> range:
+    """Return the days of an exception as ordinals."""
     period = child(element, "TimePeriod")
     first, last = moment(text(period, "FromDate"), end=False), moment(text(period, "ToDate"), end=True)
-    return list(_days(first, last)) if first and last else []
-
-
-def _days(first: datetime, last: datetime) -> Iterator[date]:
-    day = first.date()
-    while day <= last.date() and (day - first.date()).days < MAX_EXCEPTIONS:
-        yield day
-        day += timedelta(days=1)
+    return range(first.toordinal(), last.toordinal() + 1) if first and last else range(0)

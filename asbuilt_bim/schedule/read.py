@@ -38,7 +38,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
         if local(root.tag) == "APIBusinessObjects":
             kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root), p6_calendar(root)
         elif local(root.tag) == "Project":
-            kind, (rows, notes), calendar = "MS Project XML", msp_rows(root), msp_calendar(root)
+            kind, (rows, notes), calendar = "MS Project XML", msp_rows(root), msp_calendar(root, path)
             if recurring := msp_recurring(root):
                 notes = (*notes, f"{recurring} recurring exceptions of its calendars aren't counted as days off")
         else:

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from asbuilt_bim.errors import ScheduleError
+from asbuilt_bim.regular_file import open_regular
 
 MAX_BYTES = 200_000_000
 MAX_DEPTH = 60
@@ -24,7 +25,7 @@ def read_bytes(path: Path) -> bytes:
         ScheduleError: it is missing, too large, or can't be read.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as problem:
         raise ScheduleError(f"{path}: the schedule can't be read ({problem.strerror}); check the path") from problem

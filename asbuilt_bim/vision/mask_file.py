@@ -15,6 +15,7 @@ import numpy as np
 from asbuilt_bim.camera.picture_file import look_at
 from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.regular_file import open_regular
 from asbuilt_bim.strict_json import parse_json
 from asbuilt_bim.vision.given_masks import GivenMask
 from asbuilt_bim.vision.mask_bounds import MAX_POINTS, check_outlines
@@ -66,7 +67,7 @@ def read_masks(
 
 def _bytes(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise MaskError("there is no such file") from None

@@ -44,6 +44,18 @@ def test_days_off_that_recur_are_named_and_not_taken_for_one_long_holiday(tmp_pa
     assert "1 recurring exceptions of its calendars aren't counted as days off" in found.notes
 
 
+def test_exceptions_that_cover_centuries_are_refused_by_their_sum_and_in_time(tmp_path: Path) -> None:
+    shut = (
+        "<Exceptions><Exception><TimePeriod><FromDate>1990-01-01T00:00:00</FromDate><ToDate>2020-12-31T23:59:00</ToDate>"
+        "</TimePeriod><Type>1</Type><DayWorking>0</DayWorking></Exception></Exceptions>"
+    )
+    one, two = shut, shut.replace("</Exceptions>", "") + shut.replace("<Exceptions>", "")
+    closed = read_schedule(written(tmp_path, MSP.replace("</Calendar>", one + "</Calendar>"))).source.calendar
+    assert len(closed.exceptions) == 11_323 + 2
+    with pytest.raises(ScheduleError, match="exceptions of its calendar 'Site' cover more than 20,000 days"):
+        read_schedule(written(tmp_path, MSP.replace("</Calendar>", two + "</Calendar>")))
+
+
 def test_p6_activities_come_with_their_breakdown_ids_fields_and_links(tmp_path: Path) -> None:
     found = read_schedule(written(tmp_path, P6))
     columns, other = found.rows  # a level of effort is no work that could be measured

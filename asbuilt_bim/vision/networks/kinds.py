@@ -70,8 +70,9 @@ def network_digest(card_path: Path) -> str:
     Raises:
         NetworkError: the card can't be used.
     """
+    card = read_card(card_path)  # what can't be read is refused by it
     digest = hashlib.sha256(card_path.read_bytes())
-    with model_path(read_card(card_path), card_path).open("rb") as file:
+    with model_path(card, card_path).open("rb") as file:
         digest.update(hashlib.file_digest(file, "sha256").digest())
     return digest.hexdigest()
 

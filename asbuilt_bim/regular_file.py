@@ -1,0 +1,20 @@
+"""Opening what somebody names: a file, and no device or pipe, which may never end or never answer."""
+
+from __future__ import annotations
+
+import errno
+import stat
+from io import BufferedReader
+from pathlib import Path
+
+
+def open_regular(path: Path) -> BufferedReader:
+    """Open a file for reading bytes.
+
+    Raises:
+        OSError: it can't be opened, or is no regular file; `strerror` says which.
+    """
+    mode = path.stat().st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # of a folder the system's own error says that it is one
+        raise OSError(errno.EINVAL, "it is a device or a pipe, no file", str(path))
+    return path.open("rb")
