@@ -2,8 +2,11 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -25,6 +28,12 @@ def die_on_three(number: int) -> int:
     if number == 3:
         os.kill(os.getpid(), signal.SIGTERM if sys.platform == "win32" else signal.SIGKILL)
     return number
+
+
+def say_and_sleep(number: int) -> None:
+    sys.stdout.write(f"{os.getpid()}\n")
+    sys.stdout.flush()
+    time.sleep(60.0)
 
 
 def fail(number: int) -> int:
@@ -75,3 +84,37 @@ def test_a_scheduler_without_dask_names_the_extra(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r"pip install .*asbuilt-bim\[dask\]"):
         list(run_jobs(square, iter([1]), scheduler="tcp://localhost:1"))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are not sent so there")
+@pytest.mark.parametrize("sent", ["SIGTERM", "SIGKILL"])
+def test_workers_end_with_a_main_process_that_is_killed(sent: str, tmp_path: Path) -> None:
+    script = tmp_path / "main.py"
+    script.write_text(
+        "from asbuilt_bim.scale.executor import run_jobs\n"
+        "from tests.scale.test_executor import say_and_sleep\n"
+        'if __name__ == "__main__":\n'
+        "    list(run_jobs(say_and_sleep, [1, 2], workers=2))\n"
+    )
+    paths = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])}
+    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, env={**os.environ, **paths}) as main:
+        assert main.stdout is not None
+        workers = [int(main.stdout.readline()) for _ in range(2)]
+        main.send_signal(getattr(signal, sent))
+        assert main.wait() == -getattr(signal, sent)
+        late = time.monotonic() + 10.0
+        while time.monotonic() < late and any(map(_lives, workers)):
+            time.sleep(0.05)
+        left = [worker for worker in workers if _lives(worker)]
+        for worker in left:
+            os.kill(worker, signal.SIGKILL)
+    assert not left
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    status = Path(f"/proc/{process}/status")
+    return not (status.exists() and "State:\tZ" in status.read_text())
