@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.terminal.screen import Screen
+from asbuilt_bim.terminal.screen import Screen, harmless
 from asbuilt_bim.version import __version__
 
 FAILED = 1
@@ -117,7 +117,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
 @click.option("--check-right", type=_FILE, metavar="PHOTO", help="And in the right one.")
-@click.option("--replace", is_flag=True, help="Write over RIG.yaml where it is there.")
+@click.option("--replace", is_flag=True, help="Write over RIG.yaml and PAGE.html where they are there.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def calibrate(context: click.Context, /, **options: Any) -> None:
@@ -208,7 +208,7 @@ def ifcpatch_dir() -> None:
 @click.option(
     "--inversion",
     type=click.Choice(["complement", "reciprocal"]),
-    default="complement",
+    default=None,
     help="How --method paper turns relative depth round.",
 )
 @click.pass_context
@@ -216,6 +216,11 @@ def measure(context: click.Context, /, **options: Any) -> None:
     """Measure the walls and columns of one photo pair, LEFT and RIGHT, without any IFC file."""
     if options["no_target"] and options["target_diameter"] is not None:
         raise click.UsageError("--no-target and --target-diameter contradict each other: give one")
+    if options["mask_class"] and options["masks"] is None:
+        raise click.UsageError("--mask-class says what the labels of --masks are: give both, or neither")
+    if options["inversion"] is not None and options["method"] != "paper":
+        raise click.UsageError("--inversion is of --method paper alone: pass that too, or drop it")
+    options["inversion"] = options["inversion"] or "complement"
     screen = Screen()
 
     def action() -> int:
@@ -257,7 +262,7 @@ def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) 
     try:
         code = action()
     except OptionError as problem:
-        raise click.UsageError(str(problem)) from problem
+        raise click.UsageError(harmless(str(problem))) from problem
     except AsBuiltError as problem:
         screen.error(str(problem))
         code = FAILED
@@ -271,7 +276,7 @@ def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) 
             raise
         log = write_crash_log(problem)
         where = f"; the details are in {log}" if log else "; run again with --debug to see where"
-        screen.error(f"asbuilt-bim failed, and the fault is its own: {type(problem).__name__}: {problem}{where}")
+        screen.error(f"asbuilt-bim failed, and the fault is its own: {type(problem).__name__}: {problem!s:.300}{where}")
         code = FAILED
     context.exit(code)
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import shutil
 from pathlib import Path
 
@@ -162,3 +163,36 @@ def test_a_project_may_name_the_two_files_of_another_program_as_its_rig(tmp_path
     found, calibration = rig_of(project, Cache(folder=None), lambda *_, **__: None)
     assert calibration is None and found.baseline_m == pytest.approx(rig().baseline_m, rel=1e-9)
     assert tmp_path / "site" / "rig_right.yaml" in project.sources
+
+
+def test_a_page_goes_over_no_file_unasked_and_a_place_for_none_is_refused_before_the_rig_is_written(
+    photos: Path, tmp_path: Path
+) -> None:
+    out, thesis = tmp_path / "rig.yaml", tmp_path / "thesis.docx"
+    thesis.write_text("three years", encoding="utf-8")
+    (tmp_path / "folder").mkdir()
+    for page, says in (
+        (thesis, "a page or another file is there already; name another, or --replace"),
+        (tmp_path / "folder", "is a folder; name a file"),
+        (tmp_path / "nodir" / "x.html", "there is no folder"),
+    ):
+        refused = invoke(photos, "--out", out, "--report", page)
+        assert refused.exit_code == 1 and says in refused.stderr.replace("\n", " ")
+        assert not out.exists()
+    assert thesis.read_text(encoding="utf-8") == "three years"
+    assert invoke(photos, "--out", out, "--report", thesis, "--replace").exit_code == 0
+
+
+def test_a_full_disk_leaves_the_rig_that_was_there_and_nothing_beside_it(
+    photos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "rig.yaml"
+    out.write_text("the rig of last month", encoding="utf-8")
+
+    def full(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("asbuilt_bim.durable.os.fsync", full)
+    result = invoke(photos, "--out", out, "--report", tmp_path / "page.html", "--replace")
+    assert result.exit_code == 1 and "No space left" in result.stderr
+    assert out.read_text(encoding="utf-8") == "the rig of last month" and list(tmp_path.iterdir()) == [out]

@@ -12,10 +12,13 @@ from pathlib import Path
 import pytest
 import yaml
 from click.testing import CliRunner, Result
+from rich.table import Table
+from rich.text import Text
 
 from asbuilt_bim.cli import app
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Visit
+from asbuilt_bim.terminal.crash import KEPT, write_crash_log
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.warned import warn_of_visit
 from tests.ifc.models import ModelBuilder
@@ -301,6 +304,39 @@ def test_a_console_that_lacks_a_letter_shows_another_and_does_not_fail(monkeypat
     screen.say("北側 1.35 ± 0.02 m² [bold]not markup[/bold]")
     sys.stdout.flush()
     assert raw.getvalue().decode("cp1252").strip() == "?? 1.35 ± 0.02 m² [bold]not markup[/bold]"
+
+
+def test_names_out_of_files_give_the_terminal_no_orders(capsys: pytest.CaptureFixture[str]) -> None:
+    screen = Screen()
+    evil = "Wall \x1b]0;pwned\x07\x1b[2J\x9b31m \u202e end"
+    table = Table(title=evil)
+    table.add_column(evil)
+    table.add_row(Text(evil))
+    screen.say(evil)
+    screen.say(table)
+    screen.warn(evil)
+    screen.error(evil)
+    with screen.steps() as progress:
+        progress(evil, 1, 2, evil)
+    shown = "".join(capsys.readouterr())
+    assert shown.count("pwned") >= 6 and shown.count("end") >= 6
+    assert not any(c in shown for c in "\x1b\x07\x9b\u202e")
+
+
+def test_a_folder_that_holds_no_run_stays_as_it_was(tmp_path: Path) -> None:
+    (tmp_path / "notes").mkdir()
+    for folder in (tmp_path / "notes", tmp_path / "mistyped"):
+        result = invoke("report", folder)
+        assert result.exit_code == 1 and ("holds no run" in result.stderr or "no such folder" in result.stderr)
+    assert list(tmp_path.rglob("*")) == [tmp_path / "notes"]
+
+
+def test_a_program_that_fails_often_keeps_ten_logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    (tmp_path / "asbuilt-bim-notes.log").write_text("somebody's", encoding="utf-8")
+    logs = [write_crash_log(RuntimeError("by chance")) for _ in range(KEPT + 3)]
+    assert len(list(tmp_path.glob("asbuilt-bim-crash-*.log"))) == KEPT
+    assert logs[-1] is not None and logs[-1].exists() and (tmp_path / "asbuilt-bim-notes.log").exists()
 
 
 def test_strip_writes_over_a_file_only_when_asked_to(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import asbuilt_bim
 PACKAGE = Path(asbuilt_bim.__file__).parent
 LEVEL = {
     **dict.fromkeys(["errors", "version", "schemas_dir", "structure", "plugins"], 0),
-    **dict.fromkeys(["regular_file", "strict_json", "strict_yaml", "yaml_words"], 0),
+    **dict.fromkeys(["durable", "regular_file", "strict_json", "strict_yaml", "yaml_words"], 0),
     "geometry": 1,
     "camera": 2,
     "bim": 2,
@@ -29,7 +29,7 @@ LEVEL = {
 BESIDE = {  # what stands beside the flow, and all that it may know of
     "scale": {"errors", "scale"},
     "schedule": {"errors", "regular_file", "bim", "schedule"},
-    "ifc": {"errors", "version", "regular_file", "geometry", "bim", "progress", "ifc"},
+    "ifc": {"errors", "version", "durable", "regular_file", "geometry", "bim", "progress", "ifc"},
     "project": {
         "errors",
         "regular_file",

@@ -195,7 +195,10 @@ def test_the_published_method_without_a_network_says_what_to_do(folder: Path) ->
     ("more", "code", "said"),
     [
         (["--depth", "paper"], 1, "method: paper only"),
-        (["--mask-class", "x=wall"], 2, "1=wall"),
+        (["--mask-class", "x=wall", "--masks", "nowhere.json"], 2, "1=wall"),
+        (["--mask-class", "1=wall"], 2, "--masks"),
+        (["--inversion", "reciprocal"], 2, "--method paper"),
+        (["--depth-network", "bundled"], 2, "--depth fused"),
         (["--method", "best"], 2, "--method"),
         (["--target-diameter", "300"], 2, "--target-diameter"),
         (["--target-diameter", "0.3"], 2, "contradict"),

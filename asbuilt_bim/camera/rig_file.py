@@ -15,6 +15,7 @@ from asbuilt_bim.camera.covariance_check import covariance_problems
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import COEFFICIENTS, reach
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.durable import replace_bytes
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.schemas_dir import schema
@@ -33,12 +34,12 @@ def rig_text(rig: StereoRig) -> str:
 
 
 def write_rig(rig: StereoRig, path: Path) -> None:
-    """Write a rig to a YAML file that `rig_reader.read_rig` reads back to the last digit.
+    """Write a rig, whole or not at all, to a YAML file that `rig_reader.read_rig` reads back to the last digit.
 
     Raises: OutputError where it can't be written.
     """
     try:
-        path.write_text(rig_text(rig), encoding="utf-8", newline="\n")
+        replace_bytes(path, rig_text(rig).encode())
     except OSError as error:
         raise OutputError(f"rig file {path}: it can't be written ({error.strerror or error})") from error
 

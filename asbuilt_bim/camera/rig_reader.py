@@ -12,6 +12,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_file import FORMAT, own_rig, rig_problems, rig_text
 from asbuilt_bim.camera.rig_text import Plain, read_document
 from asbuilt_bim.camera.ros import is_camera_info, ros_rig, ros_texts
+from asbuilt_bim.durable import replace_all
 from asbuilt_bim.errors import OutputError, RigError
 
 RigFormat = Literal["rig", "opencv", "kalibr", "ros"]
@@ -70,20 +71,27 @@ def rig_files(path: Path, form: RigFormat) -> tuple[Path, ...]:
     return (path,)
 
 
-def write_rig_as(rig: StereoRig, path: Path, form: RigFormat) -> tuple[Path, ...]:
-    """Write a rig in a format and return the files: two for ROS, named `_left` and `_right`.
+def rig_contents(rig: StereoRig, path: Path, form: RigFormat) -> dict[Path, bytes]:
+    """Return what the files of a rig in a format hold: two for ROS, named `_left` and `_right`.
 
-    Raises: RigError where the format can't hold the rig; OutputError where a file can't be written.
+    Raises: RigError where the format can't hold the rig.
     """
     texts: tuple[str, ...]
     if form == "ros":
         texts = ros_texts(rig)
     else:
         texts = ({"rig": rig_text, "opencv": opencv_text, "kalibr": camchain_text}[form](rig),)
-    files = rig_files(path, form)
-    for file, text in zip(files, texts, strict=True):
-        try:
-            file.write_text(text, encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise OutputError(f"rig file {file}: it can't be written ({error.strerror or error})") from error
-    return files
+    return {file: text.encode() for file, text in zip(rig_files(path, form), texts, strict=True)}
+
+
+def write_rig_as(rig: StereoRig, path: Path, form: RigFormat) -> tuple[Path, ...]:
+    """Write a rig in a format, all of its files whole or none, and return them.
+
+    Raises: RigError where the format can't hold the rig; OutputError where a file can't be written.
+    """
+    contents = rig_contents(rig, path, form)
+    try:
+        replace_all(contents)
+    except OSError as error:
+        raise OutputError(f"rig file {path}: it can't be written ({error.strerror or error})") from error
+    return tuple(contents)

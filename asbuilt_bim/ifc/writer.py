@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import uuid
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -22,6 +23,7 @@ from asbuilt_bim.ifc.write_progress import mark_element, mark_storey, mark_task,
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport, State
 
 _END = b"END-ISO-10303-21"
+_LEAST_FREE = 1_000_000  # bytes: a disk with less is what a copy failed for; the library doesn't say why it failed
 
 
 def write_asbuilt(
@@ -120,14 +122,16 @@ def save(file: Any, target: Path) -> None:
         _flush(beside)
         beside.replace(target)
     except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        full = shutil.disk_usage(target.parent).free < _LEAST_FREE if target.parent.is_dir() else False
+        reason = "the disk is full" if full else getattr(error, "strerror", None) or str(error)
         raise OutputError(
             f"{target}: the IFC copy can't be written ({reason}); check the folder's rights, free space, and that no "
             "other program holds the file"
         ) from error
     finally:
-        with suppress(OSError):
-            beside.unlink()
+        for left_over in target.parent.glob(f"{beside.name}*"):  # the library writes into a file of its own first
+            with suppress(OSError):
+                left_over.unlink()
 
 
 def _flush(path: Path) -> None:

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from asbuilt_bim.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.output.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.output.lock import run_lock
 from asbuilt_bim.strict_json import parse_json
 
@@ -194,15 +194,16 @@ def read_current(path: Path) -> CurrentRun | None:
     return CurrentRun(folder=path / run, ifc=tuple(str(model) for model in models))
 
 
-def output_error(path: Path, problem: BaseException) -> OutputError:
-    """Return an OSError in words: what could not be written, why, what to do."""
+def output_error(
+    path: Path,
+    problem: BaseException,
+    stands: str = "nothing of this run was kept and the earlier result stands",
+) -> OutputError:
+    """Return an OSError in words: what could not be written, why, what `stands`, what to do."""
     place = getattr(problem, "filename", None) or path
     code = getattr(problem, "errno", None)
     if code in (errno.ENOSPC, errno.EDQUOT):
-        return OutputError(
-            f"{path}: the disk is full; nothing of this run was kept and the earlier result stands. "
-            "Free some space, or choose another --out"
-        )
+        return OutputError(f"{path}: the disk is full; {stands}. Free some space, or choose another --out")
     if code in (errno.EACCES, errno.EPERM, errno.EROFS):
         return OutputError(f"{place}: no right to write here; choose another --out, or change the folder's rights")
     if code in (errno.ENOTDIR, errno.EEXIST):

@@ -21,6 +21,7 @@ from asbuilt_bim.strict_json import parse_json
 
 DOCUMENT = "measure.json"
 MAX_BYTES = 200_000_000
+_STANDS = "nothing of this measurement was kept, and what was in the folder stands"
 
 
 def save_measurement(found: PairMeasurement, folder: Path | str, when: datetime) -> tuple[Path, ...]:
@@ -42,7 +43,7 @@ def save_measurement(found: PairMeasurement, folder: Path | str, when: datetime)
         folder.mkdir(parents=True, exist_ok=True)
         staging = Path(tempfile.mkdtemp(prefix=".measure-", suffix=".part", dir=folder))
     except OSError as problem:
-        raise output_error(folder, problem) from problem
+        raise output_error(folder, problem, stands=_STANDS) from problem
     try:
         for name, data in contents.items():
             (staging / name).parent.mkdir(exist_ok=True)
@@ -51,7 +52,7 @@ def save_measurement(found: PairMeasurement, folder: Path | str, when: datetime)
             (folder / name).parent.mkdir(exist_ok=True)
             (staging / name).replace(folder / name)
     except OSError as problem:
-        raise output_error(folder, problem) from problem
+        raise output_error(folder, problem, stands=_STANDS) from problem
     finally:
         shutil.rmtree(staging, ignore_errors=True)
     for name in set(before) - set(contents):

@@ -78,7 +78,7 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
     """
     current = out.current()
     if current is None:
-        raise ResultError(f"{out.path}: holds no run; make one with: asbuilt-bim run PROJECT.yaml --out {out.path}")
+        raise ResultError(no_run(out.path))
     report = read_result(current.folder / "result.json")
     sources = tuple(ifc) or tuple(out.path / path for path in current.ifc)
     _check_ifc(sources, report)
@@ -99,6 +99,11 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
     published = out.publish(write, when=when, digest=digest, ifc=[_from(out.path, path) for path in sources])
     return replace(published, warnings=(*warnings, *published.warnings))
+
+
+def no_run(folder: Path) -> str:
+    """Say that a folder holds no run, and how to make one."""
+    return f"{folder}: holds no run; make one with: asbuilt-bim run PROJECT.yaml --out {folder}"
 
 
 def previous_result(out: OutputFolder) -> ProgressReport | None:

@@ -12,8 +12,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from asbuilt_bim.camera.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.camera.check_length import LengthCheck
+from asbuilt_bim.durable import replace_bytes
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.wording import shown
 
 TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
@@ -63,6 +65,7 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=shown,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -79,13 +82,18 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
     )
 
 
+def calibration_page(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> bytes:
+    """Return the page as the file holds it."""
+    return calibration_html(calibration, checks).encode("utf-8", "replace")
+
+
 def write_calibration_page(calibration: Calibration, path: Path, checks: tuple[LengthCheck, ...] = ()) -> None:
-    """Write the page.
+    """Write the page, whole or not at all.
 
     Raises: OutputError where it can't be written.
     """
     try:
-        path.write_bytes(calibration_html(calibration, checks).encode("utf-8", "replace"))
+        replace_bytes(path, calibration_page(calibration, checks))
     except OSError as error:
         raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error
 

@@ -98,6 +98,7 @@ def _environment() -> Environment:
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=wording.shown,
         trim_blocks=True,
         lstrip_blocks=True,
     )

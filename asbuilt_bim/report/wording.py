@@ -100,3 +100,8 @@ def unit_sign(unit: str) -> str:
 def plain(text: str) -> str:
     """Return text without the control characters that XML and spreadsheets refuse."""
     return _CONTROL.sub("", text)
+
+
+def shown(value: object) -> object:
+    """Return what a page shows of a value: text without control characters, all else as it is."""
+    return plain(value) if isinstance(value, str) and _CONTROL.search(value) else value

@@ -14,11 +14,12 @@ from asbuilt_bim.camera.control_file import read_control_points
 from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import read_photo
-from asbuilt_bim.camera.rig_reader import RigFormat, rig_files, write_rig_as
+from asbuilt_bim.camera.rig_reader import RigFormat, rig_contents, rig_files
+from asbuilt_bim.durable import replace_all
 from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.report.calibration_page import write_calibration_page
+from asbuilt_bim.report.calibration_page import calibration_page
 from asbuilt_bim.rig_source import calibrate, calibrate_pairs, project_board
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.stations import Progress
@@ -65,26 +66,17 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     Raises:
         AsBuiltError: the boards give no rig, its scale is off (nothing is written then), or a file can't be written.
     """
-    rigs = rig_files(request.out, request.form)
-    if there := [file for file in rigs if file.exists() and not request.replace]:
-        raise OutputError(
-            f"{there[0]}: a rig is there already, and past visits may rest on it; name another, or --replace"
-        )
+    _check_places(request)
     with screen.steps() as progress:
         found = _calibrated(request, progress)
     made, sources = found.calibration, found.sources
     checks = _checks(request, found)
     for check in checks:
         refuse_wrong_scale(check)
-    outputs = [*rigs, *([request.report] if request.report is not None else [])]
-    if len({path.resolve() for path in outputs}) < len(outputs):
-        raise OutputError(f"{request.report}: the page and the rig can't be one file; name two")
     sources += [path for path in (request.check_left, request.check_right) if path is not None]
-    if taken := {path.resolve() for path in outputs} & {source.resolve() for source in sources}:
+    if taken := {path.resolve() for path in _outputs(request)} & {source.resolve() for source in sources}:
         raise OutputError(f"{min(taken)}: is read for this calibration; write to another place")
-    written = write_rig_as(made.rig, request.out, request.form)
-    if request.report is not None:
-        write_calibration_page(made, request.report, checks)
+    written = _write(request, made, checks)
     for line in calibration_lines(made, checks):
         screen.say(line)
     for check in checks:
@@ -97,6 +89,42 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     if request.report is not None:
         screen.say(f"What to make of it: {request.report}")
     return 0
+
+
+def _outputs(request: CalibrateRequest) -> tuple[Path, ...]:
+    """Return the files that are going to be written: the rig's, and the page."""
+    return (*rig_files(request.out, request.form), *([request.report] if request.report is not None else []))
+
+
+def _check_places(request: CalibrateRequest) -> None:
+    """Refuse places that can't be written, or hold what nobody gave leave to write over, before anything is done."""
+    outputs = _outputs(request)
+    if len({path.resolve() for path in outputs}) < len(outputs):
+        raise OutputError(f"{request.report}: the page and the rig can't be one file; name two")
+    for path in outputs:
+        if path.exists() and not path.is_file():
+            raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'no ordinary file'}; name a file")
+        if not path.parent.is_dir():
+            raise OutputError(f"{path}: there is no folder {path.parent}; make it, or name another place")
+        if path.exists() and not request.replace:
+            what = "a page or another file" if path == request.report else "a rig"
+            stake = "" if path == request.report else ", and past visits may rest on it"
+            raise OutputError(f"{path}: {what} is there already{stake}; name another, or --replace")
+
+
+def _write(request: CalibrateRequest, made: Calibration, checks: tuple[LengthCheck, ...]) -> tuple[Path, ...]:
+    """Write the rig's files and the page, all or none, and return the rig's."""
+    rigs = rig_contents(made.rig, request.out, request.form)
+    pages = {} if request.report is None else {request.report: calibration_page(made, checks)}
+    try:
+        replace_all({path.resolve(): data for path, data in (rigs | pages).items()})  # a link stays one
+    except OSError as problem:
+        names = " and ".join(map(str, rigs | pages))
+        raise OutputError(
+            f"{names}: can't be written ({problem.strerror or problem}); what was there stands. Free space, close it "
+            "in other programs, or name another place"
+        ) from problem
+    return tuple(rigs)
 
 
 def _calibrated(request: CalibrateRequest, progress: Progress) -> _Made:

@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.text import Text
 
 from asbuilt_bim.api import until_visit
-from asbuilt_bim.errors import DesignError, OutputError
+from asbuilt_bim.errors import DesignError, OutputError, ResultError
 from asbuilt_bim.ifc.reader import inspect_file
-from asbuilt_bim.output.folder import Published, open_output
-from asbuilt_bim.output.publish import previous_result, publish_again, publish_run, with_revision
+from asbuilt_bim.output.folder import Published, open_output, read_current
+from asbuilt_bim.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import read_project
@@ -105,6 +105,8 @@ def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: date
     """
     if not folder.is_dir():
         raise OutputError(f"{folder}: no such folder; name the --out folder of a run")
+    if read_current(folder) is None:  # before the folder is taken: a stranger's stays as it is
+        raise ResultError(no_run(folder))
     with open_output(folder) as out:
         published = publish_again(out, ifc, when, colour=colour)
     _show(read_result(published.folder / "result.json"), None, screen)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from asbuilt_bim.durable import replace_bytes
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.labels import label_project
 from asbuilt_bim.output.folder import output_error
@@ -43,10 +44,7 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
 
 
 def _write(target: Path, text: str) -> None:
-    part = target.with_name(f"{target.name}.part")
     try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(target)
+        replace_bytes(target.resolve(), text.encode())  # a link stays one
     except OSError as problem:
-        part.unlink(missing_ok=True)
-        raise output_error(target, problem) from problem
+        raise output_error(target, problem, stands="the labels that were there stand") from problem

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import MeasureError, OptionError
-from asbuilt_bim.measure.depth_source import Method
+from asbuilt_bim.measure.depth_source import Method, depth_method
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.station import MeasureOptions
 from asbuilt_bim.output.measurement import check_place, save_measurement
@@ -57,6 +57,8 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
         options = MeasureOptions(method=request.method, depth=request.depth, inversion=request.inversion)
     except ValueError as problem:
         raise MeasureError(str(problem)) from problem
+    if request.depth_network and depth_method(request.method, request.depth) == "stereo":
+        raise OptionError("--depth-network isn't used by --depth stereo: pass --depth fused, or drop it")
     found = measure_pair(
         request.left,
         request.right,

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, TextIO
 
-from rich.console import Console, RenderableType
+from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderableType, RenderHook, RenderResult
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -18,7 +20,35 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.segment import Segment
 from rich.text import Text
+
+_HARMFUL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""What moves a terminal's cursor, paints, renames its window or turns text round, and halves of characters."""
+
+
+def harmless(text: str) -> str:
+    """Return text as a terminal may show it: names out of files reach it, and none of them gives it orders."""
+    return _HARMFUL.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+@dataclass(frozen=True, slots=True)
+class _Harmless:
+    """Shows what it holds with every text in it made harmless; colours and the cursor's moves are rich's own."""
+
+    inside: RenderableType
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for segment in console.render(self.inside, options):
+            yield segment if segment.control else Segment(harmless(segment.text), segment.style)
+
+
+class _HarmlessHook(RenderHook):
+    """Makes all that a console prints harmless, whoever prints it."""
+
+    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
+        """Wrap each."""
+        return [_Harmless(one) for one in renderables]
 
 
 def _tolerant(stream: TextIO) -> TextIO:
@@ -34,6 +64,7 @@ def _console(stream: TextIO) -> Console:
     console = Console(file=_tolerant(stream), highlight=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = 130
+    console.push_render_hook(_HarmlessHook())
     return console
 
 
@@ -91,6 +122,7 @@ class StepReporter:
 
     def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
         """Show that `done` of `total` pieces of a step are done, `what` the last."""
+        what = harmless(what)  # a bar is drawn past the console's hook
         if self._bar is None:
             if done and (what or done == total):
                 self._screen.say(f"{step}: {done} of {total}" + (f" ({what})" if what else ""))

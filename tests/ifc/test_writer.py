@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import ifcopenshell
@@ -287,6 +288,25 @@ def test_a_full_disk_leaves_nothing_half_written(tmp_path: Path, monkeypatch: py
         write_asbuilt(source, report, target)
     assert target.read_bytes() == before
     assert [path.name for path in folder.iterdir()] == ["model.asbuilt.ifc"]
+
+
+def test_a_full_disk_is_said_as_such_and_the_librarys_own_half_file_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = _model("IFC4", tmp_path)
+    folder = tmp_path / "out"
+
+    def fails(self: Any, path: str, *_: Any, **__: Any) -> None:
+        Path(f"{path}.33469269.tmp").write_text("ISO-10303-21;")
+        raise RuntimeError("An unknown error occurred")
+
+    monkeypatch.setattr(ifcopenshell.file, "write", fails)
+    with pytest.raises(OutputError, match="An unknown error"):
+        strip_asbuilt(source, folder / "plain.ifc")
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=4096))
+    with pytest.raises(OutputError, match=r"plain\.ifc: .*the disk is full"):
+        strip_asbuilt(source, folder / "plain.ifc")
+    assert list(folder.iterdir()) == []
 
 
 def test_a_copy_that_was_cut_short_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -207,6 +207,15 @@ def test_a_name_with_a_lone_surrogate_does_not_stop_the_page(tmp_path):
     assert written[-1].read_bytes().count(b"A") > 0
 
 
+def test_control_characters_in_names_never_reach_the_page():
+    evil = "A\x1b[2J\x07B"
+    report = renamed(sample_report(), 0, name=evil)
+    storeys = tuple(replace(storey, name=evil) for storey in report.storeys)
+    notes = (*report.notes, evil)
+    html = page_html(replace(report, project_name=evil, storeys=storeys, notes=notes), {})
+    assert html.count("A[2JB") >= 4 and "\x1b" not in html and "\x07" not in html
+
+
 def test_pictures_are_found_from_the_run_folder_and_from_their_own_folder(tmp_path):
     report = sample_report()
     folder = tmp_path / "pictures" / "2026-03-16"

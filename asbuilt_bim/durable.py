@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 PART = ".asbuilt-"
@@ -17,17 +18,34 @@ def replace_bytes(path: Path, data: bytes) -> None:
     Raises:
         OSError: they can't be written, or the file is held by another program.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=PART, suffix=".part")
-    part = Path(name)
+    replace_all({path: data})
+
+
+def replace_all(files: Mapping[Path, bytes]) -> None:
+    """Put bytes in the places of several files: all are whole on the disk before the first is moved into its place.
+
+    Raises:
+        OSError: they can't be written, a place is no file's, or a file is held by another program.
+    """
+    for path in files:
+        if path.exists() and not path.is_file():
+            code = errno.EISDIR if path.is_dir() else errno.EINVAL
+            raise OSError(code, os.strerror(code) if path.is_dir() else "is no ordinary file", str(path))
+    parts: dict[Path, Path] = {}
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.chmod(0o644)
-        part.replace(path)
+        for path, data in files.items():
+            handle, name = tempfile.mkstemp(dir=path.parent, prefix=PART, suffix=".part")
+            parts[path] = Path(name)
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            parts[path].chmod(0o644)
+        for path, part in parts.items():
+            part.replace(path)
     except BaseException:
-        part.unlink(missing_ok=True)
+        for part in parts.values():
+            part.unlink(missing_ok=True)
         raise
 
 
