@@ -42,7 +42,11 @@ class Mark:
 
 MARKS: tuple[Mark, ...] = (
     Mark(name="State", kind="label", says="complete, part, not started or unknown after the visit"),
-    Mark(name="CompletionBest", kind="ratio", says="built / (built + open); absent where under 10 % was decided"),
+    Mark(
+        name="CompletionBest",
+        kind="ratio",
+        says="built / (built + open), of a group the mean; absent where under 10 % was decided",
+    ),
     Mark(name="CompletionLower", kind="ratio", says="completion if what is unknown were open"),
     Mark(name="CompletionUpper", kind="ratio", says="completion if what is unknown were built"),
     Mark(name="Coverage", kind="ratio", says="cells decided (built or open) / all cells"),

@@ -16,7 +16,7 @@ State = Literal["complete", "part", "not started", "unknown"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Completion:
-    """Completion in 0..1: best = built / (built + open), None when coverage is under 10 %.
+    """Completion in 0..1: best = built / (built + open), of a group the mean; None when coverage is under 10 %.
 
     In `lower` unknown counts as open, in `upper` as built; a cell that a pour line may cut by what is sure of it.
     """

@@ -42,7 +42,7 @@ TERMS = {
     "unobserved": "Ids of the design faces that no station saw.",
     "notes": "Remarks in words.",
     "provenance": "What the numbers were made from; null where it was not recorded.",
-    "best": "Built / (built + open); null when coverage is under 10 %.",
+    "best": "Built / (built + open), of a group the mean of its elements'; null when coverage is under 10 %.",
     "lower": "Lower bound: unknown counts as open, and so what a pour line may cut of a built cell.",
     "upper": "Upper bound: unknown counts as built, and so what a pour line may cut of an open cell.",
     "coverage": "Decided cells / all cells; for groups weighted by design area.",

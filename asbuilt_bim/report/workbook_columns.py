@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from asbuilt_bim.report.sheet import Column
 
-_BEST = "Built / (built + open) of what was seen; unknown where less than 10 % was seen."
+_BEST = (
+    "Built / (built + open) of what was seen, of several elements their mean; unknown where less than 10 % was seen."
+)
 _LOWER = "What is certain: everything that was not seen counts as not built."
 _UPPER = "What is possible: everything that was not seen counts as built."
 _COVERAGE = "Share that was seen and decided."

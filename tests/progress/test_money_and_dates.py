@@ -76,6 +76,17 @@ def test_elements_of_a_line_that_the_model_lacks_count_as_unseen() -> None:
     assert cost.completion.coverage == pytest.approx(0.5)
 
 
+def test_an_element_of_which_little_was_seen_weighs_no_less_in_the_best_estimate() -> None:
+    low = replace(unseen(HALF.faces[0]), open_uv_m=polygon.box(0, 0.2, 0.2, 1.4), stations={"A1": 1.0})
+    few = [low, *(unseen(face) for face in HALF.faces[1:])]
+    design = model([FULL, HALF], (), (line("A", "B"),))
+    found = summarise([*poured(FULL, 3.0), *few], NOTHING, design, EMPTY_HISTORY, DAY)
+    _, little = found.elements
+    assert little.completion.best == 0.0 and little.completion.coverage < 0.7
+    weights = FULL.volume_m3, HALF.volume_m3
+    assert found.cost_lines[0].completion.best == pytest.approx(weights[0] / sum(weights))
+
+
 def test_a_slab_on_a_line_takes_what_the_plan_holds_beyond_the_measured_elements() -> None:
     column_m3 = 0.75  # the line plans 30 m3: nearly all of it is the slab
     (cost,) = report(replace(line("A", planned=30.0), others=1)).cost_lines
