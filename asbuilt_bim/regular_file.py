@@ -15,6 +15,8 @@ def open_regular(path: Path) -> BufferedReader:
         OSError: it can't be opened, or is no regular file; `strerror` says which.
     """
     mode = path.stat().st_mode
-    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # of a folder the system's own error says that it is one
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a folder; name the file in it", str(path))
+    if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "it is a device or a pipe, no file", str(path))
     return path.open("rb")

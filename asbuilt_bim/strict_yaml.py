@@ -136,7 +136,7 @@ def parse_yaml(text: str, path: Path) -> YamlDocument:
 def _text(path: Path) -> str:
     try:
         if path.is_dir():
-            raise ProjectError(f"{path}: is a folder; name the project file in it (usually project.yaml)")
+            raise ProjectError(f"{path}: is a folder; name the YAML file in it")
         with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError as problem:

@@ -152,6 +152,16 @@ def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table
     assert str(folder) not in (out / "measure.json").read_text(encoding="utf-8")  # paths are nobody else's business
 
 
+def test_a_pair_in_which_not_one_face_was_measured_ends_with_1_and_its_pictures_say_why(folder: Path) -> None:
+    document = json.loads((folder / "clicks.json").read_text(encoding="utf-8"))
+    sky = {**document, "polygons": document["polygons"][1:]}
+    (folder / "sky.json").write_text(json.dumps(sky), encoding="utf-8")
+    done = measure(folder, "--no-target", "--masks", str(folder / "sky.json"), out="sky")
+    assert done.exit_code == 1
+    assert "error: not one face was measured" in done.stderr
+    assert (folder / "sky" / "measure.json").is_file()
+
+
 def test_an_earlier_measurement_is_replaced_whole_and_strangers_files_stay(folder: Path) -> None:
     first = measure(folder, "--no-target", out="again")
     assert first.exit_code == 0 and "told by its shape alone" in first.output

@@ -41,3 +41,9 @@ def test_a_device_and_a_pipe_are_refused_by_name_before_anything_is_read(kind: s
         with pytest.raises(AsBuiltError, match="it is a device or a pipe, no file") as caught:
             READERS[kind](path)
         assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_a_folder_is_named_as_one(kind: str, tmp_path: Path) -> None:
+    with pytest.raises(AsBuiltError, match="is a folder; name the"):
+        READERS[kind](tmp_path)

@@ -13,7 +13,7 @@ from asbuilt_bim.camera.exif import PhotoExif, exif_from_tiff
 from asbuilt_bim.camera.jpeg_scan import damage_in_scan, jpeg_frame
 from asbuilt_bim.camera.jpeg_seam import seam
 from asbuilt_bim.camera.photo_check import check_photo_against_rig
-from asbuilt_bim.camera.picture_file import look_at
+from asbuilt_bim.camera.picture_file import has_alpha, look_at
 from asbuilt_bim.errors import PhotoError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.regular_file import open_regular
@@ -95,6 +95,10 @@ def decode(photo: Photo) -> ByteImage:
         image = None
     if image is None:
         raise PhotoError(f"photo {photo.name}: it can't be decoded, it is damaged; {_REMEDY}")
+    if hidden := _transparent(photo.data):
+        raise PhotoError(
+            f"photo {photo.name}: {hidden:.0%} of its pixels are transparent, so it was edited; give it as it was taken"
+        )
     height, width = image.shape[:2]
     if (width, height) != (photo.exif.width_px, photo.exif.height_px):
         raise PhotoError(f"photo {photo.name}: it decodes to {width} x {height} pixels, not to what it says")
@@ -108,3 +112,14 @@ def decode(photo: Photo) -> ByteImage:
             f"{abs(grey):.0f} grey levels {'lighter' if grey > 0 else 'darker'} or of another colour; {_REMEDY}"
         )
     return decoded
+
+
+def _transparent(data: bytes) -> float:
+    """Return the share of a picture's pixels that are hidden by half or more; what lies there is anything."""
+    if not has_alpha(data):
+        return 0.0
+    whole = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    if whole is None or whole.ndim != 3 or whole.shape[2] != 4:
+        return 0.0
+    opaque = 255 if whole.dtype == np.uint8 else 65535
+    return float(np.mean(whole[..., 3] < opaque / 2))

@@ -33,6 +33,11 @@ def look_at(data: bytes) -> PictureOutside:
     return PictureOutside(problem=f"the file is not a JPEG or PNG picture ({_guess(data)})")
 
 
+def has_alpha(data: bytes) -> bool:
+    """Say whether a PNG picture holds how opaque its pixels are, in a channel of its own or by colours."""
+    return data.startswith(_PNG) and (data[25:26] in (b"\x04", b"\x06") or b"tRNS" in data[: data.find(b"IDAT")])
+
+
 def _guess(data: bytes) -> str:
     if data[4:8] == b"ftyp":
         return "it looks like HEIC or a film"

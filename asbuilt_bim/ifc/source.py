@@ -75,6 +75,8 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
             return head, stream.read()
     except FileNotFoundError:
         raise DesignError(f"{path}: there is no such file; check `ifc:` in the project file") from None
+    except IsADirectoryError as error:
+        raise DesignError(f"{path}: {error.strerror} (FILE.ifc)") from error
     except OSError as error:
         raise DesignError(f"{path}: can't be read ({error.strerror}); check that it is a file you may read") from error
 

@@ -165,6 +165,8 @@ def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
 
 def _check_ifc(paths: Sequence[Path], report: ProgressReport) -> None:
     for path in paths:
+        if path.is_dir():
+            raise ResultError(f"{path}: is a folder; name the IFC file in it with --ifc")
         if not path.is_file():
             raise ResultError(f"{path}: the IFC file of this result isn't there; name it with --ifc")
     if report.provenance and files_digest(paths) != report.provenance.ifc_digest:

@@ -24,6 +24,8 @@ from asbuilt_bim.vision.depth_paper import Inversion
 from asbuilt_bim.vision.segment import InstanceClass
 
 TABLE_WIDTH = 124
+FAILED = 1
+"""The exit code where there is no face: the pictures say what was seen, and that is no measurement."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +82,7 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
             "--segment-network bundled asks the shipped network, too."
         )
     screen.say(f"Pictures and numbers: {written[-1]} and {len(written) - 1} files beside it")
-    return 0
+    return 0 if found.faces else FAILED
 
 
 def _classes(given: tuple[str, ...]) -> dict[int, InstanceClass]:
@@ -129,4 +131,4 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
     for rejection in found.rejections:
         screen.warn(plain(str(rejection)))
     if not rows:
-        screen.warn("not one face was measured")
+        screen.error("not one face was measured")

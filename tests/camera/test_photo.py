@@ -34,6 +34,24 @@ def test_a_photo_is_read_with_its_size_digest_and_camera(tmp_path: Path) -> None
     assert decode(photo).shape == (48, 64, 3)
 
 
+@pytest.mark.parametrize(("opacity", "hidden"), [(0, "100%"), (1.0, ""), ("half", "50%")])
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_a_picture_with_transparent_pixels_is_no_photo_and_an_opaque_one_is(
+    opacity: float | str, hidden: str, kind: type
+) -> None:
+    alpha = np.zeros((48, 64, 1)) if opacity == 0 else np.ones((48, 64, 1))
+    alpha[:24] *= 0.0 if opacity == "half" else 1.0
+    most = np.iinfo(kind).max
+    colours = picture().astype(kind) * (most // 255)
+    data = cv2.imencode(".png", np.concatenate([colours, (alpha * most).astype(kind)], axis=2))[1].tobytes()
+    photo = photo_from_bytes("a.png", data)
+    if not hidden:
+        assert decode(photo).shape == (48, 64, 3)
+        return
+    with pytest.raises(PhotoError, match=f"photo a.png: {hidden} of its pixels are transparent"):
+        decode(photo)
+
+
 def test_a_png_is_decoded_as_it_was_stored() -> None:
     assert np.array_equal(decode(photo_from_bytes("a.png", encoded(".png"))), picture())
 
