@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -50,13 +51,17 @@ def progress_of(
     least, most = float(cells.least.sum()), float(cells.most.sum())
     completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
     state, why = _state(cells, element.height_m, completion, options)
+    stations = sorted({name for surface in surfaces for name in surface.stations})
+    if not stations and state != "complete" and completion.best is not None:
+        # what was open when it was last seen is forgotten, since it may have been built: what is left isn't all of it
+        completion = replace(completion, best=None)
+        why = ["it wasn't finished when it was last seen, and this visit didn't see it"]
     doubts = list(doubts_of(element, surfaces, state, options))
     notes = [*why, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
         notes.append(f"{conflict:.0f} cells are seen built from one side and open from another: look at the pictures")
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
-    stations = sorted({name for surface in surfaces for name in surface.stations})
     area, sigma = _as_built(surfaces)
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)
     tilts = [surface.tilt_rad for surface in surfaces if surface.tilt_rad is not None]

@@ -294,6 +294,8 @@ def test_what_was_seen_built_stays_built_and_what_was_seen_open_becomes_unknown(
     assert one.as_built_area_m2 == pytest.approx(only(first).as_built_area_m2)
     assert (one.last_seen, later.earlier_visits) == (DAY, (DAY,))
     assert one.state == "unknown"  # its top was open once, and may have been poured since
+    assert one.completion.best is None  # it would be all of what is left: 100 %
+    assert only(first).completion.best == pytest.approx(0.5, abs=0.05) and one.completion.lower > 0.4
 
 
 def test_what_was_seen_built_on_one_side_and_open_on_the_other_is_not_built_when_nobody_sees_it_again() -> None:
