@@ -3,8 +3,9 @@
 JPEG codes a block's mean as its difference from the last one's, so one turned bit in such a difference is added to all
 blocks that follow, row after row. The seam is a staircase on the grid of the MCUs: above the rest of one row of them,
 and below its beginning, with the same height everywhere. Nothing that can be photographed does that.
-Not found: steps of less than `LEAST_STEPS[0]` grey levels, steps in the first or last `_ENDS` MCUs of a row (there the
-staircase is a straight line, as a horizon may be) or in the first and last row, and what a restart marker ends at once.
+Not found: steps of less than about three grey levels, steps in the first or last `_ENDS` MCUs of a row (there the
+staircase is a straight line, as a horizon may be) or in the first and last row, small steps in a picture full of
+texture, and what a restart marker ends at once.
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray
 
-LEAST_STEPS = (2.5, 5.0, 10.0, 20.0, 40.0)
-"""A step is told from the picture's own edges by those of half its height: looked for at several heights."""
+_STEPS = 3.0 * 1.35 ** np.arange(14)  # grey levels, to 148; one between two of them is told by either
 _ENDS = 4  # MCUs
-_LEAST_COLUMNS = 32  # fewer say too little: of 500 sound pictures one of 40 columns came near
-_SUPPORT = 0.80  # of the MCUs on either part of the staircase step in the same direction
-_ELSEWHERE = 0.30  # at most this share steps so where the staircase is not
-_SPREAD = 0.35  # of the step's height: half of the MCUs' steps lie this near to their median
+_LEAST_COLUMNS = 32
+_LEAST_GAIN, _AT_COLUMNS = 0.35, 80.0
+"""The gain is a mean over a row of MCUs, so by chance it is larger where there are fewer: by the root of their number.
+Of 522 sound pictures of real and drawn cameras one came to 0.9 of the limit and the next to 0.65; of 32 with a turned
+bit that counting blocks didn't find, 24 passed it."""
 _BLACK, _WHITE = 4.0, 251.0  # what is beyond is cut off and shows no step
 
 
@@ -28,55 +29,64 @@ def seam(image: ByteImage, mcu_px: tuple[int, int]) -> tuple[int, int, float] | 
     """Return the pixel row and column of the MCU where a step begins and its grey levels; None where there is none."""
     planes = cv2.cvtColor(image, cv2.COLOR_BGR2YCrCb)
     for channel in range(3):
-        found = _staircase(np.asarray(planes[:, :, channel], dtype=np.float64), *mcu_px)
+        plane = np.asarray(planes[:, :, channel], dtype=np.uint8)
+        found = _staircase(plane, mcu_px, smoothed=channel > 0)
         if found is not None:
             return found
     return None
 
 
-def _staircase(plane: FloatArray, width: int, height: int) -> tuple[int, int, float] | None:
+def _staircase(plane: ByteImage, mcu_px: tuple[int, int], *, smoothed: bool) -> tuple[int, int, float] | None:
+    width, height = mcu_px
     rows, columns = plane.shape[0] // height, plane.shape[1] // width
     if rows < 4 or columns < _LEAST_COLUMNS:
         return None
-    jump, dark, light = _jumps(plane[: rows * height, : columns * width], width, height)
+    jump, dark, light = _jumps(plane[: rows * height, : columns * width], width, height, smoothed=smoothed)
+    best, place = _LEAST_GAIN * max(1.0, (_AT_COLUMNS / columns) ** 0.5), None
     for sign, cut_off in ((1.0, light), (-1.0, dark)):
-        for least in LEAST_STEPS:
-            up = sign * jump > least
-            known = up | ~cut_off
-            before, behind = _shares(up, known)
-            fits = (behind[:-1] >= _SUPPORT) & (before[1:] >= _SUPPORT)
-            fits &= (before[:-1] <= _ELSEWHERE) & (behind[1:] <= _ELSEWHERE)
-            for above, column in np.argwhere(fits):
-                row = np.r_[np.arange(column) * 0 + above + 1, np.arange(column, columns) * 0 + above]
-                steps = jump[row, np.arange(columns)][known[row, np.arange(columns)]]
-                step = float(np.median(steps))
-                if np.median(np.abs(steps - step)) <= _SPREAD * abs(step):
-                    return int(above + 1) * height, int(column) * width, step
-    return None
+        for step in sign * _STEPS:
+            gain = _gain(jump, step, cut_off)
+            if gain.max() > best:
+                above, column = np.unravel_index(int(gain.argmax()), gain.shape)
+                best, place = float(gain.max()), (int(above + 1) * height, int(column + _ENDS) * width, float(step))
+    return place
 
 
-def _jumps(plane: FloatArray, width: int, height: int) -> tuple[FloatArray, BoolArray, BoolArray]:
+def _jumps(plane: ByteImage, width: int, height: int, *, smoothed: bool) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Return (rows - 1, columns): how much lighter an MCU begins than the one above ends, slopes aside.
 
-    And where either is black, or white: a step down, or up, is cut off there. The two rows beside the border are left
-    out: decoders smooth colours over them.
+    And where either is black, or white: a step down, or up, is cut off there. `smoothed` planes are colours, which
+    decoders smooth over the border: there the two rows beside it are left out.
     """
     at = np.arange(height, plane.shape[0], height)
-    row = {k: plane[at + k].reshape(len(at), -1, width).mean(axis=2) for k in (-5, -3, -2, 1, 2, 4)}
-    slope = (row[-2] - row[-5] + row[4] - row[1]) / 6.0  # per pixel row
-    jump = (row[1] + row[2] - row[-2] - row[-3]) / 2.0 - 4.0 * slope
+    row = {
+        k: plane[at + k].reshape(len(at), -1, width).mean(axis=2, dtype=np.float64)
+        for k in (-5, -3, -2, -1, 0, 1, 2, 4)
+    }
+    if smoothed:
+        slope = (row[-2] - row[-5] + row[4] - row[1]) / 6.0  # per pixel row
+        jump = (row[1] + row[2] - row[-2] - row[-3]) / 2.0 - 4.0 * slope
+    else:
+        jump = row[0] - row[-1] - (row[-1] - row[-2] + row[1] - row[0]) / 2.0
     return jump, np.minimum(row[-2], row[1]) < _BLACK, np.maximum(row[-2], row[1]) > _WHITE
 
 
-def _shares(up: BoolArray, known: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return by border and column the share of known MCUs that step, of those before the column and from it on.
+def _gain(jump: FloatArray, step: float, cut_off: BoolArray) -> FloatArray:
+    """Return by upper border and column how much better a staircase of this height explains the jumps than none.
 
-    Where fewer than `_ENDS` are known on a part it is half: neither a step nor none.
+    1 where each MCU on the staircase jumps by `step` and no other does, 0 or less where one of the four parts (on it
+    and beside it, above and below) speaks against it. The columns begin at `_ENDS` and end as far from the other side.
     """
-    shares = []
-    for turn in (1, -1):
-        stepped, all_known = (np.cumsum(a[:, ::turn], axis=1)[:, ::turn].astype(np.float64) for a in (up, known))
-        shares.append(np.where(all_known >= _ENDS, stepped / np.maximum(all_known, 1.0), 0.5))
-    before = np.full(up.shape, 0.5)
-    before[:, 1:] = shares[0][:, :-1]
-    return before, shares[1]
+    each = (np.abs(jump) - np.abs(jump - step)) / abs(step)
+    known = ~cut_off | (each > 0.0)
+    sums = np.cumsum(np.where(known, each, 0.0), axis=1)
+    counts = np.cumsum(known, axis=1).astype(np.float64)
+    first, second = slice(_ENDS - 1, -_ENDS - 1), slice(-1, None)
+    before, before_count = sums[:, first], counts[:, first]
+    behind, behind_count = sums[:, second] - before, counts[:, second] - before_count
+    before = np.where(before_count >= _ENDS, before / np.maximum(before_count, 1.0), 0.0)
+    behind = np.where(behind_count >= _ENDS, behind / np.maximum(behind_count, 1.0), 0.0)
+    on_it = np.minimum(behind[:-1], before[1:])
+    beside = np.maximum(before[:-1], behind[1:])
+    gain: FloatArray = np.minimum(on_it, -beside)
+    return gain

@@ -90,7 +90,7 @@ def test_a_restart_marker_that_is_lost_or_out_of_turn_is_refused() -> None:
             decode(photo_from_bytes("a.jpg", broken))
 
 
-@pytest.mark.parametrize("step", [-40, -30, 20, 40])
+@pytest.mark.parametrize("step", [-40, -12, 5, 12, 40])
 def test_a_step_in_brightness_along_the_blocks_is_refused_and_said_where(step: int) -> None:
     image = a_photo().astype(np.int64)
     row, column = 30, 37
@@ -110,7 +110,7 @@ def test_a_straight_edge_over_the_whole_width_is_no_damage() -> None:
     assert seam(bands, (16, 16)) is None and seam(bands, (8, 8)) is None
 
 
-def test_two_of_three_turned_bits_that_change_the_picture_are_found() -> None:
+def test_four_of_five_turned_bits_that_change_the_picture_are_found() -> None:
     whole = a_photo()[300:700, 300:940]
     data, rng = coded(whole, cv2.IMWRITE_JPEG_QUALITY, 90), np.random.default_rng(5)
     before = decode(photo_from_bytes("a.jpg", data)).astype(np.int64)
@@ -125,4 +125,4 @@ def test_two_of_three_turned_bits_that_change_the_picture_are_found() -> None:
             decode(photo_from_bytes("a.jpg", broken))
         except PhotoError:
             found += changed
-    assert harmful >= 10 and 3 * found >= 2 * harmful
+    assert harmful >= 10 and 5 * found >= 4 * harmful
