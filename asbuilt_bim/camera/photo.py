@@ -109,7 +109,7 @@ def decode(photo: Photo) -> ByteImage:
         row, column, grey = step
         raise PhotoError(
             f"photo {photo.name}: it is damaged, all from pixel row {row}, column {column} on is "
-            f"{abs(grey):.0f} grey levels {'lighter' if grey > 0 else 'darker'} or of another colour; {_REMEDY}"
+            f"about {abs(grey):.0f} grey levels {'lighter' if grey > 0 else 'darker'} or of another colour; {_REMEDY}"
         )
     return decoded
 

@@ -90,14 +90,14 @@ def test_a_restart_marker_that_is_lost_or_out_of_turn_is_refused() -> None:
             decode(photo_from_bytes("a.jpg", broken))
 
 
-@pytest.mark.parametrize("step", [-40, -12, 5, 12, 40])
+@pytest.mark.parametrize("step", [-40, -12, 12, 40])
 def test_a_step_in_brightness_along_the_blocks_is_refused_and_said_where(step: int) -> None:
     image = a_photo().astype(np.int64)
     row, column = 30, 37
     image[row * 16 : row * 16 + 16, column * 16 :] += step
     image[row * 16 + 16 :] += step
     for options in ((), (cv2.IMWRITE_JPEG_PROGRESSIVE, 1)):
-        with pytest.raises(PhotoError, match=r"pixel row 480, column \d+ on is \d+ grey levels .*copy it"):
+        with pytest.raises(PhotoError, match=r"pixel row 480, column \d+ on is about \d+ grey levels .*copy it"):
             decode(photo_from_bytes("a.jpg", coded(np.clip(image, 0, 255).astype(np.uint8), *options)))
 
 
