@@ -3,9 +3,9 @@
 JPEG codes a block's mean as its difference from the last one's, so one turned bit in such a difference is added to all
 blocks that follow, row after row. The seam is a staircase on the grid of the MCUs: above the rest of one row of them,
 and below its beginning, with the same height everywhere. Nothing that can be photographed does that.
-Not found: steps of less than three grey levels, of less than ten where a picture is full of texture, steps in the first or last `_ENDS` MCUs of a row (there the
-staircase is a straight line, as a horizon may be) or in the first and last row, and what a restart
-marker ends at once.
+Not found: steps of less than three grey levels, of less than ten where a picture is full of texture, steps in the
+first or last `_ENDS` MCUs of a row (there the staircase is a straight line, as a horizon may be) or in the first and
+last row, and what a restart marker ends at once.
 """
 
 from __future__ import annotations
