@@ -47,16 +47,24 @@ def read_storeys(file: Any, units: Units) -> tuple[tuple[Storey, ...], tuple[str
 def storey_of(product: Any) -> str:
     """Return the GlobalId of the storey that a product lies in, through spaces, wholes and openings.
 
-    "" where it lies in none, or in one without a GlobalId.
+    "" where it lies in none, or in one without a GlobalId of its own.
     """
     current = product
     for _ in range(_MAX_DEPTH):
         if current is None:
             return ""
         if current.is_a("IfcBuildingStorey"):
-            return "" if id_fault(current) else str(current.GlobalId)
+            return str(current.GlobalId) if _counts(current) else ""
         current = holder_of(current)
     return ""
+
+
+def _counts(storey: Any) -> bool:
+    """Say whether a storey is one of those that `read_storeys` returns: no other before it has its GlobalId."""
+    if id_fault(storey):
+        return False
+    first = next(one for one in storey.file.by_type("IfcBuildingStorey") if one.GlobalId == storey.GlobalId)
+    return bool(first == storey)
 
 
 def holder_of(item: Any) -> Any:

@@ -83,7 +83,17 @@ def test_tasks_costs_and_storeys_of_one_id_count_once_and_the_second_is_named(tm
 def test_elements_of_a_storey_without_an_id_belong_to_none(tmp_path: Path) -> None:
     builder = ModelBuilder()
     two_walls(builder)
-    builder.levels[0].GlobalId = ""
+    builder.levels[0].GlobalId = "short"
     found = design(builder, tmp_path)
     assert {element.storey for element in found.elements} == {""}
     assert any("left out: IfcBuildingStorey Level 0" in note for note in found.notes)
+
+
+def test_elements_of_a_second_storey_of_one_id_do_not_count_in_the_first(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    for level in (0, 1):
+        builder.box("IfcWall", f"W{level}", (0.0, 0.0, 0.0), SIZE, level=level)
+    builder.levels[1].GlobalId = builder.levels[0].GlobalId
+    found = design(builder, tmp_path)
+    assert {element.name: bool(element.storey) for element in found.elements} == {"W0": True, "W1": False}
+    assert any("1 walls or columns belong to no storey" in note for note in found.notes)
