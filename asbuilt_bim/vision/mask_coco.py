@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,7 @@ def _image(document: dict[str, Any], size: tuple[int, int], photo_name: str) -> 
     if len(chosen) != 1:
         raise MaskError(f"images: {len(chosen)} of {len(images)} are named {photo_name}; one is wanted")
     name = str(chosen[0].get("file_name", ""))
-    if not named and name and Path(photo_name).stem.casefold() not in name.casefold():
+    if not named and name and not _holds(name, Path(photo_name).stem):
         raise MaskError(
             f"images: its one image is {name[:60]!r}, not {photo_name}: masks of another photo? "
             f'Where they are this photo\'s, write "file_name": "{photo_name}" into the file'
@@ -89,6 +90,11 @@ def _image(document: dict[str, Any], size: tuple[int, int], photo_name: str) -> 
     if sum(image.get("id") == number for image in images) > 1:
         raise MaskError(f"images: the id {number} stands twice; masks of two photos couldn't be told apart")
     return number
+
+
+def _holds(name: str, stem: str) -> bool:
+    """Say whether a picture's name holds a photo's as a word: services put signs of their own before and after it."""
+    return re.search(rf"(?<![^\W_]){re.escape(stem)}(?![^\W_])", name, re.IGNORECASE) is not None
 
 
 def _categories(document: dict[str, Any]) -> tuple[dict[int, InstanceClass], dict[int, str]]:

@@ -270,6 +270,9 @@ def test_masks_of_a_file_that_names_another_photo_alone_are_refused(tmp_path: Pa
     path = write(tmp_path / "m.json", document)
     with pytest.raises(MaskError, match=r"one image is 'photos/left.jpg', not G1.jpg: masks of another photo"):
         read_masks(path, SIZE, "G1.jpg")
+    document["images"][0]["file_name"] = "G12.jpg"  # type: ignore[index]
+    with pytest.raises(MaskError, match="masks of another photo"):
+        read_masks(write(path, document), SIZE, "G1.jpg")
     document["images"][0]["file_name"] = "upload/7f3a-G1_jpg.rf.12ab.jpg"  # type: ignore[index]
     assert read_masks(write(path, document), SIZE, "G1.jpg").masks  # as annotation services rename what they are given
 
