@@ -38,10 +38,7 @@ def msp_calendar(root: ET.Element, path: Path) -> WorkCalendar:
         days = _period(element)
         left -= len(days)
         if left < 0:
-            raise ScheduleError(
-                f"{path}: the exceptions of its calendar '{text(own, 'Name')[:60]}' cover more than {MAX_EXCEPTIONS:,} "
-                "days; take out those that no longer matter, and export it again"
-            )
+            raise _too_many(path, own)
         exceptions.update((date.fromordinal(day), tuple(_msp_spans(element))) for day in days)
 
     for calendar in (base, own) if base is not None and base is not own else (own,):
@@ -67,8 +64,12 @@ def _recurs(exception: ET.Element) -> bool:
     return text(exception, "Type") not in ("", "0", "1") or text(exception, "Period") not in ("", "0", "1")
 
 
-def p6_calendar(root: ET.Element) -> WorkCalendar:
-    """Return the default calendar of a P6 document's first project."""
+def p6_calendar(root: ET.Element, path: Path) -> WorkCalendar:
+    """Return the default calendar of a P6 document's first project.
+
+    Raises:
+        ScheduleError: it has more exceptions than `MAX_EXCEPTIONS`; `path` is for the message.
+    """
     project = child(root, "Project")
     wanted = text(project, "ActivityDefaultCalendarObjectId")
     calendars = [*children(root, "Calendar"), *children(project, "Calendar")]
@@ -84,18 +85,26 @@ def p6_calendar(root: ET.Element) -> WorkCalendar:
         when = moment(text(other, "Date"), end=False)
         if when is not None:
             exceptions[when.date()] = tuple(_p6_spans(other))
+    if len(exceptions) > MAX_EXCEPTIONS:
+        raise _too_many(path, own)
     return _made(text(own, "Name"), week, exceptions)
+
+
+def _too_many(path: Path, calendar: ET.Element) -> ScheduleError:
+    return ScheduleError(
+        f"{path}: the exceptions of its calendar '{text(calendar, 'Name')[:60]}' cover more than {MAX_EXCEPTIONS:,} "
+        "days; take out those that no longer matter, and export it again"
+    )
 
 
 def _made(name: str, week: dict[int, tuple[WorkSpan, ...]], others: dict[date, tuple[WorkSpan, ...]]) -> WorkCalendar:
     """Put a calendar together; one without any working time is of no use, and time passes evenly."""
     if not any(week.values()):
         return EVERY_DAY
-    days = sorted(others)[:MAX_EXCEPTIONS]
     return WorkCalendar(
         name=name or "Calendar",
         week=tuple(WorkDay(weekday=n, day=None, spans=week[n]) for n in range(7)),
-        exceptions=tuple(WorkDay(weekday=None, day=day, spans=others[day]) for day in days),
+        exceptions=tuple(WorkDay(weekday=None, day=day, spans=others[day]) for day in sorted(others)),
     )
 
 

@@ -36,7 +36,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
     if _looks_like_xml(data):
         root = parse_xml(data, path)
         if local(root.tag) == "APIBusinessObjects":
-            kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root), p6_calendar(root)
+            kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root), p6_calendar(root, path)
         elif local(root.tag) == "Project":
             kind, (rows, notes), calendar = "MS Project XML", msp_rows(root), msp_calendar(root, path)
             if recurring := msp_recurring(root):

@@ -56,6 +56,16 @@ def test_exceptions_that_cover_centuries_are_refused_by_their_sum_and_in_time(tm
         read_schedule(written(tmp_path, MSP.replace("</Calendar>", two + "</Calendar>")))
 
 
+def test_more_exceptions_of_p6_than_a_calendar_has_are_refused_and_none_is_dropped(tmp_path: Path) -> None:
+    first, one = date(1990, 1, 1).toordinal(), "<HolidayOrException><Date>{}T00:00:00</Date></HolidayOrException>"
+    days = [one.format(date.fromordinal(first + n)) for n in range(20_001)]
+    text, beginning = P6.replace("2026-04-06T", "1990-01-01T"), "<HolidayOrExceptions>"
+    whole = read_schedule(written(tmp_path, text.replace(beginning, beginning + "".join(days[:-1]))))
+    assert len(whole.source.calendar.exceptions) == 20_000
+    with pytest.raises(ScheduleError, match="exceptions of its calendar 'Five days' cover more than 20,000 days"):
+        read_schedule(written(tmp_path, text.replace(beginning, beginning + "".join(days))))
+
+
 def test_p6_activities_come_with_their_breakdown_ids_fields_and_links(tmp_path: Path) -> None:
     found = read_schedule(written(tmp_path, P6))
     columns, other = found.rows  # a level of effort is no work that could be measured
