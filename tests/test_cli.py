@@ -87,6 +87,19 @@ def test_a_second_run_measures_nothing_again_and_says_what_changed(
     assert re.search(r"[23] runs are kept", result.output)
 
 
+def test_a_run_with_other_options_says_that_they_are_others(
+    project: Path, first_run: tuple[Path, Result], tmp_path: Path
+) -> None:
+    shutil.copytree(first_run[0], tmp_path / "out")
+    asked = yaml.safe_load(project.read_text(encoding="utf-8"))
+    asked["options"] = {**asked.get("options", {}), "progress": {"known_from": 0.11}}
+    other = project.with_name("other.yaml")
+    other.write_text(yaml.safe_dump(asked, allow_unicode=True), encoding="utf-8")
+    result = invoke("run", other, "--out", tmp_path / "out", "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "options: another than before" in result.output
+
+
 def test_every_output_can_be_made_again_from_the_result_and_the_ifc(
     first_run: tuple[Path, Result], tmp_path: Path
 ) -> None:

@@ -30,8 +30,8 @@ class VisitHistory:
 
     visits: tuple[date, ...]
     faces: dict[str, tuple[DesignFaceRecord, ...]]
-    first_built: dict[str, date]  # the first visit that saw something of it built
-    complete_on: dict[str, date]  # the first visit that found it complete
+    first_built: dict[str, date]  # the first visit that saw something of it built, of what is still held to stand
+    complete_on: dict[str, date]  # the first visit since which it has been complete
     last_seen: dict[str, date]
 
     def earlier(self, element: str, face: DesignFace) -> SurfaceState | None:
@@ -65,8 +65,8 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
     return VisitHistory(
         visits=(*history.visits, day),
         faces=history.faces | faces,
-        first_built={key: day for key in built} | history.first_built,
-        complete_on={key: day for key in complete} | history.complete_on,
+        first_built={key: history.first_built.get(key, day) for key in built},
+        complete_on={key: history.complete_on.get(key, day) for key in complete},
         last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
     )
 

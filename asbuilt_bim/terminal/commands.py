@@ -81,7 +81,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         for note in report.notes:
             if note not in result.design.notes:  # a rig that was refined, or knocked on the way
                 screen.warn(f"visit {visit.date.isoformat()}: {note}")
-    _show(result.reports[-1], before, screen)
+    _show(read_result(published.folder / "result.json"), before, screen)  # as written: it knows what it was made from
     if result.from_cache:
         count = sum(len(visit.stations) for visit in project.visits)
         screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")

@@ -28,6 +28,7 @@ def test_a_wall_that_has_gone_is_not_certain_and_is_named_until_a_second_visit_s
     history = remember(history, report)
     report, _ = visit(see([BACKDROP], name="C1"), history=history, day=LAST)
     assert only(report).state == "not started" and not only(report).doubts
+    assert history.complete_on == {} and remember(history, report).first_built == {}
 
 
 def taller(height_m: float) -> ElementProgress:
