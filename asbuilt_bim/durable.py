@@ -12,6 +12,15 @@ PART = ".asbuilt-"
 """What a file's name begins with until it is whole; it ends in `.part`."""
 
 
+def place_problem(path: Path, *, folder: bool = True) -> str:
+    """Return why no file can be put where the user wants it, "" where one can; `folder`: its folder must be there."""
+    if path.exists() and not path.is_file():
+        return f"{path}: is {'a folder' if path.is_dir() else 'no ordinary file'}; name a file"
+    if folder and not path.parent.is_dir():
+        return f"{path}: there is no folder {path.parent}; make it, or name another place"
+    return ""
+
+
 def replace_bytes(path: Path, data: bytes) -> None:
     """Put bytes in a file's place, whole and on the disk, or leave it as it was.
 

@@ -360,3 +360,5 @@ def test_strip_writes_over_a_file_only_when_asked_to(tmp_path: Path) -> None:
     assert refused.exit_code == 1 and "is there already" in refused.stderr.replace("\n", " ")
     assert notes.read_text(encoding="utf-8") == "mine"
     assert invoke("strip", design, "--out", notes, "--replace").exit_code == 0
+    refused = invoke("strip", design, "--out", tmp_path, "--replace")
+    assert refused.exit_code == 1 and "is a folder; name a file" in refused.stderr.replace("\n", " ")

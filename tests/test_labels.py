@@ -41,3 +41,10 @@ def test_labels_that_are_there_are_not_written_over(tmp_path: Path) -> None:
     assert target.read_text() == "corrected by hand"
     with pytest.raises(OutputError, match="file of the project"):
         label_command(project, project, workers=1, replace=True, allow_outside=False, screen=Screen(quiet=True))
+
+
+def test_a_place_that_takes_no_labels_is_refused_before_anything_is_measured(tmp_path: Path) -> None:
+    project = write_project(tmp_path)
+    for target, says in ((tmp_path, "is a folder"), (tmp_path / "none" / "labels.json", "there is no folder")):
+        with pytest.raises(OutputError, match=says):
+            label_command(project, target, workers=1, replace=True, allow_outside=False, screen=Screen(quiet=True))

@@ -15,7 +15,7 @@ from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo import read_photo
 from asbuilt_bim.camera.rig_reader import RigFormat, rig_contents, rig_files
-from asbuilt_bim.durable import replace_all
+from asbuilt_bim.durable import place_problem, replace_all
 from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.read import read_project
@@ -102,10 +102,8 @@ def _check_places(request: CalibrateRequest) -> None:
     if len({path.resolve() for path in outputs}) < len(outputs):
         raise OutputError(f"{request.report}: the page and the rig can't be one file; name two")
     for path in outputs:
-        if path.exists() and not path.is_file():
-            raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'no ordinary file'}; name a file")
-        if not path.parent.is_dir():
-            raise OutputError(f"{path}: there is no folder {path.parent}; make it, or name another place")
+        if problem := place_problem(path):
+            raise OutputError(problem)
         if path.exists() and not request.replace:
             what = "a page or another file" if path == request.report else "a rig"
             stake = "" if path == request.report else ", and past visits may rest on it"

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.text import Text
 
 from asbuilt_bim.api import until_visit
+from asbuilt_bim.durable import place_problem
 from asbuilt_bim.errors import DesignError, OutputError, ResultError
 from asbuilt_bim.ifc.reader import inspect_file
 from asbuilt_bim.output.folder import Published, open_output, read_current
@@ -136,6 +137,8 @@ def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: boo
     """
     from asbuilt_bim.ifc.writer import strip_asbuilt
 
+    if problem := place_problem(target, folder=False):
+        raise OutputError(problem)
     if target.exists() and not replace_it and target.resolve() != source.resolve():
         raise OutputError(f"{target}: is there already; name another file, or pass --replace")
     count = strip_asbuilt(source, target)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from asbuilt_bim.durable import replace_bytes
+from asbuilt_bim.durable import place_problem, replace_bytes
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.labels import label_project
 from asbuilt_bim.output.folder import output_error
@@ -26,6 +26,8 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
     project = read_project(path, allow_outside=allow_outside)
     if target.resolve() in {source.resolve() for source in project.sources}:
         raise OutputError(f"{target}: is a file of the project's; write the labels to another place")
+    if problem := place_problem(target):
+        raise OutputError(problem)
     if target.exists() and not replace:
         raise OutputError(
             f"{target}: is there already, perhaps with corrections by hand; name another, or pass --replace"
