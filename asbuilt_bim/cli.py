@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,8 +16,24 @@ from asbuilt_bim.terminal.screen import Screen, harmless
 from asbuilt_bim.version import __version__
 
 FAILED = 1
-_FILE = click.Path(path_type=Path)
 _BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
+
+
+class _File(click.Path):
+    """A path that a system can hold; looking for a longer one fails in a hundred places."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
+        """Read a path."""
+        parts = os.fsencode(value).replace(b"\\", b"/").split(b"/")
+        if max(map(len, parts)) > 255 or len(os.fsencode(value)) > 4000:
+            self.fail(f"{str(value)[:40]!r}... is longer than a path can be", param, context)
+        return super().convert(value, param, context)
+
+
+_FILE = _File()
 
 
 class _Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]

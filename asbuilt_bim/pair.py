@@ -20,6 +20,8 @@ from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
 from asbuilt_bim.vision.networks.card import Task
 from asbuilt_bim.vision.segment import InstanceClass
 
+DIAMETERS_M = 0.05, 2.0  # of red discs, as project files and the command line have them
+
 
 def measure_pair(
     left: Path | str,
@@ -49,6 +51,11 @@ def measure_pair(
         NetworkError, PluginError: a network can't be used.
         MeasureError: the pair can't be measured; the message holds every reason.
     """
+    if target_diameter_m is not None and not DIAMETERS_M[0] <= target_diameter_m <= DIAMETERS_M[1]:  # nan is neither
+        raise MeasureError(
+            f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure the "
+            "red disc, or leave it out"
+        )
     rig = rig if isinstance(rig, StereoRig) else read_rig(rig)
     if Path(left).resolve() == Path(right).resolve():
         raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")

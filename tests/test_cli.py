@@ -301,6 +301,8 @@ def test_an_interrupted_run_says_what_stands(monkeypatch: pytest.MonkeyPatch) ->
         ["nonsense"],
         ["run", "p.yaml", "--out", "o", "--workers", "0"],
         ["measure", "l.jpg", "r.jpg", "--rig", "r.yaml", "--out", "o", "--target-diameter", "nan"],
+        ["strip", "design.ifc", "--out", "a" * 300],
+        ["run", "p.yaml", "--out", "a/" * 3000],
         ["calibrate", "p.yaml", "--out", "r.yaml", "--check-length", "nan", "--check-points", "1,1 1,1 2,2 2,2"],
         ["calibrate", "p.yaml", "--out", "r.yaml", "--check-length", "inf", "--check-points", "1,1 1,1 2,2 2,2"],
     ],

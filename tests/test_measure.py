@@ -81,6 +81,14 @@ def test_without_a_target_a_pair_is_refused_unless_it_is_asked_for(folder: Path)
     assert not (folder / "out").exists()
 
 
+@pytest.mark.parametrize("diameter_m", [float("nan"), float("inf"), -0.3, 0.0, 300.0])
+def test_a_target_of_no_size_is_refused(folder: Path, diameter_m: float) -> None:
+    with pytest.raises(MeasureError, match=r"target_diameter_m: .* m, limit 0\.05 to 2 m"):
+        asbuilt_bim.measure_pair(
+            folder / "left.png", folder / "right.png", folder / "rig.yaml", target_diameter_m=diameter_m
+        )
+
+
 def test_what_dominates_sigma_is_told_and_a_rig_that_does_not_know_is_not_calibration(found) -> None:
     face = found.faces[0]
     big = replace(face, area_sigma_calibration_m2=1.0, area_sigma_image_m2=0.1)
