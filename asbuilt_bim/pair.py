@@ -53,8 +53,8 @@ def measure_pair(
     """
     if target_diameter_m is not None and not DIAMETERS_M[0] <= target_diameter_m <= DIAMETERS_M[1]:  # nan is neither
         raise MeasureError(
-            f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure the "
-            "red disc, or leave it out"
+            f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
+            "the red disc, or leave it out"
         )
     rig = rig if isinstance(rig, StereoRig) else read_rig(rig)
     if Path(left).resolve() == Path(right).resolve():
