@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 _CHUNK = 1_000_000  # bytes whose bit windows are held at once: 16 MB
 _LONGEST_MCU = 4096  # bytes: 10 blocks of 64 codes of at most 27 bits are 2,160
-_SPARE = 2  # bytes that some cameras leave between the last block and the marker that ends the data
+_SPARE = 3  # bytes: what fills the last one up, and a little of what some cameras leave
 _RESTART = re.compile(rb"\xff+([\xd0-\xd7])")
 _END_OF_DATA = re.compile(rb"\xff[\x01-\xcf\xd8-\xfe]")
 _BLOCK = 64
@@ -113,21 +113,25 @@ def damage_in_scan(data: bytes, frame: JpegFrame) -> str:
             return f"its restart marker {number} is not the one that belongs there"
         wanted = min(frame.restart or left, left)
         if wanted == 0:
-            return "it holds more coded data than the picture has blocks"
-        done, spare = _walk(piece.replace(b"\xff\x00", b"\xff"), frame.blocks, wanted)
+            break  # some cameras end with a restart marker, or with data of their own
+        plain = piece.replace(b"\xff\x00", b"\xff")
+        done, at = _walk(plain, frame.blocks, wanted)
         left -= wanted
-        where = f"block {frame.mcus - left - wanted + done + 1} of {frame.mcus}"
         if done < wanted:
+            where = f"block {frame.mcus - left - wanted + done + 1} of {frame.mcus}"
             return f"its coded data breaks off or makes no sense at {where}"
-        if spare > _SPARE:
-            return f"its blocks end {spare} bytes before its coded data does"
+        if len(plain[at + 7 >> 3 :].strip(b"\xff").strip(b"\x00")) <= _SPARE:
+            continue
+        more, behind = _walk(plain, frame.blocks, frame.mcus, at)
+        if more and 8 * len(plain) - behind < 8 * _SPARE:  # what isn't blocks to its end is some camera's own data
+            return f"its coded data holds {more} blocks more than the picture has"
     return "" if left == 0 else f"its coded data ends {left} of {frame.mcus} blocks too early"
 
 
-def _walk(data: bytes, blocks: tuple[tuple[bytes, bytes], ...], wanted: int) -> tuple[int, int]:
-    """Return how many of `wanted` MCUs the data holds, and how many bytes are left behind them (fill bytes aside)."""
+def _walk(data: bytes, blocks: tuple[tuple[bytes, bytes], ...], wanted: int, at: int = 0) -> tuple[int, int]:
+    """Return how many MCUs the data holds from bit `at` on, at most `wanted`, and the bit behind the last of them."""
     tables = [(_dc_steps(dc), *_ac_steps(ac)) for dc, ac in blocks]
-    done, at, start = 0, 0, 0  # `at` in bits from the byte `start`
+    done, start = 0, 0  # `at` counts from the byte `start`
     while True:
         start, at = start + (at >> 3), at & 7
         piece = data[start : start + _CHUNK + _LONGEST_MCU]
@@ -136,11 +140,10 @@ def _walk(data: bytes, blocks: tuple[tuple[bytes, bytes], ...], wanted: int) -> 
         while done < wanted and at < limit:
             after = _mcu(windows, at, tables)
             if after < 0 or after > 8 * len(piece):
-                return done, 0
+                return done, 8 * start + at
             at, done = after, done + 1
         if done == wanted or last:
-            rest = data[start + (at + 7 >> 3) :]
-            return done, len(rest.strip(b"\xff").strip(b"\x00"))
+            return done, 8 * start + at
 
 
 def _mcu(windows: memoryview, at: int, tables: list[tuple[list[int], list[int], list[int]]]) -> int:

@@ -54,7 +54,8 @@ def test_a_sound_photo_is_taken_however_it_was_coded(options: tuple[int, ...]) -
 
 def test_bytes_that_some_cameras_leave_before_the_end_do_no_harm() -> None:
     data = coded(a_photo())
-    for more in (b"\x00", b"\x12\x34", b"\xff", b"\x00" * 40):
+    own = np.random.default_rng(1).integers(1, 255, 300, dtype=np.uint8).tobytes()
+    for more in (b"\x00", b"\x12\x34", b"\xff", b"\x00" * 40, own, b"\xff\xd0", b"\xff\xd0" + own):
         assert decode(photo_from_bytes("a.jpg", data[:-2] + more + data[-2:])) is not None
 
 
