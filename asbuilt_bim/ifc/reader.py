@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from asbuilt_bim.bim.exposure import expose
 from asbuilt_bim.bim.model import BimModel, CostLine, Obstacle, Task
@@ -31,6 +31,9 @@ class Inspection:
     facts: FileFacts
     design: BimModel | None
     refusal: str
+
+
+Planned = TypeVar("Planned", Task, CostLine)
 
 
 def read_design(path: Path | str | Sequence[Path | str], scope: str | None = None) -> BimModel:
@@ -110,7 +113,7 @@ def _design(files: Sequence[tuple[Path, Any]], scope: str | None) -> BimModel:
 
 
 def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
-    """Return a design with its tasks and cost lines, each of the file that is named first."""
+    """Return a design with its tasks and cost lines, each of the file that is named first, with every file's ties."""
     ids = frozenset(element.global_id for element in design.elements)
     tasks: dict[str, Task] = {}
     lines: dict[str, CostLine] = {}
@@ -119,10 +122,10 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
         with _damage_named(one.path):
             planned, task_notes = read_tasks(one.file, ids)
             for task in planned:
-                tasks.setdefault(task.global_id, task)
+                tasks[task.global_id] = _with_ties(tasks.get(task.global_id, task), task)
             read, cost_notes = read_cost_lines(one.file, ids, one.units)
             for line in read:
-                lines.setdefault(line.global_id, line)
+                lines[line.global_id] = _with_ties(lines.get(line.global_id, line), line)
             notes += (*task_notes, *cost_notes)
     if homeless := sum(not element.storey for element in design.elements):
         why = "" if design.storeys else " (the file holds no IfcBuildingStorey)"
@@ -131,6 +134,14 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
         if without := len(ids.difference(*(thing.elements for thing in things))) if things else 0:
             notes.append(f"walls and columns in no {kind}: {without} of {len(ids)}")
     return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
+
+
+def _with_ties(first: Planned, again: Planned) -> Planned:
+    """Return a task or cost line of several files with the elements that all of them tie it to."""
+    if first is again:
+        return first
+    elements = tuple(dict.fromkeys((*first.elements, *again.elements)))
+    return replace(first, elements=elements, others=first.others + again.others)
 
 
 def _why_empty(notes: Sequence[str], scope: str | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
 
@@ -12,6 +12,7 @@ from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.progress.cell_states import CellStates, cell_states
 from asbuilt_bim.progress.doubts import doubts_of
+from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.surface import SurfaceState
@@ -42,7 +43,7 @@ def progress_of(
     element: BimElement,
     surfaces: Sequence[SurfaceState],
     visit_date: date,
-    last_seen: Mapping[str, date],
+    history: VisitHistory,
     options: ProgressOptions,
 ) -> ElementProgress:
     """Return one element's progress from the states of its faces."""
@@ -87,9 +88,10 @@ def progress_of(
         offset_sigma_m=worst.offset_sigma_m if worst else None,
         tilt_rad=max(tilts, key=abs) if tilts else None,
         stations=tuple(stations),
-        last_seen=visit_date if stations else last_seen.get(element.global_id),
+        last_seen=visit_date if stations else history.last_seen.get(element.global_id),
         notes=tuple(dict.fromkeys(notes)),
         doubts=tuple(dict.fromkeys(doubts)),
+        best_when_seen=completion.best if stations else history.best_when_seen.get(element.global_id),
     )
 
 

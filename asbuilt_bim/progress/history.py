@@ -33,6 +33,7 @@ class VisitHistory:
     first_built: dict[str, date]  # the first visit that saw something of it built, of what is still held to stand
     complete_on: dict[str, date]  # the first visit since which it has been complete
     last_seen: dict[str, date]
+    best_when_seen: dict[str, float]  # the best estimate of the last visit that decided something on it
 
     def earlier(self, element: str, face: DesignFace) -> SurfaceState | None:
         """Return what is known of a face: by its id where it stands where it stood, else re-projected in the world.
@@ -51,7 +52,7 @@ class VisitHistory:
         return None
 
 
-EMPTY_HISTORY = VisitHistory(visits=(), faces={}, first_built={}, complete_on={}, last_seen={})
+EMPTY_HISTORY = VisitHistory(visits=(), faces={}, first_built={}, complete_on={}, last_seen={}, best_when_seen={})
 
 
 def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
@@ -68,6 +69,7 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
         first_built={key: history.first_built.get(key, day) for key in built},
         complete_on={key: history.complete_on.get(key, day) for key in complete},
         last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
+        best_when_seen={e.global_id: e.best_when_seen for e in report.elements if e.best_when_seen is not None},
     )
 
 

@@ -55,6 +55,7 @@ class ElementProgress:
     last_seen: date | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
+    best_when_seen: float | None = None  # the best estimate of the last visit that decided something on it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,17 +17,24 @@ def weighted(elements: Sequence[ElementProgress], weights: Sequence[float], opti
     """Return the completion of a group: each element's built and open shares, and its bounds, by its weight.
 
     The best estimate is the mean of the elements' own: what is built is seen from more sides than what isn't, so that
-    all cells in one heap would say too much (by 12 points where under half was seen, on generated sites).
+    all cells in one heap would say too much. An element that this visit didn't see counts as when it was last seen:
+    left out, what was complete would stay and what wasn't would go. (On the second visits of 14 generated sites tasks
+    of which under half was seen erred by 15 points in a heap, by 10 without such elements, by 6 with them.)
     """
     shares = np.array([_shares(element) for element in elements]).reshape(-1, 4)
     built, opened, least, most = (float(amount) for amount in np.asarray(weights, dtype=np.float64) @ shares)
     heap = completion_of(built, opened, float(sum(weights)), options, least=least, most=most)
-    known = [(e.completion.best, w) for e, w in zip(elements, weights, strict=True) if e.completion.best is not None]
+    known = [(best, w) for e, w in zip(elements, weights, strict=True) if (best := _best(e)) is not None]
     of_known = sum(weight for _, weight in known)
     if heap.best is None or of_known <= 0.0:
         return heap
     best = sum(best * weight for best, weight in known) / of_known
     return replace(heap, best=min(max(best, heap.lower), heap.upper))
+
+
+def _best(element: ElementProgress) -> float | None:
+    now = element.completion.best
+    return element.best_when_seen if now is None else now
 
 
 def with_unmeasured(seen: Completion, share: float) -> Completion:

@@ -42,8 +42,7 @@ def summarise(
     by_id = {surface.face_id: surface for surface in surfaces}
     of_element = {e.global_id: [by_id[face.face_id] for face in e.faces] for e in design.elements}
     elements = tuple(
-        progress_of(element, of_element[element.global_id], visit_date, history.last_seen, told)
-        for element in design.elements
+        progress_of(element, of_element[element.global_id], visit_date, history, told) for element in design.elements
     )
     progress = {element.global_id: element for element in elements}
     by_face: dict[str, list[FaceMatch]] = {}

@@ -136,6 +136,7 @@ TERMS = {
     "unknown_area_m2": "Exposed surface not decided, in m2.",
     "as_built_sigma_calibration_m2": "Its sigma's part that all faces of the rig share, in m2.",
     "as_built_sigma_image_m2": "Its sigma's own part, in m2.",
+    "best_when_seen": "Best estimate of the last visit that decided something on it; null where none did.",
     "gone_area_m2": "Surface that an earlier visit saw built and that looks open now, in m2.",
     "SurfaceState.whole": "Its as-built area is that of stations which saw it whole at this visit.",
     "doubts": "Of the notes, what to look at before it is paid for.",

@@ -63,6 +63,21 @@ def test_two_files_of_other_schemas_and_units_are_one_design_that_touches_itself
     assert design.notes == ("walls and columns in no task: 1 of 2", "walls and columns in no cost line: 1 of 2")
 
 
+def test_a_task_and_a_cost_line_of_two_files_have_the_elements_of_both(tmp_path: Path) -> None:
+    paths, made = [], []
+    for number in (1, 2):
+        builder = ModelBuilder(schema="IFC4")
+        wall = builder.box("IfcWall", f"W{number}", (0.0, 5.0 * number, 0.0), (4.0, 0.2, 3.0))
+        task = builder.task("pour", [wall])
+        item = builder.cost("concrete", [wall], "IfcQuantityVolume", 4.8, 245.0)
+        task.GlobalId, item.GlobalId = "1SharedTask00000000000", "1SharedCost00000000000"  # as a split export has them
+        made.append(wall.GlobalId)
+        paths.append(builder.write(tmp_path / f"part{number}.ifc"))
+    design = read_design(paths)
+    assert [task.elements for task in design.tasks] == [tuple(made)]
+    assert [line.elements for line in design.cost_lines] == [tuple(made)]
+
+
 def test_storeys_of_one_name_and_height_are_one(tmp_path: Path) -> None:
     design = read_design(_pair(tmp_path))
     assert [storey.name for storey in design.storeys] == ["Level 0", "Level 1"]

@@ -60,3 +60,13 @@ def test_a_face_seen_in_part_measures_no_more_than_its_design() -> None:
     assert only(report).as_built_area_m2 == pytest.approx(8.4, rel=1e-3)
     whole, _ = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], [replace(face, open_edge=False)]))
     assert only(whole).as_built_area_m2 == pytest.approx(3.08 * 2.8, rel=1e-3)
+
+
+def test_an_unfinished_wall_that_a_visit_does_not_see_counts_in_its_group_as_when_it_was_last_seen() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    first, _ = visit(see([half, BACKDROP], 1.4))
+    hoarding = box(-2, -2.0, 0, 7, 0.05, 4)
+    later, _ = visit(see([WALL, hoarding], name="B1"), history=remember(EMPTY_HISTORY, first), day=LATER)
+    assert only(later).completion.best is None
+    assert only(later).best_when_seen == only(first).completion.best == pytest.approx(0.5, abs=0.05)
+    assert later.whole.completion.best == only(first).completion.best  # it leapt to 100 %
