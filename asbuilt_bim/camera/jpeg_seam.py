@@ -48,7 +48,9 @@ def _staircase(plane: ByteImage, mcu_px: tuple[int, int], *, smoothed: bool) -> 
             gain = _gain(jump, step, cut_off)
             if gain.max() > best:
                 above, column = np.unravel_index(int(gain.argmax()), gain.shape)
-                best, place = float(gain.max()), (int(above + 1) * height, int(column + _ENDS) * width, float(step))
+                begins = int(column) + _ENDS
+                on_it = np.concatenate([jump[above, begins:], jump[above + 1, :begins]])
+                best, place = float(gain.max()), (int(above + 1) * height, begins * width, float(np.median(on_it)))
     return place
 
 
