@@ -125,9 +125,17 @@ def moment(value: Any) -> datetime | None:
     if value is None:
         return None
     try:
+        if getattr(value, "TimeComponent", None) is not None:
+            return _date_and_time(value.DateComponent, value.TimeComponent)
         moment = ifcopenshell.util.date.ifc2datetime(value)
     except (ValueError, TypeError, AttributeError):
         return None
     if isinstance(moment, datetime):
         return moment.replace(tzinfo=None)
     return datetime(moment.year, moment.month, moment.day) if isinstance(moment, date) else None
+
+
+def _date_and_time(day: Any, clock: Any) -> datetime:
+    """Return an IFC2X3 date and time; minute and second may be left out there, and the library fails on that."""
+    minute, second = clock.MinuteComponent or 0, int(clock.SecondComponent or 0)
+    return datetime(day.YearComponent, day.MonthComponent, day.DayComponent, clock.HourComponent, minute, second)

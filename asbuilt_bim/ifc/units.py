@@ -13,6 +13,7 @@ _MEASURES: dict[str, tuple[Measure, str]] = {
     "IfcQuantityArea": ("area", "AREAUNIT"),
     "IfcQuantityLength": ("length", "LENGTHUNIT"),
     "IfcQuantityCount": ("count", ""),
+    "IfcQuantityNumber": ("count", ""),  # of IFC4X3, where a count is a whole number
 }
 _PREFIXES: dict[str, float] = ifcopenshell.util.unit.prefixes
 _SI_SYMBOL = {"volume": "m3", "area": "m2", "length": "m", "count": "pcs"}
@@ -47,7 +48,9 @@ class Units:
 
 
 def quantity_measure(quantity: Any) -> Measure | None:
-    """Return what a simple quantity measures, None for weight and time."""
+    """Return what a simple quantity measures, None for weight, time, and a number of some physical unit."""
+    if quantity.is_a("IfcQuantityNumber") and quantity.Unit and not quantity.Unit.is_a("IfcContextDependentUnit"):
+        return None
     return _MEASURES[quantity.is_a()][0] if quantity.is_a() in _MEASURES else None
 
 

@@ -109,8 +109,9 @@ def _reprojected(record: DesignFaceRecord, face: DesignFace) -> SurfaceState | N
     outline = carried(surface.outline_uv_m)
     if not built and not opened and not outline:
         return None
-    before = polygon.area(surface.outline_uv_m)  # a smaller face keeps its share of what was measured
-    left = polygon.area(outline) / before if before > 0.0 else 0.0
+    stretch = new.radius_m / old.radius_m if isinstance(new, CylinderFrame) and isinstance(old, CylinderFrame) else 1.0
+    before = polygon.area(surface.outline_uv_m) * stretch  # a smaller face keeps its share of what was measured
+    left = min(polygon.area(outline) / before, 1.0) if before > 0.0 else 0.0
     measured = surface.as_built_area_m2
     return replace(
         surface,
@@ -123,7 +124,17 @@ def _reprojected(record: DesignFaceRecord, face: DesignFace) -> SurfaceState | N
         as_built_area_m2=measured * left if measured is not None and outline else None,
         as_built_sigma_calibration_m2=surface.as_built_sigma_calibration_m2 * left,
         as_built_sigma_image_m2=surface.as_built_sigma_image_m2 * left,
+        offset_m=_offset_m(surface, old, new),  # its tilt is from plumb, whatever the design
     )
+
+
+def _offset_m(surface: SurfaceState, old: PlaneFrame | CylinderFrame, new: PlaneFrame | CylinderFrame) -> float | None:
+    """Return how far from its new design what was measured stands, in the middle of where it was measured."""
+    seen = surface.outline_uv_m or surface.built_uv_m
+    if surface.offset_m is None or not seen:
+        return surface.offset_m
+    at = old.from_uv(polygon.centroid(seen), surface.offset_m)
+    return float(new.plane.distance_m(at) if isinstance(new, PlaneFrame) else new.distance_m(at))
 
 
 def _on_plane(old: PlaneFrame, new: PlaneFrame, region: Region) -> Region:

@@ -198,7 +198,8 @@ class ModelBuilder:
 
     def cost(self, name: str, elements: list[Any], ifc_class: str, value: float, rate: float) -> Any:
         """A cost item with one quantity in the file's unit and one rate; IFC4 and later."""
-        attribute = {"IfcQuantityVolume": "VolumeValue", "IfcQuantityArea": "AreaValue"}.get(ifc_class, "CountValue")
+        named = {"IfcQuantityVolume": "VolumeValue", "IfcQuantityArea": "AreaValue", "IfcQuantityNumber": "NumberValue"}
+        attribute = named.get(ifc_class, "CountValue")
         quantity = self.make(ifc_class, Name="planned", **{attribute: value})
         amount = self.make("IfcCostValue", AppliedValue=self.make("IfcMonetaryMeasure", rate))
         item = self.rooted(

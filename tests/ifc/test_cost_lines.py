@@ -133,3 +133,15 @@ def test_a_cost_in_a_unit_that_cannot_be_is_left_out(builder: ModelBuilder, tmp_
     )
     found = design(builder, tmp_path)
     assert found.cost_lines == () and any("which no unit is" in note for note in found.notes)
+
+
+def test_a_number_of_ifc4x3_without_a_unit_is_a_count_and_one_of_kilograms_is_none(tmp_path: Path) -> None:
+    builder = ModelBuilder(schema="IFC4X3")
+    made = column(builder)
+    builder.cost("half built in", [made], "IfcQuantityNumber", 2.5, 120.0)
+    heavy = builder.cost("steel", [made], "IfcQuantityNumber", 80.0, 2.0)
+    heavy.CostQuantities[0].Unit = builder.make("IfcSIUnit", UnitType="MASSUNIT", Prefix="KILO", Name="GRAM")
+    found = design(builder, tmp_path)
+    (line,) = found.cost_lines
+    assert (line.name, line.measure, line.unit, line.planned_quantity) == ("half built in", "count", "pcs", 2.5)
+    assert any(note.startswith("cost item steel: its quantities are not all") for note in found.notes)

@@ -279,3 +279,14 @@ def test_task_dates_that_cannot_be_are_left_out_and_said(start: str, finish: str
     dates = {task.name: (task.schedule_start, task.schedule_finish) for task in design.tasks}
     assert dates == {"rebar": (None, None), "pour": (datetime(2026, 2, 1), datetime(2026, 2, 14))}
     assert [note for note in design.notes if says in note and note.startswith("task rebar: ")]
+
+
+def test_an_ifc2x3_time_without_its_minute_and_second_is_one(tmp_path: Path) -> None:
+    builder = ModelBuilder(schema="IFC2X3")
+    builder.task("pour", [builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))])
+    (control,) = builder.file.by_type("IfcScheduleTimeControl")
+    clock = control.ScheduleStart.TimeComponent
+    clock.HourComponent, clock.MinuteComponent, clock.SecondComponent = 7, None, None
+    design = read_design(builder.write(tmp_path / "plan.ifc"))
+    assert [task.schedule_start for task in design.tasks] == [datetime(2026, 2, 1, 7)]
+    assert not [note for note in design.notes if "is no date" in note]

@@ -108,6 +108,37 @@ def test_a_wall_shifted_along_itself_keeps_what_was_seen_where_it_was_seen(tmp_p
     np.testing.assert_allclose([world[:, 0].min(), world[:, 0].max()], [3.0, 4.0], atol=1e-6)
 
 
+@pytest.mark.parametrize("move_m", [-0.09, 0.09])
+def test_a_face_that_a_revision_moved_along_its_normal_is_off_by_that_much_more(move_m: float, tmp_path: Path) -> None:
+    first = _design(tmp_path, _wall())
+    report = _report(first)
+    told = [replace(face, surface=replace(face.surface, offset_m=-0.0004, tilt_rad=0.01)) for face in report.faces]
+    history = remember(EMPTY_HISTORY, replace(report, faces=tuple(told)))
+    moved = _design(tmp_path, lambda b: (b.box("IfcWall", "wall", (0.0, move_m, 0.0), (4.0, 0.2, 3.0)), None)[1])
+    for face in moved.elements[0].faces:
+        seen = history.earlier(IDS["wall"], face)
+        assert seen is not None and seen.tilt_rad == 0.01  # from plumb: the design has no part in it
+        assert seen.offset_m == pytest.approx(-0.0004 - move_m * float(face.frame.normal[1]), abs=1e-9)
+
+
+@pytest.mark.parametrize("radius_m", [0.2, 0.3])
+def test_what_was_measured_of_a_round_column_does_not_grow_or_shrink_with_its_design(
+    radius_m: float, tmp_path: Path
+) -> None:
+    def column(radius: float) -> Callable[[ModelBuilder], None]:
+        return lambda builder: (builder.cylinder("round", (0.0, 0.0, 0.0), radius, 3.0), None)[1]
+
+    history = _history(_design(tmp_path, column(0.25)))
+    (old,) = history.faces[IDS["round"]]
+    told = replace(old, surface=replace(old.surface, offset_m=0.004))
+    history = replace(history, faces={IDS["round"]: (told,)})
+    (new,) = _design(tmp_path, column(radius_m)).elements[0].faces
+    seen = history.earlier(IDS["round"], new)
+    assert seen is not None
+    assert seen.as_built_area_m2 == pytest.approx(old.surface.as_built_area_m2, rel=1e-3)
+    assert seen.offset_m == pytest.approx(0.25 + 0.004 - radius_m, abs=1e-9)
+
+
 @pytest.mark.parametrize(("radius_m", "turn_deg"), [(0.25, 0.0), (0.25, 100.0), (0.28, 100.0)])
 def test_a_round_column_with_another_seam_or_radius_keeps_what_was_seen(
     radius_m: float, turn_deg: float, tmp_path: Path
