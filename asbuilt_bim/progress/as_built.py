@@ -14,6 +14,8 @@ from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.progress.surface import SurfaceState
 
+OF_WHOLE = 0.05
+"""Outlines may reach past a face that was seen whole by this share of it: their borders' noise."""
 APART_SIGMAS = 3.0
 """Stations whose areas of one whole face differ by more than this are flagged."""
 
@@ -30,7 +32,7 @@ class AsBuilt:
     offset_sigma_m: float | None
     tilt_rad: float | None
     notes: tuple[str, ...] = ()
-    whole: bool = False  # the area is that of stations which saw it whole
+    whole: bool = False  # the area is that of stations which saw it whole, now or earlier
 
 
 def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design: DesignFace) -> AsBuilt:
@@ -44,28 +46,52 @@ def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design:
         return _as_it_was(earlier)
     before = earlier.outline_uv_m if earlier is not None else polygon.EMPTY
     outline = polygon.union([before, *(match.outline_uv_m for match in matches)])
-    union = _union_area(outline, matches)
-    within = _union_area(polygon.intersection(outline, design.exposed_uv_m), matches)
-    image = _joint_sigma([match.area_sigma_image_m2 for match in matches], [m.area_m2 for m in matches], union)
-    calibration = union * _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in matches])
-    notes: tuple[str, ...] = ()
-    whole = [match for match in matches if match.whole]
-    if whole:
-        area, sigma, notes = _combined(whole)
-        # Seen whole, the rest adds its border noise only, unless it is clearly more: then "whole" was mistaken.
-        allowed = APART_SIGMAS * float(np.hypot(sigma, image)) + 0.05 * area
-        if union - area <= allowed:
-            relative = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in whole])
-            union, image, calibration = area, sigma, area * relative
-        else:
-            whole = []
-    elif isinstance(design.frame, PlaneFrame):
-        union, image, calibration = within, image * within / max(union, 1e-9), calibration * within / max(union, 1e-9)
     offset, offset_sigma, tilt = _offset(matches)
+    area, notes, whole = _area(outline, matches, earlier, design)
     return AsBuilt(
-        outline_uv_m=outline, whole=bool(whole), area_m2=union, sigma_calibration_m2=calibration, sigma_image_m2=image,
-        offset_m=offset, offset_sigma_m=offset_sigma, tilt_rad=tilt, notes=notes,
+        outline_uv_m=outline, whole=whole, area_m2=area.m2, sigma_calibration_m2=area.sigma_calibration_m2,
+        sigma_image_m2=area.sigma_image_m2, offset_m=offset, offset_sigma_m=offset_sigma, tilt_rad=tilt, notes=notes,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Area:
+    m2: float
+    sigma_calibration_m2: float
+    sigma_image_m2: float
+
+
+def _area(
+    outline: Region, matches: Sequence[FaceMatch], earlier: SurfaceState | None, design: DesignFace
+) -> tuple[_Area, tuple[str, ...], bool]:
+    """Return the area, what is said of it, and whether stations saw it whole: these count while no more is outlined.
+
+    Seen whole, the rest adds its border noise only, unless it is clearly more: then "whole" was mistaken.
+    """
+    union = _union_area(outline, matches)
+    relative = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in matches])
+    image = _joint_sigma(matches, union)
+    seen_whole = [match for match in matches if match.whole]
+    if seen_whole:
+        mean, sigma, notes = _combined(seen_whole)
+        own = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in seen_whole])
+        if union - mean <= APART_SIGMAS * float(np.hypot(sigma, image)) + OF_WHOLE * mean:
+            return _Area(m2=mean, sigma_calibration_m2=mean * own, sigma_image_m2=sigma), notes, True
+        return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), notes, False
+    if isinstance(design.frame, PlaneFrame):
+        union = _union_area(polygon.intersection(outline, design.exposed_uv_m), matches)
+        image = _joint_sigma(matches, union)
+    before = earlier.as_built_area_m2 if earlier is not None else None
+    if earlier is not None and before is not None:  # what was measured then keeps its sigma, what is more has its own
+        was = earlier.as_built_sigma_image_m2
+        more = _joint_sigma(matches, max(union - before, 0.0))
+        if earlier.whole and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
+            kept = _Area(
+                m2=before, sigma_calibration_m2=earlier.as_built_sigma_calibration_m2, sigma_image_m2=was
+            )  # fmt: skip
+            return kept, (), True
+        image = float(np.hypot(was, more))
+    return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), (), False
 
 
 def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
@@ -82,6 +108,7 @@ def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
         offset_m=earlier.offset_m,
         offset_sigma_m=earlier.offset_sigma_m,
         tilt_rad=earlier.tilt_rad,
+        whole=earlier.whole,
     )
 
 
@@ -107,8 +134,9 @@ def _combined(whole: Sequence[FaceMatch]) -> tuple[float, float, tuple[str, ...]
     return mean, max(float(weights.sum() ** -0.5), spread), notes
 
 
-def _joint_sigma(sigmas: Sequence[float], areas: Sequence[float], total: float) -> float:
-    return float(np.linalg.norm(sigmas)) * total / max(float(np.sum(areas)), 1e-9)
+def _joint_sigma(matches: Sequence[FaceMatch], total_m2: float) -> float:
+    sigmas = float(np.linalg.norm([match.area_sigma_image_m2 for match in matches]))
+    return sigmas * total_m2 / max(sum(match.area_m2 for match in matches), 1e-9)
 
 
 def _mean(values: Sequence[float]) -> float:

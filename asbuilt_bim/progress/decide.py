@@ -101,7 +101,8 @@ def _face_state(
     gone_m2 = float(samples.area_m2[own & past.undone].sum())
     regions = [_region(samples, one, face) for one in (built, opened)]
     checked = _checked(face, samples, own, votes, matches, built, options)
-    measured = as_built(checked.matches, earlier, face)
+    taken_down = bool((past.built & own).any()) and not built.any()
+    measured = as_built(checked.matches, None if taken_down else earlier, face)
     areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
     built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
     doubts = tuple(past_design(checked.matches, options))

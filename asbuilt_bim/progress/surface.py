@@ -44,7 +44,7 @@ class SurfaceState:
     parts: tuple[str, ...] = ()  # measured faces (ids) that looked whole, while concrete goes on past their outlines
     doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
-    whole: bool = False  # its as-built area is that of stations which saw it whole at this visit
+    whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
 
 
 def classify_surface(

@@ -138,7 +138,7 @@ TERMS = {
     "as_built_sigma_image_m2": "Its sigma's own part, in m2.",
     "best_when_seen": "Best estimate of the last visit that decided something on it; null where none did.",
     "gone_area_m2": "Surface that an earlier visit saw built and that looks open now, in m2.",
-    "SurfaceState.whole": "Its as-built area is that of stations which saw it whole at this visit.",
+    "SurfaceState.whole": "Its as-built area is that of stations which saw it whole, now or earlier.",
     "doubts": "Of the notes, what to look at before it is paid for.",
     "conflict_area_m2": "Surface seen built by one station and open by another, in m2.",
     "parts": "Ids of measured faces that looked whole at their station, while concrete goes on past their outlines.",

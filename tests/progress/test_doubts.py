@@ -25,6 +25,7 @@ def test_a_wall_that_has_gone_is_not_certain_and_is_named_until_a_second_visit_s
     gone = only(report)
     assert gone.completion.lower < 0.05 and gone.state != "complete"
     assert any("look open now" in doubt for doubt in gone.doubts)
+    assert gone.as_built_area_m2 is None
     history = remember(history, report)
     report, _ = visit(see([BACKDROP], name="C1"), history=history, day=LAST)
     assert only(report).state == "not started" and not only(report).doubts
@@ -70,3 +71,26 @@ def test_an_unfinished_wall_that_a_visit_does_not_see_counts_in_its_group_as_whe
     assert only(later).completion.best is None
     assert only(later).best_when_seen == only(first).completion.best == pytest.approx(0.5, abs=0.05)
     assert later.whole.completion.best == only(first).completion.best  # it leapt to 100 %
+
+
+def test_a_glimpse_of_a_face_that_was_seen_whole_leaves_its_area_and_sigma() -> None:
+    first, _ = visit(see([WALL, BACKDROP], 2.8))
+    face = replace(measured("B1/1", POSE, FRONT, polygon.box(0.0, 0.0, 1.0, 1.0)), open_edge=True)
+    again = station("B1", POSE, [WALL, BACKDROP, GROUND], [face])
+    later, _ = visit(again, history=remember(EMPTY_HISTORY, first), day=LATER)
+    assert only(later).as_built_area_m2 == only(first).as_built_area_m2
+    assert only(later).as_built_sigma_m2 == only(first).as_built_sigma_m2
+
+
+def test_what_a_later_visit_adds_to_a_part_has_its_own_sigma_beside_the_first_ones() -> None:
+    low, high = (
+        replace(measured(f"{name}/1", POSE, FRONT, polygon.box(0.0, foot, 3.0, foot + 1.4)), open_edge=True)
+        for name, foot in (("A1", 0.0), ("B1", 1.4))
+    )
+    first, before = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], [low]))
+    later, after = visit(
+        station("B1", POSE, [WALL, BACKDROP, GROUND], [high]), history=remember(EMPTY_HISTORY, first), day=LATER
+    )
+    sigma = before["W-0"].as_built_sigma_image_m2
+    assert only(later).as_built_area_m2 == pytest.approx(8.4, rel=0.01)
+    assert after["W-0"].as_built_sigma_image_m2 == pytest.approx(2.0**0.5 * sigma, rel=0.05)
