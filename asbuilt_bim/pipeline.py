@@ -45,6 +45,7 @@ class RunResult:
     pictures: dict[str, bytes]
     seconds: dict[str, float]  # by step of the whole run
     from_cache: int  # stations that had been measured before
+    past: tuple[ProgressReport, ...] = ()  # carried over from earlier runs: visits before all of the reports'
 
 
 def monitor(
@@ -120,6 +121,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         pictures=pictures,
         seconds=watch.seconds,
         from_cache=known,
+        past=past,
     )
 
 

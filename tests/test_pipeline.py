@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt_bim.pipeline import RunResult, run_project
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.report.document import result_document
+from asbuilt_bim.report.document import result_document, write_result
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.stations import Workplace, measure_job, options_of, picture_name
 from tests.site_fixture import contents, copy_station, rig_file, small_project, write
@@ -150,3 +150,13 @@ def test_photos_that_tell_another_day_than_the_visits_are_warned_of_in_its_repor
     for report, visit in zip(reports, visits, strict=True):
         (told,) = [str(rejection) for rejection in report.rejections if rejection.what == "photos' days"]
         assert f"of {len(visit.stations)} stations" in told and visit.date.isoformat() in told and "2026" in told
+
+
+def test_a_visit_under_history_is_handed_on_with_the_run(
+    result: RunResult, project: Project, cache: Cache, tmp_path: Path
+) -> None:
+    write_result(result.reports[0], tmp_path / "first.json")
+    last = replace(project, visits=project.visits[1:], history=(tmp_path / "first.json",))
+    again = run_project(last, Workplace(workers=1, cache=cache), Heard())
+    assert [report.visit_date for report in again.past] == [project.visits[0].date]
+    assert again.reports[0].earlier_visits == (project.visits[0].date,)

@@ -15,7 +15,8 @@ _LONGEST = 255  # an IfcLabel in IFC2X3
 def write_photos(marker: Marker, reports: Sequence[ProgressReport]) -> None:
     """Add one IfcDocumentReference a station: the overlay beside the copy, and the left photo's path as identification.
 
-    Paths are relative: the overlay's to the folder of the copy, the photo's to the project's.
+    Paths are relative: the overlay's to the folder of the copy, the photo's to the project's. A visit carried over from
+    an earlier run has no picture here, so no overlay.
     """
     for report in reports:
         seen: dict[str, list[str]] = {}
@@ -32,10 +33,10 @@ def write_photos(marker: Marker, reports: Sequence[ProgressReport]) -> None:
 def _refer(marker: Marker, station: StationRecord, things: list[object]) -> None:
     day = station.day.isoformat()
     identification = "ItemReference" if marker.schema == "IFC2X3" else "Identification"
-    location = uri(station.overlay)
+    location = uri(station.overlay) if station.picture else ""
     reference = marker.file.create_entity(
         "IfcDocumentReference",
-        Location=location if len(location) <= _LONGEST else None,
+        Location=location if 0 < len(location) <= _LONGEST else None,
         Name=f"{day} {station.name}"[:_LONGEST],
         **{identification: station.left_photo[-_LONGEST:] or None},
     )

@@ -17,7 +17,7 @@ from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.ifc.source import SCHEMAS
 from asbuilt_bim.ifc.writer import mark_file
 from asbuilt_bim.output.folder import read_current
-from asbuilt_bim.report.document import read_result
+from asbuilt_bim.report.document import read_before, read_result
 
 
 class Patcher:
@@ -64,8 +64,7 @@ class Patcher:
         report = read_result(self.result)
         folder = self.result.resolve().parent
         current = read_current(folder)  # beside the copy in the output folder
-        visits = sorted(((current.folder if current else folder) / "visits").glob("*.json"))
-        earlier = [one for one in map(read_result, visits) if one.visit_date < report.visit_date]
+        earlier = read_before(current.folder if current else folder, report.visit_date)
         mark_file(self.file, report, earlier=earlier, name="the file that ifcpatch was given")
         self.logger.info("AsBuiltProgress: wrote %s, visit of %s", self.result, report.visit_date)
 

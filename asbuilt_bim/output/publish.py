@@ -21,7 +21,7 @@ from asbuilt_bim.plugins import Plugin
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import NOTE, revision_notes
 from asbuilt_bim.project.read import Project
-from asbuilt_bim.report.document import read_result, write_result
+from asbuilt_bim.report.document import CARRIED, VISITS, read_before, read_result, write_result
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
 from asbuilt_bim.report.states import STATE_COLOURS
 from asbuilt_bim.report.writers import run_writers, writers_of
@@ -54,12 +54,13 @@ def publish_run(
     def write(folder: Path) -> None:
         _write_pictures(folder, result.pictures)
         write_rig(result.rig, folder / "rig.yaml")
-        (folder / "visits").mkdir()
-        for report in reports:
-            write_result(report, folder / "visits" / f"{report.visit_date.isoformat()}.json")
+        for name, visits in ((VISITS, reports), (CARRIED, _without_pictures(result.past))):
+            (folder / name).mkdir()
+            for report in visits:
+                write_result(report, folder / name / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
-        _write_views(folder, reports[-1], reports[:-1], project.ifc, colour)
-        warnings.extend(run_writers(writers, reports[-1], folder))
+        last = _write_views(folder, project.ifc, colour)
+        warnings.extend(run_writers(writers, last, folder))
 
     published = out.publish(
         write, when=when, digest=_digest(made_from, reports), ifc=[_from(out.path, path) for path in project.ifc]
@@ -86,14 +87,13 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
     warnings = list(missing)
 
     def write(folder: Path) -> None:
-        for name in ("pictures", "visits"):
+        for name in ("pictures", VISITS, CARRIED):
             if (current.folder / name).is_dir():
                 shutil.copytree(current.folder / name, folder / name)
         for name in ("result.json", "rig.yaml"):
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
-        earlier = [read_result(path) for path in sorted((folder / "visits").glob("*.json"))]
-        _write_views(folder, report, [one for one in earlier if one.visit_date != report.visit_date], sources, colour)
+        _write_views(folder, sources, colour)
         warnings.extend(run_writers(writers, report, folder))
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
@@ -147,14 +147,21 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
     )
 
 
-def _write_views(
-    folder: Path, report: ProgressReport, earlier: Sequence[ProgressReport], ifc: Sequence[Path], colour: bool
-) -> None:
+def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressReport:
+    """Write what is made from a run folder's results, as they stand there: `run` and `report` write the same."""
+    report = read_result(folder / "result.json")
+    earlier = read_before(folder, report.visit_date)
     write_outputs(report, folder, folder)
     for one in earlier:
         write_overlays(one, read_pictures(one, folder), folder / "overlays")
     colours = STATE_COLOURS if colour else None
     write_copies(ifc, report, folder, earlier=earlier, colours=colours)
+    return report
+
+
+def _without_pictures(past: Sequence[ProgressReport]) -> list[ProgressReport]:
+    """Return results of other runs as this run's folder can hold them: their pictures stay where they are."""
+    return [replace(one, stations=tuple(replace(s, picture="") for s in one.stations)) for one in past]
 
 
 def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:

@@ -20,6 +20,8 @@ FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
 MINOR = 1  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is not one of ours, or would fill the memory
+VISITS, CARRIED = "visits", "history"
+"""Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
 REMEDY = "run the visit again, or take the file of another run folder"
 
 
@@ -95,6 +97,17 @@ def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
         if number and past[number - 1][0].visit_date == report.visit_date:
             raise ResultError(f"{path}: is of {day} like {past[number - 1][1]}; name one result a visit")
     return tuple(report for report, _ in past)
+
+
+def read_before(folder: Path, day: date) -> tuple[ProgressReport, ...]:
+    """Read what a run folder holds of the visits before a day: carried over from earlier runs, then the run's own.
+
+    Raises:
+        ResultError: one can't be read.
+    """
+    paths = [path for name in (CARRIED, VISITS) for path in sorted((folder / name).glob("*.json"))]
+    before = [report for report in map(read_result, paths) if report.visit_date < day]
+    return tuple(sorted(before, key=lambda report: report.visit_date))
 
 
 def _loaded(path: Path) -> Any:
