@@ -52,9 +52,8 @@ def task_progress(
 
 
 def _start(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date | None:
-    days = [history.first_built[e.global_id] for e in members if e.global_id in history.first_built]
-    days += [visit_date for e in members if e.cells_built > 0.0]
-    return min(days, default=None)
+    standing = [element.global_id for element in members if element.cells_built > 0.0]
+    return min((history.first_built.get(key, visit_date) for key in standing), default=None)
 
 
 def _finish(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date:

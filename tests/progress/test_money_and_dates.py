@@ -129,6 +129,13 @@ def test_a_task_starts_with_the_first_visit_that_sees_something_built_and_ends_w
     assert after.late is False
 
 
+def test_a_task_of_which_nothing_stands_any_more_has_no_start() -> None:
+    history = replace(EMPTY_HISTORY, visits=(DAY,), first_built={"A": DAY})
+    (gone,) = report(tasks=(task("A"),), full=0.0, history=history, day=LATER).tasks
+    (stands,) = report(tasks=(task("A"),), history=history, day=LATER).tasks
+    assert (gone.actual_start, stands.actual_start) == (None, DAY)
+
+
 def test_a_task_is_late_only_when_something_of_it_is_known_to_be_missing() -> None:
     assert report(tasks=(task("A", "B"),), day=LATER).tasks[0].late is True
     assert report(tasks=(task("A", "C"),), day=LATER).tasks[0].late is None
