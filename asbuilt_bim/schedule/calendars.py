@@ -98,9 +98,18 @@ def _too_many(path: Path, calendar: ET.Element) -> ScheduleError:
 
 
 def _made(name: str, week: dict[int, tuple[WorkSpan, ...]], others: dict[date, tuple[WorkSpan, ...]]) -> WorkCalendar:
-    """Put a calendar together; one without any working time is of no use, and time passes evenly."""
+    """Put a calendar together; one without any working time is of no use, and time passes evenly.
+
+    Of a span over midnight the rest is worked on the day after, so an exception's also on a day that is none itself.
+    """
     if not any(week.values()):
         return EVERY_DAY
+    week = {n: _within(week[n], week[(n - 1) % 7]) for n in range(7)}
+    nights = {day: spans for day, spans in others.items() if _rest(spans) and day < date.max}
+    after = {date.fromordinal(day.toordinal() + 1): spans for day, spans in nights.items()}
+    others = {
+        day: _within(others.get(day, week[day.weekday()]), after.get(day, ())) for day in others.keys() | after.keys()
+    }
     return WorkCalendar(
         name=name or "Calendar",
         week=tuple(WorkDay(weekday=n, day=None, spans=week[n]) for n in range(7)),
@@ -108,28 +117,50 @@ def _made(name: str, week: dict[int, tuple[WorkSpan, ...]], others: dict[date, t
     )
 
 
+def _rest(spans: tuple[WorkSpan, ...]) -> tuple[WorkSpan, ...]:
+    """Return what of a day's spans lies after midnight, as spans of the day after."""
+    return tuple(WorkSpan(from_min=0, to_min=span.to_min - DAY_MIN) for span in spans if span.to_min > DAY_MIN)
+
+
+def _within(spans: tuple[WorkSpan, ...], before: tuple[WorkSpan, ...]) -> tuple[WorkSpan, ...]:
+    """Return a day's spans, cut at midnight, with the rest of the day before; what overlaps then is one span."""
+    rest = _rest(before)
+    cut = tuple(WorkSpan(from_min=span.from_min, to_min=min(span.to_min, DAY_MIN)) for span in spans)
+    if not rest:
+        return cut
+    joined: list[WorkSpan] = []
+    for span in sorted((*rest, *cut), key=lambda one: one.from_min):
+        last = joined.pop() if joined and span.from_min <= joined[-1].to_min else span
+        joined.append(WorkSpan(from_min=last.from_min, to_min=max(span.to_min, last.to_min)))
+    return tuple(joined)
+
+
 def _msp_spans(day: ET.Element) -> Iterator[WorkSpan]:
     if text(day, "DayWorking") != "1":
         return
     for span in children(child(day, "WorkingTimes"), "WorkingTime"):
-        yield from _span(text(span, "FromTime"), text(span, "ToTime"))
+        yield from _span(text(span, "FromTime"), text(span, "ToTime"), step_min=60)
 
 
 def _p6_spans(day: ET.Element) -> Iterator[WorkSpan]:
     for span in children(day, "WorkTime"):
-        yield from _span(text(span, "Start"), text(span, "Finish"))
+        yield from _span(text(span, "Start"), text(span, "Finish"), step_min=30)
 
 
-def _span(begin: str, end: str) -> Iterator[WorkSpan]:
-    """Yield a span; P6 names the last minute worked (11:59), midnight is the end of the day as well."""
+def _span(begin: str, end: str, *, step_min: int) -> Iterator[WorkSpan]:
+    """Yield a span; one that ends before it begins ends on the day after, beyond `DAY_MIN`.
+
+    P6 names the last minute worked (11:59, 16:29): what ends a minute short of a step (an hour, half of one) ends with
+    it. Midnight is the end of the day as well.
+    """
     try:
         first, last = time.fromisoformat(begin), time.fromisoformat(end)
     except ValueError:
         return
     from_min, to_min = first.hour * 60 + first.minute, last.hour * 60 + last.minute
-    to_min = to_min + 1 if to_min % 60 == 59 else to_min or DAY_MIN
-    if from_min < to_min:
-        yield WorkSpan(from_min=from_min, to_min=to_min)
+    to_min = to_min + 1 if to_min % step_min == step_min - 1 else to_min or DAY_MIN
+    if from_min != to_min:
+        yield WorkSpan(from_min=from_min, to_min=to_min + (DAY_MIN if to_min < from_min else 0))
 
 
 def _period(element: ET.Element) -> range:

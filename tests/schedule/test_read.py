@@ -77,6 +77,28 @@ def test_p6_activities_come_with_their_breakdown_ids_fields_and_links(tmp_path: 
     assert [one.day for one in calendar.exceptions] == [date(2026, 4, 6)]
 
 
+def test_a_night_shift_is_worked_until_midnight_and_on_the_morning_after(tmp_path: Path) -> None:
+    night = MSP.replace("07:00:00</FromTime><ToTime>15:00:00", "22:00:00</FromTime><ToTime>06:00:00")
+    calendar = read_schedule(written(tmp_path, night)).source.calendar
+    assert [(span.from_min, span.to_min) for span in calendar.week[0].spans] == [(1320, 1440)]
+    assert [(span.from_min, span.to_min) for span in calendar.week[1].spans] == [(0, 360), (480, 720), (780, 1020)]
+    assert calendar.hours(datetime(2026, 3, 9, 12), datetime(2026, 3, 10, 7)) == 8.0
+    early = night.replace("06:00:00</ToTime>", "09:00:00</ToTime>")
+    tuesday = read_schedule(written(tmp_path, early)).source.calendar.week[1]
+    assert tuesday.minutes == 16 * 60  # 0 to 12 and 13 to 17: an hour that two spans hold is worked once
+
+
+def test_an_exceptions_night_shift_runs_into_a_day_that_is_none(tmp_path: Path) -> None:
+    shift = "<WorkTime><Start>20:00:00</Start><Finish>01:59:00</Finish></WorkTime>"
+    calendar = read_schedule(written(tmp_path, P6.replace("<WorkTime></WorkTime>", shift))).source.calendar
+    assert [(one.day, one.minutes) for one in calendar.exceptions] == [(date(2026, 4, 6), 240), (date(2026, 4, 7), 120)]
+
+
+def test_a_p6_span_that_ends_on_the_half_hour_keeps_its_last_minute(tmp_path: Path) -> None:
+    calendar = read_schedule(written(tmp_path, P6.replace("16:59:00", "16:29:00"))).source.calendar
+    assert calendar.week[0].minutes == 450
+
+
 def test_p6_activities_beside_their_project_are_read_too(tmp_path: Path) -> None:
     inside, flat = P6, P6.replace("</Project>", "").replace("<WBS>", "</Project><WBS>", 1)
     found = [read_schedule(written(tmp_path, one)).rows for one in (inside, flat)]
