@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from datetime import date
 
-from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport
+from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording import area, percent
@@ -15,11 +16,13 @@ SAME_AREA_M2 = 0.005  # half of the last decimal shown
 
 
 def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
-    """Return one line a change: visit, stations, storeys, elements; nothing where nothing changed."""
+    """Return one line a change: visits and what they rest on, stations, storeys, tasks, elements; none where none."""
     return (
         *_visits(before, after),
+        *_schedule(before, after),
         *_stations(before, after),
         *_storeys(before, after),
+        *_tasks(before, after),
         *_elements(before, after),
     )
 
@@ -28,6 +31,10 @@ def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     """Say that it is another visit, or that the same files were computed by another version."""
     if before.visit_date != after.visit_date:
         yield f"visit: {before.visit_date.isoformat()} -> {after.visit_date.isoformat()}"
+    were, are = ({*one.earlier_visits, one.visit_date} for one in (before, after))
+    yield from (f"visit {day}: new among the earlier visits" for day in sorted(are - were - {after.visit_date}))
+    gone = sorted(day for day in were - are if day < after.visit_date)
+    yield from (f"visit {day}: no longer among the earlier visits" for day in gone)
     old, new = before.provenance, after.provenance
     if old is None or new is None:
         return
@@ -35,11 +42,20 @@ def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
         "IFC file": (old.ifc_digest, new.ifc_digest),
         "rig": (old.rig_digest, new.rig_digest),
         "survey": (old.survey_digest, new.survey_digest),
-        "options": (old.options_digest, new.options_digest),
+        "scope or options": (old.options_digest, new.options_digest),
     }
     yield from (f"{name}: another than before" for name, (a, b) in inputs.items() if a != b)
     if old.program_version != new.program_version:
         yield f"program: {old.program_version} -> {new.program_version}"
+
+
+def _schedule(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say that planned dates come from another file beside the IFC, or from another state of it."""
+    old, new = before.schedule, after.schedule
+    if (old.digest if old else "") == (new.digest if new else ""):
+        return
+    was, now = (one.name if one else "the IFC's own dates" for one in (old, new))
+    yield "schedule: another than before" if was == now else f"schedule: {was} -> {now}"
 
 
 def _stations(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
@@ -90,19 +106,59 @@ def _group(what: str, old: GroupProgress, new: GroupProgress) -> Iterator[str]:
         yield f"{what}: {text}"
 
 
+def _tasks(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say which tasks came, went, or have other dates, planned or seen."""
+    old = {task.progress.key: task for task in before.tasks}
+    new = {task.progress.key: task for task in after.tasks}
+    for key, task in new.items():
+        name = f"task {task.progress.name or key}"
+        if key not in old:
+            yield f"{name}: new"
+        elif text := ", ".join(_dates(old[key], task)):
+            yield f"{name}: {text}"
+    yield from (f"task {old[key].progress.name or key}: no longer there" for key in old if key not in new)
+
+
+def _dates(old: TaskProgress, new: TaskProgress) -> Iterator[str]:
+    """Yield what changed of a task's dates."""
+    dates: dict[str, tuple[date | None, date | None]] = {
+        "planned start": (old.schedule_start, new.schedule_start),
+        "planned finish": (old.schedule_finish, new.schedule_finish),
+        "seen begun": (old.actual_start, new.actual_start),
+        "seen complete": (old.actual_finish, new.actual_finish),
+    }
+    for what, (was, now) in dates.items():
+        if was != now:
+            yield f"{what} {_moment(was)} -> {_moment(now)}"
+
+
+def _moment(value: date | None) -> str:
+    """Write a day, with its time to the minute where it has one."""
+    return "none" if value is None else str(value)[:16]
+
+
 def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     """Say which elements came, went, or changed."""
     old = {element.global_id: element for element in before.elements}
     new = {element.global_id: element for element in after.elements}
+    where = "the scope" if _rescoped(before, after) else "the design"
     revised = design_changes(before, after)
     designed = {e.global_id: "other shape in the design" for e in revised.reshaped}
     designed |= {e.global_id: "moved in the design" for e in revised.moved}
     for key, element in new.items():
         if key not in old:
-            yield f"{_named(element)}: new in the design, {element.state}"
+            yield f"{_named(element)}: new in {where}, {element.state}"
         elif parts := [*filter(None, [designed.get(key)]), *_element(old[key], element)]:
             yield f"{_named(element)}: {', '.join(parts)}"
-    yield from (f"{_named(old[key])}: no longer in the design" for key in old if key not in new)
+    yield from (f"{_named(old[key])}: no longer in {where}" for key in old if key not in new)
+
+
+def _rescoped(before: ProgressReport, after: ProgressReport) -> bool:
+    """Say whether both are of one state of one design, with other options: what comes or goes does so by the scope."""
+    old, new = before.provenance, after.provenance
+    if old is None or new is None:
+        return False
+    return old.ifc_digest == new.ifc_digest and old.options_digest != new.options_digest
 
 
 def _element(old: ElementProgress, new: ElementProgress) -> Iterator[str]:

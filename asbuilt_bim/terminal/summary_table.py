@@ -12,7 +12,7 @@ from asbuilt_bim.camera.calibrate import Calibration
 from asbuilt_bim.camera.check_length import LengthCheck
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.report.calibration_page import verdict
-from asbuilt_bim.report.tables import station_of
+from asbuilt_bim.report.tables import station_of, storey_names
 from asbuilt_bim.report.wording import percent, percent_range
 
 TABLE_WIDTH = 118
@@ -30,7 +30,8 @@ def _title(report: ProgressReport) -> str:
 
 def _lines(report: ProgressReport) -> list[str]:
     lines = [_title(report)]
-    for name, group in [*((storey.name, storey) for storey in report.storeys), ("whole", report.whole)]:
+    names = storey_names(report)
+    for name, group in [*((names[storey.key], storey) for storey in report.storeys), ("whole", report.whole)]:
         all_, complete, part, none, unknown, completion, coverage, area = (
             str(cell) for cell in _cells(group, name)[1:]
         )
@@ -50,8 +51,9 @@ def _table(report: ProgressReport) -> Table:
     table.add_column("Completion (bounds)", justify="right")
     table.add_column("Coverage", justify="right")
     table.add_column("As-built area", justify="right")
+    names = storey_names(report)
     for storey in report.storeys:
-        table.add_row(*_cells(storey, storey.name))
+        table.add_row(*_cells(storey, names[storey.key]))
     table.add_section()
     table.add_row(*_cells(report.whole, "whole"), style="bold")
     return table

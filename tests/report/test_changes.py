@@ -1,9 +1,15 @@
 from dataclasses import replace
 from datetime import date
 
+from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.changes import changes
 from tests.report.sample_report import renamed, sample_report
+
+
+def _next_visit(report):
+    earlier = (*report.earlier_visits, report.visit_date)
+    return replace(report, visit_date=date(2026, 3, 30), earlier_visits=earlier)
 
 
 def test_the_same_result_has_no_changes():
@@ -47,14 +53,14 @@ def test_a_station_that_is_new_and_rejected_gives_its_reason():
 def test_another_ifc_file_and_another_visit_are_said():
     report = sample_report()
     made = replace(report.provenance, ifc_digest="sha256:00")
-    after = replace(report, provenance=made, visit_date=date(2026, 3, 30))
+    after = replace(_next_visit(report), provenance=made)
     assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30", "IFC file: another than before")
 
 
 def test_stations_of_another_visit_that_have_the_same_names_are_not_the_same_stations():
     report = sample_report()
     stations = tuple(replace(s, left_digest="other", day=date(2026, 3, 30)) for s in report.stations[:1])
-    after = replace(report, visit_date=date(2026, 3, 30), stations=stations)
+    after = replace(_next_visit(report), stations=stations)
     assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30",)
     assert any("other photos" in line for line in changes(report, replace(report, stations=stations)))
 
@@ -62,3 +68,41 @@ def test_stations_of_another_visit_that_have_the_same_names_are_not_the_same_sta
 def test_elements_that_left_the_design_are_named():
     report = sample_report()
     assert "column C-01: no longer in the design" in changes(report, replace(report, elements=report.elements[1:]))
+
+
+def test_visits_that_come_and_go_between_are_named():
+    report = sample_report()
+    (earlier,) = report.earlier_visits
+    assert changes(report, replace(report, earlier_visits=())) == (
+        f"visit {earlier}: no longer among the earlier visits",
+    )
+    more = replace(report, earlier_visits=(earlier, date(2026, 3, 9)))
+    assert changes(report, more) == ("visit 2026-03-09: new among the earlier visits",)
+    back = replace(report, visit_date=earlier, earlier_visits=())
+    assert changes(report, back)[0] == f"visit: {report.visit_date} -> {earlier}"
+    assert not any("among the earlier" in line for line in changes(report, back))
+
+
+def test_another_schedule_and_the_dates_that_come_with_it_are_said():
+    report = sample_report()
+    one = ScheduleSource(name="plan.xml", digest="sha256:01", kind="MS Project XML", calendar=EVERY_DAY)
+    first, *others = report.tasks
+    later = replace(first, schedule_finish=first.schedule_finish.replace(month=4))
+    after = replace(report, schedule=one, tasks=(later, *others))
+    assert changes(report, after) == (
+        "schedule: the IFC's own dates -> plan.xml",
+        "task Columns, ground floor: planned finish 2026-03-13 17:00 -> 2026-04-13 17:00",
+    )
+    assert changes(after, replace(after, schedule=replace(one, digest="sha256:02"))) == (
+        "schedule: another than before",
+    )
+    assert "task First floor: no longer there" in changes(report, replace(report, tasks=report.tasks[:2]))
+
+
+def test_elements_that_a_narrower_scope_leaves_out_are_not_called_gone_from_the_design():
+    report = sample_report()
+    made = replace(report.provenance, options_digest="sha256:00")
+    narrower = replace(report, elements=report.elements[1:], provenance=made)
+    assert changes(report, narrower)[0] == "scope or options: another than before"
+    assert "column C-01: no longer in the scope" in changes(report, narrower)
+    assert any("column C-01: new in the scope" in line for line in changes(narrower, report))

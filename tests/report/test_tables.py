@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import openpyxl
 import pytest
+from rich.table import Table
 
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.cost_groups import cost_groups
@@ -12,6 +13,7 @@ from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows, subject_of
 from asbuilt_bim.report.wording import rate, share_bounds
 from asbuilt_bim.report.workbook import workbook_bytes, write_workbook
+from asbuilt_bim.terminal.summary_table import summary
 from tests.report.sample_report import HOSTILE_FORMULA, UMLAUTS, renamed, sample_report
 
 
@@ -137,6 +139,9 @@ def test_two_storeys_of_one_name_can_be_told_apart():
     report = sample_report()
     report = replace(report, storeys=tuple(replace(s, name="Level") for s in report.storeys))
     assert {row.storey for row in element_rows(report)} == {"Level", "Level (2)"}
+    assert "Level (2): " in summary(report, 80)
+    wide = summary(report, 200)
+    assert isinstance(wide, Table) and [str(cell) for cell in wide.columns[0].cells] == ["Level", "Level (2)", "whole"]
 
 
 def test_a_report_without_cost_lines_tasks_and_stations_makes_a_workbook(tmp_path):
