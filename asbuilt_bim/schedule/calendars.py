@@ -60,6 +60,14 @@ def msp_recurring(root: ET.Element) -> int:
     return sum(_recurs(one) for calendar in calendars for one in children(child(calendar, "Exceptions"), "Exception"))
 
 
+def tasks_of_other_calendars(root: ET.Element) -> int:
+    """Return how many tasks of an MS Project or P6 document name another calendar than their project's."""
+    project = child(root, "Project")
+    tasks = [*children(child(root, "Tasks"), "Task"), *children(root, "Activity"), *children(project, "Activity")]
+    usual = {"", "-1", text(root, "CalendarUID"), text(project, "ActivityDefaultCalendarObjectId")}
+    return sum(1 for one in tasks if (text(one, "CalendarUID") or text(one, "CalendarObjectId")) not in usual)
+
+
 def _recurs(exception: ET.Element) -> bool:
     return text(exception, "Type") not in ("", "0", "1") or text(exception, "Period") not in ("", "0", "1")
 

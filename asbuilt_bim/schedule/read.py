@@ -8,7 +8,7 @@ from typing import Literal
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, p6_calendar
+from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, p6_calendar, tasks_of_other_calendars
 from asbuilt_bim.schedule.msp import msp_rows
 from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
@@ -45,6 +45,8 @@ def read_schedule(path: Path | str) -> ScheduleFile:
             raise ScheduleError(
                 f"{path}: XML, but neither of MS Project nor of P6 (its root is <{local(root.tag)[:40]}>)"
             )
+        if other := tasks_of_other_calendars(root):
+            notes = (*notes, f"{other} tasks have calendars of their own; their days are counted in the project's")
     else:
         rows, notes = csv_rows(data, path)
     _check(rows, path)

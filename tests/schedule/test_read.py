@@ -99,6 +99,18 @@ def test_a_p6_span_that_ends_on_the_half_hour_keeps_its_last_minute(tmp_path: Pa
     assert calendar.week[0].minutes == 450
 
 
+def test_tasks_that_have_a_calendar_of_their_own_are_counted_in_a_note(tmp_path: Path) -> None:
+    note = "1 tasks have calendars of their own; their days are counted in the project's"
+    msp = MSP.replace("<UID>11</UID>", "<UID>11</UID><CalendarUID>3</CalendarUID>")
+    msp = msp.replace("<UID>12</UID>", "<UID>12</UID><CalendarUID>1</CalendarUID>")
+    p6 = P6.replace("<Activity><Id>A1000", "<Activity><CalendarObjectId>9</CalendarObjectId><Id>A1000")
+    p6 = p6.replace("<Activity><Id>A1010", "<Activity><CalendarObjectId>7</CalendarObjectId><Id>A1010")
+    for text in (msp, p6):
+        assert note in read_schedule(written(tmp_path, text)).notes
+    for text in (MSP, P6):
+        assert note not in read_schedule(written(tmp_path, text)).notes
+
+
 def test_p6_activities_beside_their_project_are_read_too(tmp_path: Path) -> None:
     inside, flat = P6, P6.replace("</Project>", "").replace("<WBS>", "</Project><WBS>", 1)
     found = [read_schedule(written(tmp_path, one)).rows for one in (inside, flat)]
