@@ -67,7 +67,7 @@ def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: Progr
 def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
     """Write a task's measured time, and our set with what was overwritten."""
     said = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report, task.others) | said.values, said.dates)
+    marker.properties(thing, _group_values(task.progress, report) | said.values, said.dates)
 
 
 def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, complete_on: date | None) -> None:
@@ -99,9 +99,9 @@ def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, comp
         )
 
 
-def _group_values(group: GroupProgress, report: ProgressReport, others: int = 0) -> dict[str, Value | None]:
+def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Value | None]:
     return {
-        "State": _group_state(group, others),
+        "State": _group_state(group),
         **_completion_values(group.completion),
         "VisitDate": report.visit_date,
         "ProgramVersion": _version(report),
@@ -112,12 +112,12 @@ def _group_values(group: GroupProgress, report: ProgressReport, others: int = 0)
     }
 
 
-def _group_state(group: GroupProgress, others: int) -> str:
-    """Return a group's state; `others` elements of it are not measured here, so it is never complete or empty."""
+def _group_state(group: GroupProgress) -> str:
+    """Return a group's state; what has no best estimate, as where some of it isn't measured here, is no whole."""
     done = group.completion
-    if done.best is not None and group.complete == len(group.elements) and not others:
+    if done.best is not None and group.complete == len(group.elements):
         return "complete"
-    if done.best is not None and group.not_started == len(group.elements) and not others:
+    if done.best is not None and group.not_started == len(group.elements):
         return "not started"
     return "part" if (done.best or done.lower) > 0.0 or (group.part and done.best is not None) else "unknown"
 

@@ -208,3 +208,12 @@ def test_the_price_of_a_small_unit_keeps_its_digits(value: float, text: str) -> 
 def test_bounds_in_tables_are_rounded_outwards() -> None:
     assert share_bounds(0.862069, 0.862031) == ("0.8620", "0.8621")
     assert share_bounds(0.3, 1.0) == ("0.3000", "1.0000")
+
+
+def test_an_elements_lower_bound_is_rounded_down_in_the_csv() -> None:
+    report = sample_report()
+    first = report.elements[0]
+    sure = replace(first, completion=replace(first.completion, lower=0.862069, upper=0.862031))
+    table = csv_text(replace(report, elements=(sure, *report.elements[1:])))
+    (row,) = [row for row in csv.DictReader(io.StringIO(table)) if row["GlobalId"] == first.global_id]
+    assert (row["CompletionLower"], row["CompletionUpper"]) == ("0.8620", "0.8621")
