@@ -11,7 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from asbuilt_bim.camera.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibrate import Calibration
-from asbuilt_bim.camera.check_length import LengthCheck
+from asbuilt_bim.camera.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.durable import replace_bytes
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
@@ -41,15 +41,25 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
         reasons.append(
             f"no known length was checked: {wrong} would show in nothing here; pass --check-length, or a second board"
         )
+    unsure = [check for check in checks if abs(check.off) > SCALE_LIMIT]
+    reasons += [_unsure(check) for check in unsure]
     sigma = effect.sigma if effect is not None else 1.0
     if sigma > USABLE_AREA:
         sentence = f"Don't measure with this rig: the calibration alone leaves an area at 5 m open by {_share(sigma)}."
         return Verdict(grade="doubtful", sentence=sentence, reasons=tuple(reasons))
     begin = f"An area at 5 m is known to {_share(sigma)} by this calibration (one sigma)"
-    if calibration.checks.warnings or sigma > GOOD_AREA:
+    if calibration.checks.warnings or unsure or sigma > GOOD_AREA:
         return Verdict(grade="usable", sentence=f"Usable with care. {begin}.", reasons=tuple(reasons))
     scale = " and a known length came out right" if checks else ""
     return Verdict(grade="good", sentence=f"Good. {begin}{scale}.", reasons=tuple(reasons))
+
+
+def _unsure(check: LengthCheck) -> str:
+    off, sigma, limit = (f"{100 * share:.2f} %" for share in (check.off, check.sigma_m / check.known_m, SCALE_LIMIT))
+    return (
+        f"{check.what} is {off} off, and marked too unsurely (± {sigma}) to tell that from {limit}: check with a "
+        "longer or a nearer one"
+    )
 
 
 def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> str:

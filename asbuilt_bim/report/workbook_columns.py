@@ -5,7 +5,8 @@ from __future__ import annotations
 from asbuilt_bim.report.sheet import Column
 
 _BEST = (
-    "Built / (built + open) of what was seen, of several elements their mean; unknown where less than 10 % was seen."
+    "Built / (built + open) of what was seen, of several elements their mean (not seen now: as when last seen); "
+    "unknown where less than 10 % was seen."
 )
 _LOWER = "What is certain: everything that was not seen counts as not built."
 _UPPER = "What is possible: everything that was not seen counts as built."

@@ -8,6 +8,8 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.vision.rig_effect import AREA_DISTANCE_M
 from asbuilt_bim.vision.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, SIGNIFICANT, RigVerdict
 
+BEYOND_MEANING = 1.0
+"""An area that errs by as much as itself: what is told of its error no longer says anything."""
 RECALIBRATE = (
     "see that both photos are of one moment and calibrate the rig again, boards in every corner of the frame, or pass "
     "--refine-rig (the baseline's length stays)"
@@ -27,10 +29,17 @@ def turn_in_words(verdict: RigVerdict) -> str:
 
 def effect_in_words(verdict: RigVerdict) -> str:
     """Return what the turn does: `an area at 5 m comes out +17.8 % ± 0.8 % wrong, rows lie 0.2 px apart`."""
+    rows = f"rows lie {verdict.rows_px:.1f} px apart"
+    if not abs(verdict.area_effect) < BEYOND_MEANING:
+        return f"an area could come out as anything: these photos and this rig don't belong together, {rows}"
     return (
         f"an area at {AREA_DISTANCE_M:g} m comes out {100 * verdict.area_effect:+.1f} % ± "
-        f"{100 * verdict.area_sigma:.1f} % wrong, rows lie {verdict.rows_px:.1f} px apart"
+        f"{100 * verdict.area_sigma:.1f} % wrong, {rows}"
     )
+
+
+def _percent(effect: float) -> str:
+    return f"{100 * effect:+.1f} %" if abs(effect) < BEYOND_MEANING else f"over {100 * BEYOND_MEANING:.0f} %"
 
 
 def knock_rejection(what: str, verdict: RigVerdict) -> Rejection:
@@ -41,7 +50,7 @@ def knock_rejection(what: str, verdict: RigVerdict) -> Rejection:
         what=what,
         reason=f"the rig was knocked since its calibration: its right camera is turned by {turn_in_words(verdict)}; "
         f"{effect_in_words(verdict)}",
-        value=f"{verdict.rows_px:.1f} px" if by_rows else f"{100 * verdict.area_effect:+.1f} %",
+        value=f"{verdict.rows_px:.1f} px" if by_rows else _percent(verdict.area_effect),
         limit=f"{ROWS_LIMIT_PX:g} px" if by_rows else f"{100 * AREA_LIMIT:g} %",
         remedy=RECALIBRATE,
     )
@@ -62,7 +71,7 @@ def doubt_rejection(what: str, verdict: RigVerdict) -> Rejection:
         what=what,
         reason=f"the rig has moved a little since its calibration (it was measured with it all the same): its right "
         f"camera is turned by {turn_in_words(verdict)}; {effect_in_words(verdict)}",
-        value=f"{100 * verdict.area_effect:+.1f} %",
+        value=_percent(verdict.area_effect),
         limit=f"{100 * AREA_LIMIT:g} %",
         remedy=RECALIBRATE,
     )

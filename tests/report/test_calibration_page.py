@@ -75,6 +75,9 @@ def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Ca
     bad = verdict(clean, effect(0.05), (CHECK,))
     assert bad.grade == "doubtful" and "5.0 %" in bad.sentence
     assert verdict(clean, None, (CHECK,)).grade == "doubtful"
+    unsure = verdict(clean, effect(0.002), (replace(CHECK, measured_m=1.0116 * CHECK.known_m),))
+    assert unsure.grade == "usable" and "came out right" not in unsure.sentence
+    assert "1.16 % off, and marked too unsurely" in unsure.reasons[0]
     unchecked = verdict(clean, effect(0.002), ())
     assert "known length" in unchecked.reasons[0] and "length came out right" not in unchecked.sentence
 

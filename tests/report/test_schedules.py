@@ -288,6 +288,14 @@ def test_the_table_the_workbook_and_the_page_tell_them_apart_too(tmp_path: Path)
         assert words in page
 
 
+def test_a_lower_bound_that_a_task_is_told_by_is_rounded_down(tmp_path: Path) -> None:
+    sure = replace(PART.progress, completion=replace(PART.progress.completion, lower=0.35507))
+    write_tasks_csv(report_of(replace(PART, progress=sure)), tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8-sig", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert (row["CompletionLower"], row["CompletionTold"]) == ("0.3550", "0.3550")
+
+
 def test_late_elements_are_named_on_the_page_and_on_a_sheet(tmp_path: Path) -> None:
     report = sample_report()
     page = page_html(report, {})

@@ -236,3 +236,9 @@ def test_no_turn_changes_nothing() -> None:
     assert np.abs(area_effects(np.zeros(5), CAMERA)).max() < 1e-12 and row_effect_px(np.zeros(5), CAMERA) < 1e-9
     assert np.allclose(corrected_rig(rig(), CAMERA, np.zeros(5)).right_from_left, rig().right_from_left)
     assert np.allclose(rotation_from_vector(np.zeros(3)), np.eye(3))
+
+
+def test_a_turn_beyond_all_meaning_is_told_without_its_figures() -> None:
+    verdict = judge([health("S1", calibrated(), calibrated(), 1)], calibrated())
+    text = str(knock_rejection("station S1", replace(verdict, area_effect=2.5e9, rows_px=0.3)))
+    assert "don't belong together" in text and "over 100 %" in text and "250" not in text
