@@ -126,9 +126,9 @@ def _left_over(
 ) -> list[Rejection]:
     face = seen.face
     if found:
-        stray = 1.0 - sum(match.overlap for match in found)
-        if stray > STRAY_SHARE and stray * face.area_m2 > STRAY_M2:
-            reason = f"matched, but {stray * face.area_m2:.2f} m2 of its {face.area_m2:.2f} m2 lie on no design face"
+        stray_m2 = sum(match.past_design_m2 for match in found)
+        if stray_m2 > max(STRAY_SHARE * face.area_m2, STRAY_M2):
+            reason = f"matched, but {stray_m2:.2f} m2 of its {face.area_m2:.2f} m2 lie on no design face"
             return [Rejection(what=f"face {face.face_id}", reason=reason, remedy="look at its outline in the overlay")]
         return []
     what = f"face {face.face_id}"

@@ -69,14 +69,13 @@ def _area(
     Seen whole, the rest adds its border noise only, unless it is clearly more: then "whole" was mistaken.
     """
     union = _union_area(outline, matches)
-    relative = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in matches])
-    image = _joint_sigma(matches, union)
+    relative, image = _calibration_share(matches), _joint_sigma(matches, union)
     seen_whole = [match for match in matches if match.whole]
     if seen_whole:
         mean, sigma, notes = _combined(seen_whole)
-        own = _mean([m.area_sigma_calibration_m2 / max(m.area_m2, 1e-9) for m in seen_whole])
         if union - mean <= APART_SIGMAS * float(np.hypot(sigma, image)) + OF_WHOLE * mean:
-            return _Area(m2=mean, sigma_calibration_m2=mean * own, sigma_image_m2=sigma), notes, True
+            calibration = mean * _calibration_share(seen_whole)
+            return _Area(m2=mean, sigma_calibration_m2=calibration, sigma_image_m2=sigma), notes, True
         return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), notes, False
     if isinstance(design.frame, PlaneFrame):
         union = _union_area(polygon.intersection(outline, design.exposed_uv_m), matches)
@@ -86,10 +85,8 @@ def _area(
         was = earlier.as_built_sigma_image_m2
         more = _joint_sigma(matches, max(union - before, 0.0))
         if earlier.whole and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
-            kept = _Area(
-                m2=before, sigma_calibration_m2=earlier.as_built_sigma_calibration_m2, sigma_image_m2=was
-            )  # fmt: skip
-            return kept, (), True
+            calibration = earlier.as_built_sigma_calibration_m2
+            return _Area(m2=before, sigma_calibration_m2=calibration, sigma_image_m2=was), (), True
         image = float(np.hypot(was, more))
     return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), (), False
 
@@ -139,8 +136,8 @@ def _joint_sigma(matches: Sequence[FaceMatch], total_m2: float) -> float:
     return sigmas * total_m2 / max(sum(match.area_m2 for match in matches), 1e-9)
 
 
-def _mean(values: Sequence[float]) -> float:
-    return float(np.mean(values))
+def _calibration_share(matches: Sequence[FaceMatch]) -> float:
+    return float(np.mean([match.area_sigma_calibration_m2 / max(match.area_m2, 1e-9) for match in matches]))
 
 
 def _offset(matches: Sequence[FaceMatch]) -> tuple[float, float, float | None]:
