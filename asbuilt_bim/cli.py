@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,50 +10,13 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
+from asbuilt_bim.terminal.parameters import FilePath, PhotoSize, Within
 from asbuilt_bim.terminal.screen import Screen, harmless
 from asbuilt_bim.version import __version__
 
 FAILED = 1
 _BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
-
-
-class _File(click.Path):
-    """A path that a system can hold; looking for a longer one fails in a hundred places."""
-
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
-
-    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
-        """Read a path."""
-        parts = os.fsencode(value).replace(b"\\", b"/").split(b"/")
-        if max(map(len, parts)) > 255 or len(os.fsencode(value)) > 4000:
-            self.fail(f"{str(value)[:40]!r}... is longer than a path can be", param, context)
-        return super().convert(value, param, context)
-
-
-_FILE = _File()
-
-
-class _Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]
-    name = "size"
-
-    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> tuple[int, int]:
-        """Read WIDTHxHEIGHT in pixels."""
-        width, _, height = str(value).lower().partition("x")
-        if not (width.isdecimal() and height.isdecimal() and 0 < int(width) < 100_000 and 0 < int(height) < 100_000):
-            self.fail(f"{value!r} is no size in pixels, such as 1280x960", param, context)
-        return int(width), int(height)
-
-
-class _Within(click.FloatRange):
-    """A number within bounds; click's own lets nan pass, which is neither below nor above."""
-
-    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> float:
-        """Read a number."""
-        number: float = super().convert(value, param, context)
-        if not math.isfinite(number):
-            self.fail(f"{value!r} is no number of metres", param, context)
-        return number
+_FILE = FilePath()
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -128,8 +89,8 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
 @click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="In the place of boards: measured points.")
-@click.option("--photo-size", type=_Size(), default=None, metavar="WIDTHxHEIGHT", help="Of the photos they are in.")
-@click.option("--check-length", type=_Within(min=0.01, max=1000.0), metavar="METRES", help="A known length, in metres.")
+@click.option("--photo-size", type=PhotoSize(), default=None, metavar="WIDTHxHEIGHT", help="Of the photos they are in.")
+@click.option("--check-length", type=Within(min=0.01, max=1000.0), metavar="METRES", help="A known length, in metres.")
 @click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in a pair of photos.")
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
@@ -209,7 +170,7 @@ def ifcpatch_dir() -> None:
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
 @click.option(
     "--target-diameter",
-    type=_Within(0.05, 2.0),
+    type=Within(0.05, 2.0),
     default=None,
     metavar="METRES",
     help="The red disc's, as measured on it; without it the disc says nothing of the scale.",

@@ -76,8 +76,8 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
     vertices = [e.vertices_m for e in design.elements if len(e.vertices_m)]
     if not vertices or not survey:
         return ()
-    low = np.min([v.min(axis=0) for v in vertices], axis=0)
-    high = np.max([v.max(axis=0) for v in vertices], axis=0)
+    every = np.concatenate(vertices)
+    low, high = every.min(axis=0), every.max(axis=0)
     found = []
     for marker in survey:
         middle = marker.corners_m.mean(axis=0)

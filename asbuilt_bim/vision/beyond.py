@@ -48,7 +48,8 @@ def _sky_between(pair: RectifiedPair, sky: BoolArray, width_px: int) -> BoolArra
     """
     seen = sky | (coloured_like(pair.left, sky) & pair.valid_left)
     filled = _closed(seen.astype(np.float32), width_px) > 0
-    count, parts = cv2.connectedComponents(filled.astype(np.uint8), connectivity=4)
+    count, labels = cv2.connectedComponents(filled.astype(np.uint8), connectivity=4)
+    parts = np.asarray(labels, dtype=np.int32)
     with_sky = np.bincount(parts[sky], minlength=count) > 0
     together: BoolArray = filled & with_sky[parts]
     return together

@@ -65,7 +65,7 @@ def inside_px(mask: BoolArray, most_px: float) -> Float32Array:
     inside = mask.astype(np.uint8)
     deep = np.asarray(cv2.distanceTransform(inside, cv2.DIST_L2, 3), dtype=np.float32)
     deep -= np.asarray(cv2.distanceTransform(1 - inside, cv2.DIST_L2, 3), dtype=np.float32)
-    return np.clip(deep, -np.float32(most_px), np.float32(most_px))
+    return np.asarray(np.clip(deep, -np.float32(most_px), np.float32(most_px)), dtype=np.float32)
 
 
 def _guided(grey: Float32Array, values: Float32Array, reach_px: int) -> Float32Array:

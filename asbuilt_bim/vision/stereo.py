@@ -176,11 +176,11 @@ def _refine(
         steepness = np.asarray(cv2.boxFilter(slope * slope * weight, cv2.CV_32F, size, normalize=False), np.float32)
         squares = cv2.boxFilter(difference * difference, cv2.CV_32F, size, normalize=False)
         residual_mean = np.asarray(squares / count, dtype=np.float32)
-        disparity = disparity + np.clip(top / (steepness + 4.0 * count), -0.5, 0.5)
-    disparity = np.clip(disparity, np.maximum(start - 0.75, 0.05), start + 0.75)
+        disparity += np.clip(top / (steepness + 4.0 * count), -0.5, 0.5)
+    disparity = np.asarray(np.clip(disparity, np.maximum(start - 0.75, 0.05), start + 0.75), dtype=np.float32)
     # what the sensor's noise alone adds to the gradient is no evidence: half the residual's variance, per pixel
     grain = float(np.median(residual_mean[measured])) if measured.any() else 1.0
     evidence = np.maximum(steepness - 0.5 * 0.5 * (grain + 1.0) * count, 1e-3)
     # neighbouring residuals are correlated over about 2 px, hence the factor 2
     sigma = 2.0 * np.sqrt((residual_mean + 1.0) / evidence)
-    return disparity.astype(np.float32), np.clip(np.hypot(sigma, 0.05), 0.05, 4.0).astype(np.float32)
+    return disparity, np.clip(np.hypot(sigma, 0.05), 0.05, 4.0).astype(np.float32)

@@ -1,0 +1,48 @@
+"""What the command line's options take: paths, sizes in pixels, lengths within bounds."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+class FilePath(click.Path):
+    """A path that a system can hold; looking for a longer one fails in a hundred places."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
+        """Read a path."""
+        parts = os.fsencode(value).replace(b"\\", b"/").split(b"/")
+        if max(map(len, parts)) > 255 or len(os.fsencode(value)) > 4000:
+            self.fail(f"{str(value)[:40]!r}... is longer than a path can be", param, context)
+        return super().convert(value, param, context)
+
+
+class PhotoSize(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+    """WIDTHxHEIGHT, in pixels."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> tuple[int, int]:
+        """Read WIDTHxHEIGHT in pixels."""
+        width, _, height = str(value).lower().partition("x")
+        if not (width.isdecimal() and height.isdecimal() and 0 < int(width) < 100_000 and 0 < int(height) < 100_000):
+            self.fail(f"{value!r} is no size in pixels, such as 1280x960", param, context)
+        return int(width), int(height)
+
+
+class Within(click.FloatRange):
+    """A number within bounds; click's own lets nan pass, which is neither below nor above."""
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> float:
+        """Read a number."""
+        number: float = super().convert(value, param, context)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is no number of metres", param, context)
+        return number
