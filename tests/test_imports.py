@@ -52,7 +52,7 @@ CONFINED = {
     "xlsxwriter": ["report/"],
     "jinja2": ["report/"],
     "jsonschema": ["report/", "camera/rig_file.py"],
-    "click": ["cli.py"],
+    "click": ["cli.py", "terminal/parameters.py"],
     "rich": ["terminal/"],
     "yaml": ["strict_yaml.py", "yaml_words.py", "camera/"],
     "distributed": ["scale/executor.py"],
