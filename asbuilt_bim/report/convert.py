@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from datetime import date, datetime
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Any
 
 from cattrs import Converter, transform_error
 from cattrs.errors import BaseValidationError
@@ -78,6 +78,5 @@ def _rounded_share(value: float | None) -> float | None:
 
 
 def _array_fields(cls: type[Any]) -> list[str]:
-    """Return the fields of a dataclass that hold arrays."""
-    hints = get_type_hints(cls)
-    return [field.name for field in fields(cls) if "ndarray" in str(hints[field.name])]
+    """Return the fields of a dataclass that hold arrays; their annotations read differently from numpy to numpy."""
+    return [field.name for field in fields(cls) if field.name in ARRAY_FORMS]
