@@ -132,7 +132,8 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
 
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
     """Return what a run's numbers were made from."""
-    options = (project.options, project.target, project.markers, project.scope)
+    markers = replace(project.markers, survey="")  # it has a digest of its own
+    options = (project.options, project.target, markers, project.scope)
     return Provenance(
         program_version=__version__,
         created=when.astimezone(UTC).isoformat(timespec="seconds"),

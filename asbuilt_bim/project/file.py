@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from asbuilt_bim.options import Options
 from asbuilt_bim.structure import Within
+from asbuilt_bim.vision.markers import Family
 
 _MM = "a length in millimetres? metres are wanted here"
 
@@ -90,7 +91,7 @@ class MarkersFile:
 
     survey: str
     size_m: Annotated[float, Within(low=0.02, high=3.0, unit="m", hint=_MM)]
-    family: Literal["apriltag_36h11", "apriltag_36h10", "apriltag_25h9", "apriltag_16h5"] = "apriltag_36h11"
+    family: Family = "apriltag_36h11"
     sigma_m: Annotated[float, Within(low=0.0001, high=0.1, unit="m", hint=_MM)] = 0.003
 
 

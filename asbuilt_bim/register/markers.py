@@ -33,7 +33,7 @@ def pose_from_markers(
     seen, notes = _sighted(station, survey, options)
     what = f"station {station.station}"
     if len(seen) < options.min_markers:
-        return None, (*notes, _too_few(what, len(seen), options.min_markers))
+        return None, (*notes, _too_few(what, len(seen), options.min_markers, any_read=bool(station.markers)))
     agreement = largest_agreement(station.camera, seen, min(options.min_markers, len(seen)))
     if agreement is None:
         return None, (*notes, _none_agree(what, len(seen)))
@@ -107,13 +107,14 @@ def _unknown(what: str, marker_id: int) -> Rejection:
     )
 
 
-def _too_few(what: str, count: int, limit: int) -> Rejection:
+def _too_few(what: str, count: int, limit: int, *, any_read: bool) -> Rejection:
+    more = "show more surveyed markers, spread over the frame"
     return Rejection(
         what=what,
         reason="too few surveyed markers in view",
         value=f"{count}",
         limit=f"at least {limit}",
-        remedy="show more surveyed markers, spread over the frame",
+        remedy=more if any_read else f"where the photos do show some, check markers.family; else {more}",
     )
 
 

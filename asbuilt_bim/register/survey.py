@@ -22,6 +22,7 @@ COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
 MAX_COORDINATE_M = 1e9
 """Beyond the moon; what is written so is no place."""
 MAX_DIGITS = 9
+MAX_NAMED = 8  # markers of one fault
 MAX_BYTES = 10_000_000
 FAR_M = 200.0
 """A marker further than this from the building is not on its site."""
@@ -52,19 +53,28 @@ def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMark
             problems.append(f"line {row.line}: marker {row.marker_id} has its {row.corner} corner twice (line {first})")
         corners.setdefault(row.corner, row)
     markers = []
+    lacking: dict[str, list[int]] = {}
     for marker_id, corners in sorted(by_marker.items()):
-        missing = [name for name in CORNERS if name not in corners]
+        missing = ", ".join(name for name in CORNERS if name not in corners)
         if missing:
-            problems.append(f"marker {marker_id}: {', '.join(missing)} missing")
+            lacking.setdefault(missing, []).append(marker_id)
             continue
         xyz = np.array([corners[name].xyz_m for name in CORNERS])
         markers.append(SurveyedMarker(marker_id=marker_id, corners_m=frozen(xyz), sigma_m=sigma_m))
+    problems += [f"{_numbered(ids)}: {corners} missing" for corners, ids in lacking.items()]
     problems += print_faults({marker.marker_id: marker.corners_m for marker in markers}, size_m)
     if not problems and not markers:
         problems.append("it holds no marker; give four corners for each marker")
     if problems:
         raise SurveyError(f"{path}: the survey can't be used:\n" + "\n".join(f"  - {one}" for one in problems))
     return tuple(markers)
+
+
+def _numbered(ids: Sequence[int]) -> str:
+    """Name markers, the first ones where they are many."""
+    named = ", ".join(map(str, ids[:MAX_NAMED]))
+    more = f" and {len(ids) - MAX_NAMED} more" if len(ids) > MAX_NAMED else ""
+    return f"marker{'s' if len(ids) > 1 else ''} {named}{more}"
 
 
 def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Rejection, ...]:

@@ -163,7 +163,10 @@ def _notes(schedule: ScheduleFile, ties: _Ties, left: Sequence[Task]) -> list[st
         )
     untied = [row.name for row in rows if row.uid not in ties.tied and row.uid not in ties.ambiguous]
     if untied:
-        notes.append(f"{start}: {len(ties.tied)} of its {len(rows)} tasks make walls or columns; not: {_some(untied)}.")
+        notes.append(
+            f"{start}: {len(ties.tied)} of its {len(rows)} tasks are tied to walls or columns; no task of the IFC that "
+            f"makes any has the GlobalId, identification or name of {_some(untied)}."
+        )
     if left:
         names = _some([task.name for task in left])
         notes.append(f"{start} has no task for these of the IFC, which keep their own dates: {names}.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -12,8 +13,20 @@ from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, frozen
 from asbuilt_bim.vision.marker_corners import refine_corners
 
-FAMILIES = {
+Family = Literal[
+    "apriltag_36h11",
+    "apriltag_36h10",
+    "apriltag_25h9",
+    "apriltag_16h5",
+    "aruco_4x4_50",
+    "aruco_5x5_100",
+    "aruco_6x6_250",
+    "aruco_original",
+]
+"""The printed families that a project may name."""
+FAMILIES: dict[str, int] = {
     "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36h11,
+    "apriltag_36h10": cv2.aruco.DICT_APRILTAG_36h10,
     "apriltag_25h9": cv2.aruco.DICT_APRILTAG_25h9,
     "apriltag_16h5": cv2.aruco.DICT_APRILTAG_16h5,
     "aruco_4x4_50": cv2.aruco.DICT_4X4_50,
@@ -21,7 +34,6 @@ FAMILIES = {
     "aruco_6x6_250": cv2.aruco.DICT_6X6_250,
     "aruco_original": cv2.aruco.DICT_ARUCO_ORIGINAL,
 }
-"""The printed families that a project may name."""
 
 ROW_LIMIT_PX = 2.0
 """Corners of one marker lie on one row in both photos; more is another marker, or a rig that was knocked."""

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import fields
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
@@ -22,6 +22,7 @@ from asbuilt_bim.project.file import (
 from asbuilt_bim.project.paths import safe_name
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.schemas_dir import schema
+from asbuilt_bim.vision.markers import FAMILIES, Family
 from tests.project_folder import plain, write_project
 
 
@@ -204,6 +205,11 @@ def test_the_schema_knows_the_same_keys(place: list[str], kind: type) -> None:
         parts = [alternative for part in below if part for alternative in _alternatives(part, whole)]
     assert set().union(*(part["properties"] for part in parts)) == {f.name for f in fields(kind)}
     assert all(part.get("additionalProperties") is False for part in parts)
+
+
+def test_the_schema_names_the_families_that_are_read() -> None:
+    assert schema("project-1")["properties"]["markers"]["properties"]["family"]["enum"] == [*get_args(Family)]
+    assert [*FAMILIES] == [*get_args(Family)]
 
 
 def _alternatives(part: dict[str, Any], whole: dict[str, Any]) -> list[dict[str, Any]]:

@@ -57,6 +57,14 @@ def test_two_markers_are_enough_and_one_is_too_few() -> None:
     assert "1, limit at least 2" in str(placement.rejections[0])
 
 
+def test_where_no_marker_at_all_was_read_the_family_may_be_another() -> None:
+    station, survey = site(2)
+    blind = register((replace(station, markers=()),), survey, RegisterOptions())
+    assert "check markers.family" in str(blind.rejections[0])
+    one = register((replace(station, markers=station.markers[:1]),), survey, RegisterOptions())
+    assert "check markers.family" not in str(one.rejections[0])
+
+
 def test_a_wrongly_surveyed_marker_is_named_and_the_station_kept() -> None:
     station, survey = site(4)
     true = register((station,), survey, RegisterOptions()).stations[0].pose

@@ -67,6 +67,13 @@ def test_missing_corners_are_named(tmp_path: Path) -> None:
         read(tmp_path, "\n".join(table({7: SQUARE}).splitlines()[:-1]))
 
 
+def test_a_corner_that_every_marker_lacks_is_one_line(tmp_path: Path) -> None:
+    text = "\n".join(line for line in table(dict.fromkeys(range(20), SQUARE)).splitlines() if "bottom-left" not in line)
+    with pytest.raises(SurveyError, match="markers 0, 1, 2, 3, 4, 5, 6, 7 and 12 more: bottom-left missing") as caught:
+        read(tmp_path, text)
+    assert len(str(caught.value).splitlines()) == 2
+
+
 def test_corners_in_the_wrong_order_are_no_square(tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="no square"):
         read(tmp_path, table({7: SQUARE[[0, 2, 1, 3]]}))

@@ -23,7 +23,10 @@ def test_tasks_are_tied_by_name_and_what_makes_no_element_is_named(tmp_path: Pat
     assert walls.schedule_uid == "12"
     assert tied.schedule is not None
     assert tied.schedule.kind == "MS Project XML"
-    assert any("2 of its 3 tasks make walls or columns; not: 'Painting'" in note for note in tied.notes)
+    assert any(
+        "2 of its 3 tasks are tied to walls or columns; no task of the IFC" in note and "'Painting'" in note
+        for note in tied.notes
+    )
 
 
 def test_a_global_id_goes_before_a_name_and_an_activity_id_ties_what_has_another_name(tmp_path: Path) -> None:

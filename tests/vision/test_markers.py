@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -8,18 +9,24 @@ import pytest
 
 from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.vision.markers import find_markers
+from asbuilt_bim.vision.markers import FAMILIES, Family, find_markers
 from tests.vision.flat_scene import CAMERA, Flat, pair_of, printed
 
 SIDE_M = 0.28
-_QUIET = 10 / 8  # one white module round the eight printed ones
 
 
-def tag(marker_id: int, centre: tuple[float, float, float], yaw: float = 0.0, pitch: float = 0.0) -> Flat:
-    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-    sheet = np.full((10, 10), 255.0)
-    sheet[1:9, 1:9] = cv2.aruco.generateImageMarker(dictionary, marker_id, 8)
-    return printed(centre, sheet, SIDE_M * _QUIET, yaw, pitch)
+def tag(
+    marker_id: int,
+    centre: tuple[float, float, float],
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    family: str = "apriltag_36h11",
+) -> Flat:
+    dictionary = cv2.aruco.getPredefinedDictionary(FAMILIES[family])
+    modules = dictionary.markerSize + 2  # a black border round the code, a white one round that
+    sheet = np.full((modules + 2, modules + 2), 255.0)
+    sheet[1:-1, 1:-1] = cv2.aruco.generateImageMarker(dictionary, marker_id, modules)
+    return printed(centre, sheet, SIDE_M * (modules + 2) / modules, yaw, pitch)
 
 
 def corners(of: Flat) -> FloatArray:
@@ -70,6 +77,12 @@ def test_a_turned_marker_keeps_the_order_of_its_print() -> None:
     (sighting,) = find_markers(replace(upside_down, left=upside_down.right, right=upside_down.left))
     seen = np.array([CAMERA.width_px, CAMERA.height_px]) - 1 - sighting.left_px
     assert np.abs(seen - CAMERA.project(corners(TAGS[21]) - [CAMERA.baseline_m, 0, 0])).max() < 0.2
+
+
+@pytest.mark.parametrize("family", get_args(Family))
+def test_a_marker_of_each_family_that_a_project_may_name_is_read(family: str) -> None:
+    (sighting,) = find_markers(pair_of([tag(5, (0.0, 0.0, 3.0), family=family)]), family)
+    assert sighting.marker_id == 5
 
 
 def test_an_unknown_family_is_refused_with_the_known_ones() -> None:
