@@ -208,7 +208,7 @@ def test_the_schema_knows_the_same_keys(place: list[str], kind: type) -> None:
 
 
 def test_the_schema_names_the_families_that_are_read() -> None:
-    assert schema("project-1")["properties"]["markers"]["properties"]["family"]["enum"] == [*get_args(Family)]
+    assert schema("project-1")["$defs"]["markers"]["properties"]["family"]["enum"] == [*get_args(Family)]
     assert [*FAMILIES] == [*get_args(Family)]
 
 
