@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.terminal.parameters import FilePath, PhotoSize, Within
+from asbuilt_bim.terminal.parameters import FilePath, Metres, PhotoSize
 from asbuilt_bim.terminal.screen import Screen, harmless
 from asbuilt_bim.version import __version__
 
@@ -90,7 +90,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
 @click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="In the place of boards: measured points.")
 @click.option("--photo-size", type=PhotoSize(), default=None, metavar="WIDTHxHEIGHT", help="Of the photos they are in.")
-@click.option("--check-length", type=Within(min=0.01, max=1000.0), metavar="METRES", help="A known length, in metres.")
+@click.option("--check-length", type=Metres(min=0.01, max=1000.0), metavar="METRES", help="A known length, in metres.")
 @click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in a pair of photos.")
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
@@ -170,7 +170,7 @@ def ifcpatch_dir() -> None:
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
 @click.option(
     "--target-diameter",
-    type=Within(0.05, 2.0),
+    type=Metres(0.05, 2.0),
     default=None,
     metavar="METRES",
     help="The red disc's, as measured on it; without it the disc says nothing of the scale.",

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from asbuilt_bim.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.errors import OutputError
+from asbuilt_bim.output.edited import keep_edited
 from asbuilt_bim.output.lock import run_lock
 from asbuilt_bim.strict_json import parse_json
 
@@ -117,8 +118,12 @@ class OutputFolder:
         return free
 
     def _copy(self, run: Path, before: CurrentRun | None) -> Iterator[str]:
-        """Bring the copies that people open up to date, one by one; say which could not be."""
+        """Bring the copies that people open up to date, one by one; say which could not be, and which were changed."""
         wanted = _copies(run)
+        gone = set(_copies(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
+        for relative in (*wanted, *sorted(gone)):
+            if len(relative.parts) == 1:
+                yield from self._kept(relative)
         for relative in wanted:
             target = self.path / relative
             try:
@@ -129,10 +134,16 @@ class OutputFolder:
                     f"{target}: is open in another program or can't be replaced ({problem.strerror}); "
                     f"it shows an earlier run. The new one is {run / relative}"
                 )
-        gone = set(_copies(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
         for relative in gone:
             with contextlib.suppress(OSError):
                 (self.path / relative).unlink()
+
+    def _kept(self, relative: Path) -> Iterator[str]:
+        """Keep what a person made of a copy; what can't be moved can't be replaced either, which is said then."""
+        with contextlib.suppress(OSError):
+            kept = keep_edited(self.path / relative, self.path / "runs")
+            if kept is not None:
+                yield f"{self.path / relative}: was changed since a run wrote it; your version is kept as {kept.name}"
 
 
 @contextlib.contextmanager

@@ -75,6 +75,8 @@ def _stations(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
             yield f"station {name}: {old[name].status} -> {_status(new[name].status, new[name].reasons)}"
         elif photos_old.get(name, ()) != photos_new.get(name, ()):
             yield f"station {name}: other photos"
+        elif new[name].status != "placed" and old[name].reasons != new[name].reasons:
+            yield f"station {name}: {_status(new[name].status, new[name].reasons)} now"
 
 
 def _status(status: str, reasons: tuple[object, ...]) -> str:

@@ -37,12 +37,18 @@ class PhotoSize(click.ParamType):  # type: ignore[type-arg, unused-ignore]
         return int(width), int(height)
 
 
-class Within(click.FloatRange):
-    """A number within bounds; click's own lets nan pass, which is neither below nor above."""
+class Metres(click.FloatRange):
+    """A length within bounds; click's own range names no unit, and lets nan pass, which is neither below nor above."""
 
     def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> float:
-        """Read a number."""
-        number: float = super().convert(value, param, context)
+        """Read a length in metres."""
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
         if not math.isfinite(number):
             self.fail(f"{value!r} is no number of metres", param, context)
+        low, high = self.min or 0.0, self.max or math.inf
+        if not low <= number <= high:
+            self.fail(f"{number:g} m is not within {low:g} to {high:g} m; it is given in metres", param, context)
         return number

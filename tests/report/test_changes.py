@@ -50,6 +50,15 @@ def test_a_station_that_is_new_and_rejected_gives_its_reason():
     )
 
 
+def test_a_station_that_is_rejected_for_another_reason_is_named_with_it():
+    report = sample_report()
+    dark = Rejection(what="station C9", reason="too dark", remedy="take it again")
+    before = replace(report, rejections=(*report.rejections, dark))
+    after = replace(report, rejections=(*report.rejections, replace(dark, reason="no disparity")))
+    assert changes(before, after) == ("station C9: rejected (station C9: no disparity; take it again) now",)
+    assert changes(before, before) == ()
+
+
 def test_another_ifc_file_and_another_visit_are_said():
     report = sample_report()
     made = replace(report.provenance, ifc_digest="sha256:00")
