@@ -18,13 +18,16 @@ from asbuilt_bim.report.workbook import write_workbook
 MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
 
 
-def write_outputs(report: ProgressReport, folder: Path, pictures_folder: Path) -> tuple[Path, ...]:
+def write_outputs(
+    report: ProgressReport, folder: Path, pictures_folder: Path, before: ProgressReport | None = None
+) -> tuple[Path, ...]:
     """Write `overlays/*.jpg`, `quantities.csv`, `quantities.xlsx` and `report.html` into `folder`; return their paths.
 
     A design with tasks gets `tasks.csv`, `schedule.msp.xml` and `schedule.p6.xml` as well.
 
     `pictures_folder` is the run folder that `StationRecord.picture` is relative to, or the folder of the visit's
-    pictures itself. A station whose picture is missing gets no overlay, and the page says so.
+    pictures itself. A station whose picture is missing gets no overlay, and the page says so. `before` is the
+    report of the visit before, which the page compares with.
 
     Raises:
         OutputError: something can't be written, or a picture is damaged.
@@ -34,7 +37,7 @@ def write_outputs(report: ProgressReport, folder: Path, pictures_folder: Path) -
     table, workbook, page = folder / "quantities.csv", folder / "quantities.xlsx", folder / "report.html"
     write_csv(report, table)
     write_workbook(report, workbook)
-    write_page(report, pictures, page)
+    write_page(report, pictures, page, before)
     return (*written, table, workbook, *_write_tasks(report, folder), page)
 
 

@@ -17,6 +17,7 @@ from asbuilt_bim.report.elevation import element_drawings
 from asbuilt_bim.report.overlay import decode_picture, encode_picture, narrowed
 from asbuilt_bim.report.overlay_layout import OverlayLayout, overlay_layout
 from asbuilt_bim.report.plan import storey_plans
+from asbuilt_bim.report.since import since_rows
 from asbuilt_bim.report.states import ORDER, TARGET_COLOUR
 from asbuilt_bim.report.tables import (
     NO_STOREY,
@@ -45,8 +46,10 @@ class StationCard:
     layout: OverlayLayout | None
 
 
-def page_html(report: ProgressReport, pictures: Mapping[str, bytes]) -> str:
+def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: ProgressReport | None = None) -> str:
     """Return the page; `pictures` maps a station's name to its rectified left photo as JPEG.
+
+    `before` is the report of the visit before, where there was one.
 
     Raises:
         OutputError: a picture can't be decoded.
@@ -73,19 +76,23 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes]) -> str:
             plan_words=plan_words(report),
             late_words=late_words(report),
             cost_groups=cost_groups(report),
+            before=before,
+            since=since_rows(before, report) if before else (),
             order=ORDER,
             target_colour=TARGET_COLOUR,
         )
     )
 
 
-def write_page(report: ProgressReport, pictures: Mapping[str, bytes], path: Path) -> None:
+def write_page(
+    report: ProgressReport, pictures: Mapping[str, bytes], path: Path, before: ProgressReport | None = None
+) -> None:
     """Write the page.
 
     Raises:
         OutputError: it can't be written, or a picture can't be decoded.
     """
-    data = page_html(report, pictures).encode("utf-8", "replace")
+    data = page_html(report, pictures, before).encode("utf-8", "replace")
     try:
         path.write_bytes(data)
     except OSError as error:
