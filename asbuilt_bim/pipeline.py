@@ -14,6 +14,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.match.beside import beside_design
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.options import Options
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
@@ -69,7 +70,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*rejections, *placement.rejections),
+        rejections=(*rejections, *placement.rejections, *beside_design(placement, design)),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
     )

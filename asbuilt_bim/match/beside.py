@@ -1,0 +1,166 @@
+"""Does all that was measured lie beside the design, the same way? Then the survey's origin is wrong, or the design.
+
+A survey that is moved changes no distance between markers, and no area: only the elements that faces are held against.
+Each measured plane votes for the moves that lay it on a parallel face of the design; where one move suits clearly more
+of them than none does, it is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimModel, DesignFace
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.score import in_world
+from asbuilt_bim.register.pose import Placement
+
+REACH_M = 0.6
+"""Moves looked for. Further off, columns of one grid are taken for each other."""
+BAND_M = 0.02
+"""A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one."""
+LEAST_M = 0.02
+"""A smaller move is a building's own tolerance."""
+PARALLEL_COS = float(np.cos(np.radians(5.0)))
+UPRIGHT = 0.1  # of a normal's upward part
+LEAST_MORE, LEAST_MORE_SHARE, LEAST_ELEMENTS = 3, 0.25, 3
+"""So many faces more, and so large a share of all, on so many elements, lie on the design after the move."""
+_STEP_M = 0.01
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Votes:
+    """One measured plane against the design faces that it may be, K of them."""
+
+    normals: FloatArray  # (K, 2) level
+    offsets_m: FloatArray  # (K,) measured minus design, along the design's normal
+    feet_m: FloatArray  # (K,) the same of the outline's lower end
+    heads_m: FloatArray  # (K,) and of its upper one
+    elements: tuple[str, ...]
+
+    def nearest(self, move_m: FloatArray) -> int:
+        """Return which of the faces it lies on best after a move back by `move_m` (2,)."""
+        return int(np.argmin(np.abs(self.offsets_m - self.normals @ move_m)))
+
+
+def beside_design(placement: Placement, design: BimModel) -> tuple[Rejection, ...]:
+    """Return one rejection, of the survey, where everything lies beside the design the same way; empty where not."""
+    votes = _votes(placement, design)
+    if not votes:
+        return ()
+    level, fit, fit_unmoved = _level_move(votes)
+    rise, more = _rise(votes, level)
+    moved = np.append(level, rise)
+    if not moved.any():
+        return ()
+    told = ", ".join(f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", moved, strict=True) if abs(part) >= 0.005)
+    fits = f"{fit} of {len(votes)} faces lie on it when moved back, {fit_unmoved} as they are"
+    if not level.any():
+        fits = f"{more} feet and heads more lie on it when moved back"
+    return (
+        Rejection(
+            what="survey",
+            reason=f"what was measured lies beside the design, all of it the same way: by {told}; {fits}",
+            remedy="check the survey's control points, origin and height before anyone is paid by these numbers",
+        ),
+    )
+
+
+def _votes(placement: Placement, design: BimModel) -> list[_Votes]:
+    faces = [face for element in design.elements for face in element.faces if _is_upright(face)]
+    if not faces:
+        return []
+    frames = [face.frame for face in faces if isinstance(face.frame, PlaneFrame)]
+    normals, origins = (np.array([getattr(f, name) for f in frames]) for name in ("normal", "origin_m"))
+    axes = np.array([[f.u, f.v] for f in frames])
+    rings = [np.concatenate([ring for region in face.rings_uv_m for ring in region]) for face in faces]
+    low, high = (np.array([getattr(ring, end)(axis=0) for ring in rings]) for end in ("min", "max"))
+    heights = np.array([_ends(f.from_uv(ring)) for f, ring in zip(frames, rings, strict=True)])
+    votes = []
+    for placed in placement.stations:
+        for measured in placed.measurement.faces:
+            seen = in_world(measured, placed.pose)
+            if not isinstance(seen.frame, PlaneFrame) or abs(seen.frame.normal[2]) > UPRIGHT or not seen.outline:
+                continue
+            arms = seen.centroid_m - origins
+            offsets = np.einsum("fi,fi->f", arms, normals)
+            at = np.einsum("fki,fi->fk", axes, arms)
+            inside = ((at > low - REACH_M) & (at < high + REACH_M)).all(axis=1)
+            may = np.flatnonzero(inside & (normals @ seen.frame.normal > PARALLEL_COS) & (np.abs(offsets) < REACH_M))
+            if len(may):
+                ends = _ends(seen.frame.from_uv(np.concatenate(measured.outline_uv_m)))
+                votes.append(
+                    _Votes(
+                        normals=normals[may, :2],
+                        offsets_m=offsets[may],
+                        feet_m=ends[0] - heights[may, 0],
+                        heads_m=ends[1] - heights[may, 1],
+                        elements=tuple(faces[one].element for one in may),
+                    )
+                )
+    return votes
+
+
+def _level_move(votes: Sequence[_Votes]) -> tuple[FloatArray, int, int]:
+    """Return the level move (2,), 0 where none is clearly better, and how many planes fit with and without it."""
+    steps = np.arange(-REACH_M, REACH_M + 0.5 * _STEP_M, _STEP_M)
+    moves = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    count = np.zeros(len(moves))
+    for vote in votes:
+        off = np.abs(vote.offsets_m[:, None] - vote.normals @ moves.T)
+        count += (off < BAND_M).any(axis=0)
+    best = moves[np.lexsort((np.hypot(*moves.T), -count))[0]]
+    move = _refined(votes, best)
+    fits, unmoved = (_fitting(votes, at) for at in (move, np.zeros(2)))
+    more = [one for one in fits if one not in unmoved]
+    elements = {votes[one].elements[votes[one].nearest(move)] for one in more}
+    gained = len(fits) - len(unmoved)
+    is_clear = gained >= max(LEAST_MORE, LEAST_MORE_SHARE * len(votes)) and len(elements) >= LEAST_ELEMENTS
+    if not is_clear or float(np.hypot(*move)) < LEAST_M:
+        return np.zeros(2), len(fits), len(unmoved)
+    return move, len(fits), len(unmoved)
+
+
+def _refined(votes: Sequence[_Votes], move: FloatArray) -> FloatArray:
+    """Return the least-squares move of the planes that lie on a face after `move`: nought where no plane tells it."""
+    fits = _fitting(votes, move)
+    chosen = [(votes[one], votes[one].nearest(move)) for one in fits]
+    normals = np.array([vote.normals[face] for vote, face in chosen]).reshape(-1, 2)
+    offsets = np.array([vote.offsets_m[face] for vote, face in chosen])
+    found: FloatArray = np.linalg.lstsq(normals, offsets, rcond=0.1)[0]
+    return found
+
+
+def _fitting(votes: Sequence[_Votes], move: FloatArray) -> list[int]:
+    """Return which planes lie on a face after a move back by `move`."""
+    return [n for n, v in enumerate(votes) if float(np.min(np.abs(v.offsets_m - v.normals @ move))) < BAND_M]
+
+
+def _rise(votes: Sequence[_Votes], level: FloatArray) -> tuple[float, int]:
+    """Return the upward move, 0 where none is clearly better, and how many feet and heads more it suits.
+
+    Feet are hidden and walls are poured in part: only where both ends of faces say the same is it a move.
+    """
+    chosen = [(votes[one], votes[one].nearest(level)) for one in _fitting(votes, level)]
+    ends = np.array([(vote.feet_m[face], vote.heads_m[face]) for vote, face in chosen]).reshape(-1, 2)
+    steps = np.arange(-REACH_M, REACH_M + 0.5 * _STEP_M, _STEP_M)
+    suited = (np.abs(ends - steps[:, None, None]) < BAND_M).sum(axis=1)  # (steps, 2) feet and heads
+    best = np.lexsort((np.abs(steps), -suited.sum(axis=1)))[0]
+    step = float(steps[best])
+    more = suited[best] - (np.abs(ends) < BAND_M).sum(axis=0)
+    is_clear = more.min() >= LEAST_MORE and more.sum() >= LEAST_MORE_SHARE * ends.size
+    if abs(step) < LEAST_M or not is_clear:
+        return 0.0, 0
+    return float(np.mean(ends[np.abs(ends - step) < BAND_M])), int(more.sum())
+
+
+def _is_upright(face: DesignFace) -> bool:
+    return isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT
+
+
+def _ends(points_m: FloatArray) -> tuple[float, float]:
+    return float(points_m[:, 2].min()), float(points_m[:, 2].max())
