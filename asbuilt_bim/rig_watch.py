@@ -88,10 +88,10 @@ def watch_scale(
     verdict = judge_scale(evidence, project.target.diameter_m, project.markers.size_m, survey)
     if verdict is None:
         return watched
-    if not verdict.is_wrong:
-        doubt = doubt_about_scale("rig's scale", verdict)
-        return watched if doubt is None else replace(watched, warnings=(*watched.warnings, doubt))
     square_m = project.rig.boards.square_m if project.rig.boards is not None else None
+    if not verdict.is_wrong:
+        doubt = doubt_about_scale("rig's scale", verdict, rig, square_m)
+        return watched if doubt is None else replace(watched, warnings=(*watched.warnings, doubt))
     refused = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
     return replace(watched, outcomes=tuple(refused))
 

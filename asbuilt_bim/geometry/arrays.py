@@ -37,3 +37,10 @@ def median(values: NDArray[Any]) -> float:
         return float(np.partition(values, middle)[middle])
     ordered = np.partition(values, (middle - 1, middle))
     return float(0.5 * (ordered[middle - 1] + ordered[middle]))
+
+
+def weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    """Return the value that half of the weight lies under, between two values where it lies between them; both (N,)."""
+    order = np.argsort(values)
+    under = np.cumsum(weights[order]) - 0.5 * weights[order]
+    return float(np.interp(0.5 * float(np.sum(weights)), under, values[order]))

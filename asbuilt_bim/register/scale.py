@@ -11,7 +11,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, weighted_median
 from asbuilt_bim.measure.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import UNIT_MISTAKES
@@ -22,8 +22,11 @@ SCALE_LIMIT = 0.03
 """Of a length, 6 % of an area: more than discs and prints are ever off by, all the same way."""
 DOUBT_LIMIT, DOUBT_SIGNIFICANT = 0.015, 2.5  # it is warned of, and nothing is refused
 SIGNIFICANT = 4.0
-KNOWN_TO = {"target's diameter": 0.01, "markers' size": 0.01, "markers' distances": 0.003}
-"""What a length is made or surveyed to, relative; common to all of its kind, so that it doesn't average out."""
+POOLED_LIMIT, POOLED_SIGNIFICANT = 0.005, 5.0
+"""All known lengths together are warned of from 1 % of an area on, where chance can't explain it."""
+KNOWN_TO = {"target's diameter": 0.01, "markers' size": 0.01, "markers' distances": 0.001}
+"""What a length is made or surveyed to, relative; common to all of its kind, so that it doesn't average out. A survey's
+own sigma is told; its scale is off by a map grid's factor (0.04 %) or a tape's sag and stretch at most."""
 _TOLD_BY: dict[Kind, str] = {
     "target's diameter": "target.diameter_m",
     "markers' size": "markers.size_m",
@@ -31,6 +34,8 @@ _TOLD_BY: dict[Kind, str] = {
 }
 _LEAST_SPACING_M = 0.5
 _UNIT_SHARE = 0.04
+_ACROSS_RAY = 0.05  # a pixel is disparity / focal length as much across the ray as along it
+_OF_MEDIAN = 1.2533  # its sigma over the mean's, of Gaussians
 _TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radius of ten
 
 
@@ -92,11 +97,37 @@ def scale_rejection(what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: 
     )
 
 
-def doubt_rejection(what: str, verdict: ScaleVerdict) -> Rejection | None:
+def doubt_rejection(
+    what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None = None
+) -> Rejection | None:
     """Return a warning where known lengths come out wrong by less, or contradict each other; None where all is well."""
+    if verdict.is_wrong:
+        return None
+    return _doubt_of_kinds(what, verdict) or _doubt_of_all(what, verdict, rig, square_m)
+
+
+def _doubt_of_all(what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection | None:
+    """Warn where no kind stands out, but all of them together can't come out as they do by chance."""
+    off, limit = float(np.log(verdict.ratio)), max(POOLED_LIMIT, POOLED_SIGNIFICANT * verdict.sigma)
+    if not verdict.agree or abs(off) <= limit:
+        return None
+    than = "large" if off > 0.0 else "small"
+    kinds = ", ".join(f"{k.kind} {100 * (k.ratio - 1):+.1f} %" for k in verdict.kinds)
+    return Rejection(
+        what=what,
+        reason=f"known lengths together come out {100 * abs(verdict.ratio - 1):.2f} % too {than} "
+        f"(± {100 * verdict.sigma:.2f} %; {kinds}), and so every area {100 * abs(verdict.ratio**2 - 1):.1f} % too "
+        f"{than}, which its sigma doesn't hold; {_cause(verdict.ratio, rig.baseline_m, square_m)}",
+        value=f"{100 * (verdict.ratio - 1):+.2f} %",
+        limit=f"{100 * limit:.2f} %",
+        remedy="if that is right, measure the disc and the prints, and check the survey's scale",
+    )
+
+
+def _doubt_of_kinds(what: str, verdict: ScaleVerdict) -> Rejection | None:
     allowed = {kind.kind: max(DOUBT_LIMIT, DOUBT_SIGNIFICANT * kind.sigma) for kind in verdict.kinds}
     off = [kind for kind in verdict.kinds if abs(np.log(kind.ratio)) > allowed[kind.kind]]
-    if not off or verdict.is_wrong:
+    if not off:
         return None
     named = ", ".join(f"{kind.kind} {100 * (kind.ratio - 1):+.1f} % (± {100 * kind.sigma:.1f} %)" for kind in off)
     others = ", ".join(f"{k.kind} {100 * (k.ratio - 1):+.1f} %" for k in verdict.kinds if k not in off)
@@ -132,30 +163,50 @@ def _sizes(evidence: Sequence[ScaleEvidence], size_m: float) -> ScaleOfKind | No
 
 
 def _distances(evidence: Sequence[ScaleEvidence], survey: Sequence[SurveyedMarker]) -> ScaleOfKind | None:
+    """Pool the distances of each two markers over the stations first: what the survey errs by there is one error."""
     known = {marker.marker_id: marker for marker in survey}
-    ratios, sigmas = [], []
+    seen: dict[tuple[int, int], list[tuple[float, float]]] = {}
     for one in evidence:
-        seen = [i for i, marker_id in enumerate(one.marker_ids) if marker_id in known]
-        for i, j in pairwise(seen):  # each marker with the next one: all pairs would repeat errors
-            a, b = known[one.marker_ids[i]], known[one.marker_ids[j]]
-            true = float(np.linalg.norm(a.corners_m.mean(axis=0) - b.corners_m.mean(axis=0)))
+        there = [i for i, marker_id in enumerate(one.marker_ids) if marker_id in known]
+        for i, j in pairwise(there):  # each marker with the next one: all pairs would repeat errors
+            ids = (one.marker_ids[i], one.marker_ids[j])
+            true = _apart_m(known[ids[0]].corners_m, known[ids[1]].corners_m)
             if true < _LEAST_SPACING_M:
                 continue
-            apart = one.marker_corners_m[i].mean(axis=0) - one.marker_corners_m[j].mean(axis=0)
-            depths = np.linalg.norm(one.marker_corners_m[[i, j]].mean(axis=1), axis=-1)
-            ratios.append(float(np.linalg.norm(apart)) / true)
-            depth_sigma_m = float(np.linalg.norm(depths * one.marker_sigma[[i, j]]))
-            sigmas.append(float(np.hypot(depth_sigma_m, np.hypot(a.sigma_m, b.sigma_m)) / true))
-    return _kind("markers' distances", np.array(ratios), np.array(sigmas)) if ratios else None
+            measured = _apart_m(one.marker_corners_m[i], one.marker_corners_m[j])
+            own_sigma_m = _distance_sigma_m(one.marker_corners_m[[i, j]].mean(axis=1), one.marker_sigma[[i, j]])
+            seen.setdefault(ids, []).append((measured / true, own_sigma_m / true))
+    if not seen:
+        return None
+    ratios, sigmas = [], []
+    for (a, b), found in seen.items():
+        ratio, own = np.array(found).T
+        weights = 1.0 / np.maximum(own, 1e-6) ** 2
+        true = _apart_m(known[a].corners_m, known[b].corners_m)
+        surveyed = float(np.hypot(known[a].sigma_m, known[b].sigma_m)) / true
+        ratios.append(float(np.exp(weighted_median(np.log(ratio), weights))))
+        sigmas.append(float(np.hypot(_OF_MEDIAN * weights.sum() ** -0.5, surveyed)))
+    return _kind("markers' distances", np.array(ratios), np.array(sigmas))
+
+
+def _distance_sigma_m(centres_m: FloatArray, relative: FloatArray) -> float:
+    """Return what the distance of two markers (2, 3) errs by: each errs along its ray, and the distance by its part."""
+    ranges = np.linalg.norm(centres_m, axis=1)
+    along = (centres_m[1] - centres_m[0]) / np.linalg.norm(centres_m[1] - centres_m[0])
+    share = np.hypot(centres_m @ along / ranges, _ACROSS_RAY)
+    return float(np.linalg.norm(ranges * relative * share))
+
+
+def _apart_m(corners_m: FloatArray, others_m: FloatArray) -> float:
+    return float(np.linalg.norm(corners_m.mean(axis=0) - others_m.mean(axis=0)))
 
 
 def _kind(kind: Kind, ratios: FloatArray, sigmas: FloatArray) -> ScaleOfKind:
-    """Pool one kind by the median, so that one wrong print or survey row doesn't carry it."""
-    logs = np.log(ratios)
-    middle = float(np.median(logs))
-    scatter = 1.4826 * float(np.median(np.abs(logs - middle)))
-    each = max(float(np.median(sigmas)), scatter)
-    sigma = float(np.hypot(1.2533 * each / np.sqrt(len(logs)), KNOWN_TO[kind]))  # of a median of Gaussians
+    """Pool one kind by the median, weighted, so that one wrong print or survey row doesn't carry it."""
+    logs, weights = np.log(ratios), 1.0 / np.maximum(sigmas, 1e-6) ** 2
+    middle = weighted_median(logs, weights)
+    scatter = 1.4826 * float(np.median(np.abs(logs - middle) * np.sqrt(weights)))  # 1 where sigmas hold
+    sigma = float(np.hypot(_OF_MEDIAN * max(scatter, 1.0) * weights.sum() ** -0.5, KNOWN_TO[kind]))
     return ScaleOfKind(kind=kind, ratio=float(np.exp(middle)), sigma=sigma, count=len(logs))
 
 

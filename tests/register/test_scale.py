@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -11,32 +13,36 @@ from tests.camera.virtual import rig
 
 SIZE_M, DIAMETER_M = 0.25, 0.30
 PLACES = [(-1.0, 0.2, 5.0), (0.8, 0.1, 4.2), (2.0, -0.3, 6.5)]
+ROW = [(-3.0, 0.2, 5.0), (-0.8, 0.1, 5.2), (1.2, -0.3, 5.0), (3.4, 0.0, 5.4)]
 
 
-def marker(number: int) -> SurveyedMarker:
+def marker(number: int, places: Sequence[tuple[float, float, float]] = PLACES) -> SurveyedMarker:
     half = SIZE_M / 2
-    corners = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) + PLACES[number]
+    corners = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) + places[number]
     return SurveyedMarker(marker_id=number, corners_m=frozen(corners), sigma_m=0.002)
 
 
 SURVEY = [marker(number) for number in range(3)]
+WIDE = [marker(number, ROW) for number in range(4)]
 
 
-def evidence(scale: float, disc: float = 1.0, seed: int = 0) -> ScaleEvidence:
+def evidence(
+    scale: float, disc: float = 1.0, seed: int = 0, survey: Sequence[SurveyedMarker] = SURVEY
+) -> ScaleEvidence:
     """What a rig sees whose lengths come out `scale` times too large; the disc is `disc` times the told one."""
     rng = np.random.default_rng(seed)
-    corners = np.array([m.corners_m for m in SURVEY]) * scale
+    corners = np.array([m.corners_m for m in survey]) * scale
     return ScaleEvidence(
         target_diameter_m=DIAMETER_M * disc * scale * float(rng.normal(1.0, 0.004)),
-        marker_ids=(0, 1, 2),
-        marker_corners_m=frozen(corners * rng.normal(1.0, 0.002, (3, 1, 1))),
-        marker_sigma=frozen(np.full(3, 0.003)),
+        marker_ids=tuple(m.marker_id for m in survey),
+        marker_corners_m=frozen(corners * rng.normal(1.0, 0.002, (len(survey), 1, 1))),
+        marker_sigma=frozen(np.full(len(survey), 0.003)),
     )
 
 
 def test_a_right_scale_is_left_in_peace() -> None:
     verdict = judge_scale([evidence(1.0, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
-    assert verdict is not None and not verdict.is_wrong and doubt_rejection("rig", verdict) is None
+    assert verdict is not None and not verdict.is_wrong and doubt_rejection("rig", verdict, rig()) is None
     assert {kind.kind for kind in verdict.kinds} == {"target's diameter", "markers' size", "markers' distances"}
 
 
@@ -57,7 +63,7 @@ def test_a_baseline_in_another_unit_is_refused_with_the_unit(factor: float, unit
 def test_a_disc_of_another_size_than_told_is_named_and_doesnt_condemn_the_rig() -> None:
     verdict = judge_scale([evidence(1.0, disc=1.1, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
     assert verdict is not None and not verdict.is_wrong
-    doubt = doubt_rejection("rig", verdict)
+    doubt = doubt_rejection("rig", verdict, rig())
     assert doubt is not None and "target's diameter +" in doubt.reason and "others don't" in doubt.reason
     assert doubt.remedy == "the rig is right by the others: measure again and correct target.diameter_m"
 
@@ -79,5 +85,29 @@ def test_nothing_known_says_nothing() -> None:
 def test_a_disc_told_three_per_cent_too_large_is_warned_of_with_the_limit_that_it_was_held_against() -> None:
     verdict = judge_scale([evidence(1.0, disc=0.966, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
     assert verdict is not None
-    doubt = doubt_rejection("rig", verdict)
+    doubt = doubt_rejection("rig", verdict, rig())
     assert doubt is not None and doubt.limit == "2.9 %" and "target's diameter -3." in doubt.reason
+
+
+def test_squares_typed_a_little_too_large_are_warned_of_with_the_areas_that_they_cost() -> None:
+    verdict = judge_scale([evidence(1.0125, seed=i, survey=WIDE) for i in range(5)], DIAMETER_M, SIZE_M, WIDE)
+    assert verdict is not None and not verdict.is_wrong
+    doubt = doubt_rejection("rig's scale", verdict, rig(), square_m=0.081)
+    assert doubt is not None and doubt.value.startswith("+1.") and doubt.limit < "1.00 %"
+    assert "together come out 1." in doubt.reason and "so every area 2." in doubt.reason
+    assert "rig.boards.square_m is 0.081 m, and these lengths ask for 0.0" in doubt.reason
+
+
+@pytest.mark.parametrize("survey", [SURVEY, WIDE])
+def test_lengths_that_err_by_chance_alone_are_not_warned_of(survey: list[SurveyedMarker]) -> None:
+    for visit in range(100):
+        seen = [evidence(1.0, seed=100 * visit + i, survey=survey) for i in range(5)]
+        verdict = judge_scale(seen, DIAMETER_M, SIZE_M, survey)
+        assert verdict is not None and doubt_rejection("rig", verdict, rig()) is None
+
+
+def test_what_a_survey_errs_by_doesnt_average_out_over_the_stations() -> None:
+    few, many = (judge_scale([evidence(1.0, seed=i) for i in range(n)], None, SIZE_M, SURVEY) for n in (5, 500))
+    assert few is not None and many is not None
+    surveyed = 0.002 / float(np.linalg.norm(np.subtract(PLACES[2], PLACES[1])))  # of two ends, over two distances
+    assert surveyed < many.kinds[-1].sigma < few.kinds[-1].sigma
