@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asbuilt_bim.bim.border_boxes import grid_of, sample_areas
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
@@ -44,7 +45,8 @@ class CellSamples:
 
     `points_m` and outward `normals` (N, 3) in world; `face` (N,) index into `element.faces`; `uv_m` (N, 2) on that
     face; `cell` (N,) number of the cell (its weight may be 0); `area_m2` (N,) sums up to each exposed area; `step_m`
-    (N, 2) is the grid's spacing: the sample stands for the box uv - step/2 .. uv + step/2.
+    (N, 2) is the grid's spacing: the sample stands for the box uv - step/2 .. uv + step/2, and for what the border
+    leaves beside it (`border_boxes`).
     """
 
     points_m: FloatArray
@@ -84,7 +86,8 @@ def _samples(element: BimElement, shape: tuple[int, int], spacing_m: float) -> C
         if face.role == "reveal" or face.exposed_area_m2 <= 0.0 or not face.exposed_uv_m:
             continue
         uv, step = _grid(face.exposed_uv_m, spacing_m)
-        share = np.full(len(uv), face.exposed_area_m2 / len(uv))
+        share = sample_areas(face.exposed_uv_m, uv, step)
+        share *= face.exposed_area_m2 / share.sum()
         parts.append((*_lifted(face, uv), np.full(len(uv), number), uv, share, np.tile(step, (len(uv), 1))))
     if not parts:
         parts = [(np.zeros((0, 3)),) * 2 + (np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)))]
@@ -104,10 +107,8 @@ def _grid(region: Region, spacing_m: float) -> tuple[FloatArray, FloatArray]:
     """Return the centres (N, 2) of the grid boxes that lie in a region, and the spacing (2,); at least one point."""
     u0, v0, u1, v1 = bounds(region)
     size = np.array([u1 - u0, v1 - v0])
-    count = np.maximum(1, np.round(size / spacing_m)).astype(int)
-    step = size / count
-    u, v = (low + (np.arange(n) + 0.5) * s for low, n, s in zip((u0, v0), count, step, strict=True))
-    grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    step = size / np.maximum(1, np.round(size / spacing_m))
+    grid = grid_of(region, step)
     kept = grid[contains(region, grid)]
     return (kept if len(kept) else centroid(region)[None, :]), step
 

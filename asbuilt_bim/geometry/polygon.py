@@ -85,6 +85,18 @@ def boxes(u0: FloatArray, v0: FloatArray, u1: FloatArray, v1: FloatArray) -> Reg
     return region_from(shapely.union_all(shapely.box(u0, v0, u1, v1)))
 
 
+def areas_of_boxes(region: Region, u0: FloatArray, v0: FloatArray, u1: FloatArray, v1: FloatArray) -> FloatArray:
+    """Return how much (N,) of each of many rectangles, given by four arrays (N,), lies in the region."""
+    shape, rectangles = shape_of(region), shapely.box(u0, v0, u1, v1)
+    shapely.prepare(shape)
+    found: FloatArray = shapely.area(rectangles)
+    cut = ~shapely.contains_properly(shape, rectangles)
+    found[cut] = 0.0
+    cut &= shapely.intersects(shape, rectangles)
+    found[cut] = shapely.area(shapely.intersection(shape, rectangles[cut]))
+    return found
+
+
 def polygon(rings: Sequence[ArrayLike]) -> Region:
     """Return one polygon as a valid region; a ring that crosses itself is mended."""
     return region_of([rings])

@@ -72,6 +72,18 @@ def test_a_built_wall_is_complete() -> None:
     assert one.as_built_area_m2 == pytest.approx(8.4)
 
 
+def test_the_polygons_have_the_areas_that_stand_beside_them_also_where_a_contact_leaves_odd_strips() -> None:
+    strips = polygon.union([polygon.box(0.0, 0.0, 1.07, 2.8), polygon.box(2.0, 0.0, 3.0, 2.8)])
+    design = model([element("W", "wall", WALL, {0: strips})])
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    _, surfaces = visit(see([half, BACKDROP], 1.4), design=design)
+    front = surfaces["W-0"]
+    assert front.built_area_m2 == pytest.approx(2.07 * 1.4, rel=0.03) and front.open_area_m2 > 2.0
+    assert polygon.area(front.built_uv_m) == pytest.approx(front.built_area_m2, abs=1e-4)
+    assert polygon.area(front.open_uv_m) == pytest.approx(front.open_area_m2, abs=1e-4)
+    assert polygon.area(front.unknown_uv_m) == pytest.approx(front.unknown_area_m2, abs=1e-3)
+
+
 def test_an_absent_wall_is_not_started_where_the_backdrop_or_the_sky_is_seen_through_it() -> None:
     for backdrop in (BACKDROP, box(50, 50, 0, 1, 1, 1)):
         report, surfaces = visit(see([backdrop]))
