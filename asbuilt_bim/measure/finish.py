@@ -17,6 +17,7 @@ from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.drafts import Draft
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.hidden import how_seen
+from asbuilt_bim.measure.notches import is_notched
 from asbuilt_bim.measure.outline import Outline
 from asbuilt_bim.measure.proof import is_open
 from asbuilt_bim.measure.uncertainty import image_sigma_m2
@@ -68,7 +69,8 @@ def finish_face(
         distance_m=float(np.linalg.norm(centroid)),
         cut_by_frame=seen.cut_by_frame,
         occluded=seen.occluded,
-        open_edge=is_open(bench, settled.outline, settled.q_px, settled.draft.piece, float(min(sides))),
+        open_edge=is_notched(settled.outline)
+        or is_open(bench, settled.outline, settled.q_px, settled.draft.piece, float(min(sides))),
         flatness_rms_m=_flatness(bench, settled),
         instance=settled.draft.instance,
     )
