@@ -26,6 +26,8 @@ MAX_BYTES = 500_000_000
 _REMEDY = "copy it from the camera again"
 _FILL_ROWS = 8  # the decoder fills whole blocks of 8 rows where data is missing
 _FILL_GREY = 128  # with the middle of its range
+_DARK_GREY, _LEAST_LIT = 32, 0.001
+"""Of 255: under an eighth of the range concrete's grain is one or two levels, and its faces fall into pieces."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,7 +83,8 @@ def photo_from_bytes(name: str, data: bytes) -> Photo:
 def decode(photo: Photo) -> ByteImage:
     """Decode to BGR uint8 (H, W, 3) as the sensor stored it: EXIF orientation is not applied.
 
-    Raises: PhotoError where the bytes can't be decoded, only in part, or show damage (`jpeg_scan.py`, `jpeg_seam.py`).
+    Raises: PhotoError where the bytes can't be decoded, only in part, show damage (`jpeg_scan.py`, `jpeg_seam.py`), or
+    are nearly black.
     """
     frame = jpeg_frame(photo.data)
     damage = damage_in_scan(photo.data, frame) if frame is not None else ""
@@ -105,6 +108,12 @@ def decode(photo: Photo) -> ByteImage:
     if height > _FILL_ROWS and bool((image[-_FILL_ROWS:] == _FILL_GREY).all()):
         raise PhotoError(f"photo {photo.name}: its lower part is missing (it decodes to plain grey); {_REMEDY}")
     decoded = np.asarray(image, dtype=np.uint8)
+    if (lit := float(np.mean(decoded.max(axis=2) >= _DARK_GREY))) < _LEAST_LIT:
+        raise PhotoError(
+            f"photo {photo.name}: it is nearly black, {lit:.2%} of its pixels are brighter than an eighth of its range "
+            f"(at least {_LEAST_LIT:.1%}); where 10, 12 or 14 bits were stored in 16, export it over the whole range; "
+            "else take the station again with more light"
+        )
     if frame is not None and (step := seam(decoded, frame.mcu_px)) is not None:
         row, column, grey = step
         raise PhotoError(

@@ -56,6 +56,14 @@ def test_a_png_is_decoded_as_it_was_stored() -> None:
     assert np.array_equal(decode(photo_from_bytes("a.png", encoded(".png"))), picture())
 
 
+def test_twelve_bits_stored_in_sixteen_are_refused_as_nearly_black_and_a_dim_photo_isnt() -> None:
+    values = np.random.default_rng(3).integers(0, 4096, (60, 80, 3)).astype(np.uint16)
+    dark, dim = (photo_from_bytes("deep.png", cv2.imencode(".png", values * k)[1].tobytes()) for k in (1, 4))
+    with pytest.raises(PhotoError, match=r"deep.png: it is nearly black, 0.00% .* export it over the whole range"):
+        decode(dark)
+    assert decode(dim).max() == 63
+
+
 def test_exif_orientation_does_not_turn_the_pixels() -> None:
     turned = photo_from_bytes("a.jpg", with_exif(encoded(), exif_block(orientation=6)))
     assert turned.exif.orientation == 6
