@@ -71,12 +71,13 @@ def _area(
     union = _union_area(outline, matches)
     relative, image = _calibration_share(matches), _joint_sigma(matches, union)
     seen_whole = [match for match in matches if match.whole]
+    notes: tuple[str, ...] = ()
     if seen_whole:
         mean, sigma, notes = _combined(seen_whole)
-        if union - mean <= APART_SIGMAS * float(np.hypot(sigma, image)) + OF_WHOLE * mean:
+        was = earlier.as_built_sigma_image_m2 if earlier is not None else 0.0  # of what it outlined in the union
+        if union - mean <= APART_SIGMAS * float(np.linalg.norm([sigma, image, was])) + OF_WHOLE * mean:
             calibration = mean * _calibration_share(seen_whole)
             return _Area(m2=mean, sigma_calibration_m2=calibration, sigma_image_m2=sigma), notes, True
-        return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), notes, False
     if isinstance(design.frame, PlaneFrame):
         union = _union_area(polygon.intersection(outline, design.exposed_uv_m), matches)
         image = _joint_sigma(matches, union)
@@ -86,9 +87,9 @@ def _area(
         more = _joint_sigma(matches, max(union - before, 0.0))
         if earlier.whole and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
             calibration = earlier.as_built_sigma_calibration_m2
-            return _Area(m2=before, sigma_calibration_m2=calibration, sigma_image_m2=was), (), True
+            return _Area(m2=before, sigma_calibration_m2=calibration, sigma_image_m2=was), notes, True
         image = float(np.hypot(was, more))
-    return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), (), False
+    return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), notes, False
 
 
 def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:

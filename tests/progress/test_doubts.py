@@ -94,3 +94,23 @@ def test_what_a_later_visit_adds_to_a_part_has_its_own_sigma_beside_the_first_on
     sigma = before["W-0"].as_built_sigma_image_m2
     assert only(later).as_built_area_m2 == pytest.approx(8.4, rel=0.01)
     assert after["W-0"].as_built_sigma_image_m2 == pytest.approx(2.0**0.5 * sigma, rel=0.05)
+
+
+def test_a_rough_outline_of_an_earlier_visit_doesnt_enlarge_what_a_later_one_measures_whole() -> None:
+    rough = replace(measured("A1/1", POSE, FRONT, polygon.box(-0.1, 0.0, 3.1, 2.9)), area_sigma_image_m2=0.3)
+    sharp = replace(measured("B1/1", POSE, FRONT, polygon.box(0.0, 0.0, 3.0, 2.8)), area_sigma_image_m2=0.01)
+    first, _ = visit(station("A1", POSE, [WALL, BACKDROP, GROUND], [rough]))
+    assert only(first).as_built_area_m2 == pytest.approx(3.2 * 2.9)
+    again = station("B1", POSE, [WALL, BACKDROP, GROUND], [sharp])
+    _, surfaces = visit(again, history=remember(EMPTY_HISTORY, first), day=LATER)
+    assert surfaces["W-0"].whole and surfaces["W-0"].as_built_area_m2 == pytest.approx(8.4)
+
+
+def test_a_face_that_was_wrongly_taken_for_whole_measures_no_more_than_its_design() -> None:
+    sharp = replace(measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, 2.5, 2.8)), area_sigma_image_m2=0.01)
+    part = replace(measured("A2/1", POSE, FRONT, polygon.box(-0.1, 0.0, 3.1, 2.9)), open_edge=True)
+    boxes = [box(0, 0, 0, 2.5, 0.25, 2.8), BACKDROP, GROUND]
+    _, surfaces = visit(
+        station("A1", POSE, boxes, [sharp]), station("A2", POSE, boxes, [replace(part, area_sigma_image_m2=0.01)])
+    )
+    assert not surfaces["W-0"].whole and surfaces["W-0"].as_built_area_m2 == pytest.approx(8.4, rel=1e-3)
