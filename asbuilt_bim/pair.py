@@ -8,6 +8,7 @@ from pathlib import Path
 
 from asbuilt_bim.camera.photo import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_file import checked_rig
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import MeasureError, Rejection
 from asbuilt_bim.instruments import NetworkChoice, instruments_of
@@ -46,7 +47,8 @@ def measure_pair(
     `refine_rig`: a rig that has moved is taken as the pair's own photos show it; `rig` of the answer is that one.
 
     Raises:
-        RigError, PhotoError: the rig file or a photo can't be read.
+        RigError: the rig file can't be read, or the rig can't be one.
+        PhotoError: a photo can't be read.
         MaskError: the masks can't be used.
         NetworkError, PluginError: a network can't be used.
         MeasureError: the pair can't be measured; the message holds every reason.
@@ -56,7 +58,7 @@ def measure_pair(
             f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
             "the red disc, or leave it out"
         )
-    rig = rig if isinstance(rig, StereoRig) else read_rig(rig)
+    rig = checked_rig(rig) if isinstance(rig, StereoRig) else read_rig(rig)
     if Path(left).resolve() == Path(right).resolve():
         raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
     photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))

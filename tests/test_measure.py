@@ -16,12 +16,13 @@ from jsonschema import Draft202012Validator
 import asbuilt_bim
 from asbuilt_bim.camera.rig_file import write_rig
 from asbuilt_bim.cli import app
-from asbuilt_bim.errors import MeasureError
+from asbuilt_bim.errors import MeasureError, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
 from asbuilt_bim.report.figures import face_line, figures
 from asbuilt_bim.schemas_dir import schema
+from tests.camera.virtual import rig as virtual_rig
 from tests.measure.box_world import site, true_area
 from tests.measure.test_faces import rig_of
 
@@ -64,6 +65,13 @@ def test_a_pair_is_measured_in_two_lines_of_python_and_nothing_is_printed(found,
     assert wall.area_m2 == pytest.approx(truth, rel=0.03)
     assert found.target is None
     assert found.calibration_known
+
+
+def test_a_rig_made_in_python_that_cannot_be_one_is_refused_before_a_photo_is_read() -> None:
+    bent = np.eye(4)
+    bent[0, 3], bent[1, 1] = -0.25, 1.02
+    with pytest.raises(RigError, match="right_from_left: is no rigid transform"):
+        asbuilt_bim.measure_pair("no.jpg", "none.jpg", replace(virtual_rig(), right_from_left=bent))
 
 
 def test_the_outline_in_the_original_photo_is_the_one_that_files_get(found) -> None:

@@ -24,8 +24,10 @@ _STILL = 1e-13  # of a focal length: under 1e-9 px
 def lens_of(distortion: FloatArray) -> LensModel:
     """Return the model that a lens's coefficients (4,), (5,) or (8,) belong to.
 
-    Raises: ValueError for another number of them.
+    Raises: ValueError for another number or shape of them.
     """
+    if np.ndim(distortion) != 1:  # OpenCV's own are (1, 5)
+        raise ValueError(f"distortion has the shape {np.shape(distortion)}; give its numbers flat: distortion.ravel()")
     model = _MODEL_OF.get(len(distortion))
     if model is None:
         raise ValueError(f"a lens has 4 (fisheye), 5 or 8 (rational) coefficients, not {len(distortion)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,23 @@ def own_rig(content: object, where: str) -> StereoRig:
     if problems or not isinstance(content, dict):
         raise RigError(f"{where}:\n  " + "\n  ".join(sorted(problems)))
     return _rig(content)
+
+
+def checked_rig(rig: StereoRig) -> StereoRig:
+    """Return a rig that was made in Python as it would come out of its file: the same is refused, arrays are copied.
+
+    Raises: RigError with every bad key: shapes, NaN, and what makes a rig impossible.
+    """
+    where = "the rig that was given"
+    try:
+        made = own_rig(_plain(rig), where)
+    except (AttributeError, TypeError, ValueError, IndexError) as error:
+        raise RigError(
+            f"{where}: it holds no arrays of numbers and sizes ({error!s:.120}); read_rig makes one"
+        ) from error
+    if problems := rig_problems(made):
+        raise RigError(f"{where}:\n  " + "\n  ".join(problems))
+    return made
 
 
 def rig_problems(rig: StereoRig) -> list[str]:
@@ -154,7 +172,8 @@ def _folded(camera: Intrinsics) -> bool:
 
 def _problem(error: Any) -> str:
     where = ".".join(str(part) for part in error.absolute_path) or "the file"
-    return f"{where}: {error.message[:200]}"
+    text = str(error.message)
+    return f"{where}: {text if len(text) <= 160 else f'{text[:70]} ... {text[-80:]}'}"  # the reason is at the end
 
 
 def _plain(rig: StereoRig) -> dict[str, Any]:
@@ -163,8 +182,8 @@ def _plain(rig: StereoRig) -> dict[str, Any]:
         "version": VERSION,
         "left": _plain_camera(rig.left),
         "right": _plain_camera(rig.right),
-        "right_from_left": rig.right_from_left.tolist(),
-        "covariance": rig.covariance.tolist(),
+        "right_from_left": np.asarray(rig.right_from_left).tolist(),
+        "covariance": np.asarray(rig.covariance).tolist(),
         "rms_px": float(rig.rms_px),
         "views_used": int(rig.views_used),
         "camera_model": rig.camera_model,
@@ -177,12 +196,20 @@ def _plain(rig: StereoRig) -> dict[str, Any]:
 
 def _plain_camera(camera: Intrinsics) -> dict[str, Any]:
     return {
-        "K": camera.K.tolist(),
+        "K": np.asarray(camera.K).tolist(),
         "lens": camera.lens,
-        "distortion": camera.distortion.tolist(),
-        "width_px": camera.width_px,
-        "height_px": camera.height_px,
+        "distortion": np.asarray(camera.distortion).tolist(),
+        "width_px": _whole(camera.width_px),
+        "height_px": _whole(camera.height_px),
     }
+
+
+def _whole(number: int) -> int:
+    """Return a size that may be numpy's as a plain whole number.
+
+    Raises: TypeError for one that isn't whole.
+    """
+    return operator.index(number)
 
 
 def _rig(content: dict[str, Any]) -> StereoRig:

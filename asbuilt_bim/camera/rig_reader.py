@@ -28,7 +28,7 @@ def read_rig(path: Path | str, second: Path | str | None = None, foreign: Foreig
 
     Raises: RigError with every bad key, where the kind isn't known, or where the rig can't be right.
     """
-    paths = [Path(one) for one in (path, second) if one is not None]
+    paths = [Path(path), *([] if second is None else [Path(second)])]
     documents = [read_document(one) for one in paths]
     where = "rig file " + " + ".join(str(one) for one in paths)
     rig = _rig(documents, where, foreign)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.rig_file import rig_problems, write_rig
+from asbuilt_bim.camera.rig_file import checked_rig, rig_problems, rig_text, write_rig
 from asbuilt_bim.camera.rig_reader import read_rig
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
@@ -154,3 +154,36 @@ def test_a_right_camera_that_does_not_stand_to_the_right_is_refused_as_what_it_i
     pose[:3, 3] = place
     (problem,) = rig_problems(replace(full_rig(), right_from_left=frozen(pose)))
     assert re.search(says, problem)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"right_from_left": np.diag([1.02, 1.02, 1.02, 1.0])}, "right_from_left"),
+        ({"right_from_left": np.full((4, 4), np.nan)}, r"right_from_left\[0\]\[0\]: nan is no number of a rig"),
+        ({"right_from_left": rig().right_from_left[:3]}, "right_from_left: .* too short"),
+        ({"covariance": np.full((14, 14), np.nan)}, r"covariance\[0\]\[0\]: nan"),
+        ({"covariance": np.eye(3)}, "covariance: .* too short"),
+        ({"covariance": -1e-9 * np.eye(14)}, "covariance: variances must be finite and not negative"),
+        ({"left": replace(rig().left, K=rig().left.K.ravel())}, r"left\.K"),
+        ({"left": replace(rig().left, K=rig().left.K + np.eye(3, k=1))}, r"left\.K: must be \[\[fx, 0, cx\]"),
+        ({"left": replace(rig().left, width_px=1280.5)}, "no arrays of numbers and sizes"),
+        ({"left": None}, "no arrays of numbers and sizes"),
+    ],
+)
+def test_a_rig_made_in_python_is_refused_where_its_file_would_be(change: dict[str, object], says: str) -> None:
+    with pytest.raises(RigError, match=says):
+        checked_rig(replace(full_rig(), **change))
+
+
+def test_a_rig_made_of_lists_and_numpys_numbers_is_the_same_rig() -> None:
+    one = full_rig()
+    left = replace(one.left, K=one.left.K.tolist(), width_px=np.int64(one.left.width_px))
+    two = checked_rig(replace(one, left=left, right_from_left=one.right_from_left.tolist()))
+    assert rig_text(two) == rig_text(one)
+    assert two.left.K.dtype == np.float64 and not two.left.K.flags.writeable
+
+
+def test_a_lens_in_opencvs_shape_is_told_to_be_flat() -> None:
+    with pytest.raises(ValueError, match=r"shape \(1, 5\).*ravel"):
+        replace(rig().left, distortion=np.zeros((1, 5)))
