@@ -9,6 +9,7 @@ from typing import TypeGuard
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
 from asbuilt_bim.camera.rig_text import Plain, numbers
 from asbuilt_bim.errors import RigError
@@ -24,6 +25,13 @@ _NAMES = {
     "T": ("T", "translation"),
 }
 _WIDTHS, _HEIGHTS = ("image_width", "imageWidth", "width"), ("image_height", "imageHeight", "height")
+_MODEL = "distortion_model"
+MODEL_NAMES: dict[LensModel, str] = {
+    "five": "plumb_bob",
+    "rational": "rational_polynomial",
+    "fisheye": "equidistant",
+}
+"""What ROS calls our lenses, in its own files and in OpenCV's that we write: four numbers don't tell a fisheye."""
 _SIZES = ("image_size", "imageSize", "size", "resolution")
 
 
@@ -66,17 +74,31 @@ def opencv_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> S
     for key, counts in {"K_left": (9,), "K_right": (9,), "R": (3, 9), "T": (3,)}.items():
         if len(found[key]) not in counts:
             raise RigError(f"{where}: {key} holds {len(found[key])} numbers, not {' or '.join(map(str, counts))}")
+    model = _model(document, foreign, where)
     turn = np.array(found["R"])
     shift = np.array(found["T"]) * foreign.metres_per_unit
     return rig_of_unknown_sigma(
-        _camera(found["K_left"], found["D_left"], size, f"{where}: left", foreign.fisheye),
-        _camera(found["K_right"], found["D_right"], size, f"{where}: right", foreign.fisheye),
+        _camera(found["K_left"], found["D_left"], size, f"{where}: left", model),
+        _camera(found["K_right"], found["D_right"], size, f"{where}: right", model),
         rigid(turn.reshape(3, 3) if len(turn) == 9 else turn, shift),
     )
 
 
-def _camera(K: list[float], lens: list[float], size: tuple[int, int], where: str, fisheye: bool) -> Intrinsics:
-    coefficients = lens_coefficients(lens, "equidistant" if fisheye else "plumb_bob", where)
+def _model(document: Mapping[str, Plain], foreign: Foreign, where: str) -> str:
+    """Return the lenses' model: OpenCV's own files don't say it, and ours do, in ROS's words.
+
+    Raises: RigError where the file and the project contradict each other.
+    """
+    said = str(document.get(_MODEL, ""))
+    if not said:
+        return "equidistant" if foreign.fisheye else "plumb_bob"
+    if foreign.fisheye and said != "equidistant":
+        raise RigError(f"{where}: its {_MODEL} is {said[:40]!r}, and rig.fisheye says another; correct one of them")
+    return said
+
+
+def _camera(K: list[float], lens: list[float], size: tuple[int, int], where: str, model: str) -> Intrinsics:
+    coefficients = lens_coefficients(lens, model, where)
     return Intrinsics(K=frozen(np.reshape(K, (3, 3))), distortion=coefficients, width_px=size[0], height_px=size[1])
 
 
@@ -120,8 +142,17 @@ def _size(document: Mapping[str, Plain]) -> tuple[int, int] | None:
 
 
 def opencv_text(rig: StereoRig) -> str:
-    """Return a rig as OpenCV's YAML: K1 D1 K2 D2 R T as stereoCalibrate names them, metres, with the photos' size."""
+    """Return a rig as OpenCV's YAML: K1 D1 K2 D2 R T as stereoCalibrate names them, metres, with the photos' size.
+
+    Raises: RigError where the cameras have other sizes or models of lens: the file holds one of each.
+    """
+    sizes, lenses = ({(c.width_px, c.height_px) for c in (rig.left, rig.right)}, {rig.left.lens, rig.right.lens})
+    if len(sizes) > 1 or len(lenses) > 1:
+        raise RigError(
+            "OpenCV's file holds one size of photos and one model of lens for both cameras; write rig or ros"
+        )
     lines = ["%YAML:1.0", "---", f"image_width: {rig.left.width_px}", f"image_height: {rig.left.height_px}"]
+    lines.append(f"{_MODEL}: {MODEL_NAMES[rig.left.lens]}")
     for name, matrix in (
         ("K1", rig.left.K), ("D1", rig.left.distortion[None]), ("K2", rig.right.K), ("D2", rig.right.distortion[None]),
         ("R", rig.right_from_left[:3, :3]), ("T", rig.right_from_left[:3, 3:]),

@@ -7,7 +7,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from asbuilt_bim.camera.formats import lens_coefficients
+from asbuilt_bim.camera.formats import MODEL_NAMES, lens_coefficients
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.kalibr import nearest_rigid
 from asbuilt_bim.camera.rectify import rectification
@@ -22,7 +22,6 @@ _KEYS = {
     "R": (("rectification_matrix", "R", "r"), 9),
     "P": (("projection_matrix", "P", "p"), 12),
 }
-_MODELS = {"five": "plumb_bob", "rational": "rational_polynomial", "fisheye": "equidistant"}
 
 
 def is_camera_info(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
@@ -106,7 +105,7 @@ def _text(name: str, camera: Intrinsics, turn: FloatArray, P: FloatArray) -> str
         ("rectification_matrix", turn), ("projection_matrix", P),
     ):  # fmt: skip
         if key == "distortion_coefficients":
-            lines.append(f"distortion_model: {_MODELS[camera.lens]}")
+            lines.append(f"distortion_model: {MODEL_NAMES[camera.lens]}")
         data = ", ".join(repr(number) for number in matrix.ravel().tolist())
         lines += [f"{key}:", f"  rows: {matrix.shape[0]}", f"  cols: {matrix.shape[1]}", f"  data: [{data}]"]
     return "\n".join(lines) + "\n"

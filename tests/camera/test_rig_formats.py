@@ -70,8 +70,21 @@ def test_a_rig_written_in_any_format_is_read_back(tmp_path: Path, form: RigForma
             write_rig_as(one, tmp_path / "out.yaml", form)
         return
     files = write_rig_as(one, tmp_path / "out.yaml", form)
-    foreign = Foreign(fisheye=lens == "fisheye")
-    assert largest_gap(one, read_rig(files[0], files[1] if len(files) == 2 else None, foreign)) < 1e-12
+    two = read_rig(files[0], files[1] if len(files) == 2 else None)  # not told what lens: the files say it
+    assert (two.left.lens, two.right.lens) == (lens, lens)
+    assert largest_gap(one, two) < 1e-12
+
+
+def test_an_opencv_file_and_a_project_that_contradict_each_other_on_the_lens_are_refused(tmp_path: Path) -> None:
+    write_rig_as(rig("five"), tmp_path / "out.yaml", "opencv")
+    with pytest.raises(RigError, match=r"distortion_model is 'plumb_bob', and rig\.fisheye says another"):
+        read_rig(tmp_path / "out.yaml", None, Foreign(fisheye=True))
+
+
+def test_a_rig_of_two_photo_sizes_is_not_written_as_opencvs_one(tmp_path: Path) -> None:
+    one = rig()
+    with pytest.raises(RigError, match="one size of photos"):
+        write_rig_as(replace(one, right=replace(one.right, width_px=1296)), tmp_path / "out.yaml", "opencv")
 
 
 @pytest.mark.parametrize("ending", [".yml", ".xml", ".json"])
