@@ -29,8 +29,10 @@ def read_views(
     left_out: list[Rejection] = []
     size = _one_size([photo for pair in pairs for photo in pair])
     usual = [Counter(_camera(pair[side]) for pair in pairs).most_common(1)[0][0] for side in (0, 1)] if pairs else []
+    first: dict[tuple[str, str], int] = {}  # by index: photos of several folders may share a name
     for index, (left, right) in enumerate(pairs):
-        view = _view(left, right, usual, board)
+        earlier = first.setdefault((left.digest, right.digest), index)
+        view = _view(left, right, usual, board) if earlier == index else _copy(pairs[index], pairs[earlier])
         if isinstance(view, Rejection):
             left_out.append(view)
         else:
@@ -82,8 +84,16 @@ def _in_words(camera: Camera) -> str:
     return f"{model or 'no model'} {serial} {focal_mm:g} mm, orientation {orientation}"
 
 
+def _copy(pair: tuple[Photo, Photo], earlier: tuple[Photo, Photo]) -> Rejection:
+    return Rejection(
+        what=f"board pair {_name(*pair)}",
+        reason=f"these are the photos of {_name(*earlier)} again, which prove nothing twice",
+        remedy="take another pair, the board elsewhere and tilted otherwise",
+    )
+
+
 def _no_board(name: str, board: Board) -> Rejection:
-    kind = "inner corners" if board.kind == "chessboard" else "ChArUco squares"
+    kind = "inner corners" if board.kind == "chessboard" else f"ChArUco squares of {board.dictionary}"
     return Rejection(
         what=f"board pair {name}",
         reason="the board was not found in both photos",
@@ -92,7 +102,7 @@ def _no_board(name: str, board: Board) -> Rejection:
 
 
 def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> BoardView | Rejection:
-    name = f"{left.name} + {right.name}"
+    name = _name(left, right)
     if _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
         return _odd_camera(name, [_camera(left), _camera(right)], usual)
     try:
@@ -110,6 +120,10 @@ def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> Board
         right_points_m=frozen(points[seen_right.indices]),
         right_px=seen_right.pixels,
     )
+
+
+def _name(left: Photo, right: Photo) -> str:
+    return f"{left.name} + {right.name}"
 
 
 def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) -> None:

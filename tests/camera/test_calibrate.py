@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -47,6 +49,23 @@ def test_a_pair_not_taken_at_one_moment_is_left_out_by_name() -> None:
     (left_out,) = found.left_out
     assert "left_04.jpg + right_06.jpg" in left_out.what and "moment" in left_out.reason
     assert abs(found.rig.baseline_m - 0.2) < 0.002
+
+
+def test_a_pair_that_is_there_again_under_another_name_counts_once_and_is_named() -> None:
+    taken = list(pairs(CHESS, 8))
+    copies = [replace(photo, name=f"copy_{photo.name}") for photo in taken[2]]
+    found = calibrate_stereo([*taken, (copies[0], copies[1])], CHESS)
+    assert len(found.views) == 8
+    (left_out,) = found.left_out
+    assert "copy_left_03.jpg" in left_out.what and "the photos of left_03.jpg + right_03.jpg again" in left_out.reason
+    with pytest.raises(CalibrationError, match=r"1 good pairs .*at least 6(.|\n)*again"):
+        calibrate_stereo([taken[0]] * 8, CHESS)
+
+
+def test_a_board_that_is_not_found_is_asked_for_its_dictionary() -> None:
+    other = replace(CHARUCO, dictionary="DICT_4X4_50")
+    with pytest.raises(CalibrationError, match=r"8 x 5 ChArUco squares of DICT_4X4_50"):
+        calibrate_stereo(pairs(CHARUCO, 8), other)
 
 
 def test_a_board_photo_taken_at_another_zoom_is_left_out_by_its_exif() -> None:
