@@ -37,7 +37,7 @@ class Checks:
     coverage_left: float
     coverage_right: float
     hold_out_rms_px: float
-    length_error: float
+    length_error: float | None  # None where no two points are known in both photos
     focal_sigma_px: float
     baseline_sigma_m: float
     lens_left_px: float
@@ -97,6 +97,7 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
     hold_out, length = _hold_out(views, adjusted, size)
     focal_sigma, baseline_sigma, relative = scale_sigmas(adjusted)
     lens = better_lens(views, adjusted)
+    off = length or 0.0
     warnings = [
         text
         for is_so, text in (
@@ -105,7 +106,7 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
                 hold_out > max(_LARGE_HOLD_OUT * adjusted.rms_px, 0.3),
                 f"views kept back miss by {hold_out:.2f} px, the others by {adjusted.rms_px:.2f} px",
             ),
-            (length > _LARGE_LENGTH_ERROR, f"the boards' diagonals come out {100 * length:.2f} % wrong"),
+            (off > _LARGE_LENGTH_ERROR, f"the boards' diagonals come out {100 * off:.2f} % wrong"),
             (relative > _LARGE_SCALE_SIGMA, f"focal length and baseline are known to {100 * relative:.2f} % only"),
             (lens is not None, _lens_warning(lens)),
         )
@@ -148,7 +149,7 @@ def share_covered(pixels: FloatArray, size: tuple[int, int]) -> float:
     return float(len(np.unique(cells, axis=0)) / (_GRID[0] * _GRID[1]))
 
 
-def _hold_out(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> tuple[float, float]:
+def _hold_out(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> tuple[float, float | None]:
     """Return the rms in pixels in the right photos of views kept back, and the relative error of known lengths."""
     misses: list[FloatArray] = []
     lengths: list[float] = []
@@ -157,10 +158,10 @@ def _hold_out(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int
         fitted = adjust(adjusted.shared, adjusted.poses[inside], [views[i] for i in inside])
         for index in set(range(len(views))) - set(inside):
             misses.append(_miss(fitted.shared, adjusted.poses[index], views[index], size))
-            error = _length_error(fitted.shared, views[index], size)
+            error = length_error(fitted.shared, views[index], size)
             if error is not None:
                 lengths.append(error)
-    return rms_px(np.concatenate(misses)), float(np.median(lengths)) if lengths else 0.0
+    return rms_px(np.concatenate(misses)), float(np.median(lengths)) if lengths else None
 
 
 def _miss(shared: FloatArray, pose: FloatArray, view: BoardView, size: tuple[int, int]) -> FloatArray:
@@ -173,8 +174,11 @@ def _miss(shared: FloatArray, pose: FloatArray, view: BoardView, size: tuple[int
     return missed
 
 
-def _length_error(shared: FloatArray, view: BoardView, size: tuple[int, int]) -> float | None:
-    """Triangulate the two corners furthest apart that both photos show; the relative error of their distance."""
+def length_error(shared: FloatArray, view: BoardView, size: tuple[int, int]) -> float | None:
+    """Triangulate the two points furthest apart that both photos show; return the relative error of their distance.
+
+    None where there are no two.
+    """
     apart = np.linalg.norm(view.left_points_m[:, None] - view.right_points_m[None], axis=-1)
     in_left, in_right = np.nonzero(apart < 1e-9)
     if len(in_left) < 2:

@@ -91,6 +91,12 @@ def _points(path: Path, rows: list[list[str]], at: list[int]) -> ControlPoints:
     if len(names) > MAX_POINTS:
         raise CalibrationError(f"control points {path}: {len(names)} points, limit {MAX_POINTS}; keep the best spread")
     table = np.array(numbers, dtype=np.float64).reshape(-1, 7)
+    places: dict[tuple[float, ...], str] = {}
+    for name, place in zip(names, table[:, :3].tolist(), strict=True):
+        if (other := places.setdefault(tuple(place), name)) != name:
+            raise CalibrationError(
+                f"control points {path}: {name} and {other} are one place, and a place proves nothing twice; keep one"
+            )
     return ControlPoints(
         names=tuple(names), points_m=frozen(table[:, :3]), left_px=frozen(table[:, 3:5]), right_px=frozen(table[:, 5:])
     )

@@ -6,14 +6,20 @@ import numpy as np
 
 from asbuilt_bim.camera.adjust import Adjustment, adjust
 from asbuilt_bim.camera.calibrate import Calibration, view_fit
-from asbuilt_bim.camera.calibration_checks import Checks, corner_fits, refuse_impossible, scale_sigmas, share_covered
+from asbuilt_bim.camera.calibration_checks import (
+    Checks,
+    corner_fits,
+    length_error,
+    refuse_impossible,
+    scale_sigmas,
+    share_covered,
+)
 from asbuilt_bim.camera.control_file import ControlPoints
 from asbuilt_bim.camera.dlt import camera_from_points
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.parameters import CORNER_SIGMA_PX, BoardView, camera_of, layout_of, pack, right_from_left_of
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_file import rig_problems
-from asbuilt_bim.camera.triangulate import triangulate
 from asbuilt_bim.errors import CalibrationError, Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, vector_from_rotation
@@ -33,6 +39,7 @@ def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Ca
     Raises: CalibrationError for too few points, points in one plane, and cameras that can't be.
     Reference: Hartley & Zisserman 2004, algorithm 7.1; Perez & Tah 2023, section 3.2.
     """
+    _check_pixels(control, size)
     origin = control.points_m.mean(axis=0) if len(control.names) else np.zeros(3)  # surveys are far from the origin
     points = control.points_m - origin
     used = np.ones(len(points), dtype=bool)
@@ -66,6 +73,20 @@ def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Ca
         corners_right=fits[1],
         from_control_points=True,
     )
+
+
+def _check_pixels(control: ControlPoints, size: tuple[int, int]) -> None:
+    """Refuse marks that lie outside a photo of `size`: another size was told, or a mark is wrong.
+
+    Raises: CalibrationError with the first of them.
+    """
+    for side, pixels in (("left", control.left_px), ("right", control.right_px)):
+        outside = np.any((pixels < -0.5) | (pixels > np.array(size) - 0.5), axis=1)
+        for name, (x, y) in [(control.names[i], pixels[i]) for i in np.flatnonzero(outside)][:1]:
+            raise CalibrationError(
+                f"control point {name}: {x:g}, {y:g} px lies outside the {side} photo of {size[0]} x {size[1]} px (and "
+                f"{outside.sum() - 1} more do); correct the mark, or the photos' size"
+            )
 
 
 def _view(control: ControlPoints, points: FloatArray, used: BoolArray) -> BoardView:
@@ -155,7 +176,7 @@ def _checks(view: BoardView, adjusted: Adjustment, size: tuple[int, int]) -> Che
     left, right = share_covered(view.left_px, size), share_covered(view.right_px, size)
     hold_out = _hold_out(view, adjusted)
     focal, baseline, relative = scale_sigmas(adjusted)
-    length = _length_error(view, adjusted, size)
+    length = length_error(adjusted.shared, view, size)
     warnings = []
     if not _fits_lens(view):
         warnings.append(f"fewer than {FEWEST_FOR_LENS} points in a photo: the lens was taken to be straight")
@@ -195,17 +216,3 @@ def _hold_out(view: BoardView, adjusted: Adjustment) -> float:
         for camera, points, pixels in ((left, in_left, rest.left_px), (right, in_right, rest.right_px)):
             misses += np.sum((camera.project(points) - pixels) ** 2, axis=1).tolist()
     return float(np.sqrt(np.mean(misses))) if misses else adjusted.rms_px
-
-
-def _length_error(view: BoardView, adjusted: Adjustment, size: tuple[int, int]) -> float:
-    """Triangulate the two points furthest apart that both photos show; the relative error of their distance."""
-    apart = np.linalg.norm(view.left_points_m[:, None] - view.right_points_m[None], axis=-1)
-    in_left, in_right = np.nonzero(apart < 1e-9)
-    if len(in_left) < 2:
-        return 0.0
-    known = np.linalg.norm(view.left_points_m[in_left][:, None] - view.left_points_m[in_left][None], axis=-1)
-    ends = np.array(np.unravel_index(int(np.argmax(known)), known.shape))
-    left, right = (camera_of(adjusted.shared, side, size) for side in (0, 1))
-    at = view.left_px[in_left[ends]], view.right_px[in_right[ends]]
-    met = triangulate(left, right, right_from_left_of(adjusted.shared), *at)
-    return abs(float(np.linalg.norm(met[1] - met[0]) / known.max()) - 1.0)

@@ -38,7 +38,7 @@ def camera_from_points(points_m: ArrayLike, pixels: ArrayLike) -> LinearCamera:
     if len(points) < FEWEST_POINTS:
         raise CalibrationError(f"DLT: {len(points)} points, at least {FEWEST_POINTS} are needed; measure more")
     extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if extent[2] < _FLAT * extent[0]:
+    if extent[2] <= _FLAT * extent[0]:
         raise CalibrationError(
             f"DLT: the points lie in one plane (extent {extent[2]:.3g} of {extent[0]:.3g} m, limit {_FLAT:g}); "
             "add points before or behind it"
@@ -47,8 +47,13 @@ def camera_from_points(points_m: ArrayLike, pixels: ArrayLike) -> LinearCamera:
     X, x = _homogeneous(points) @ in_space.T, _homogeneous(seen) @ in_photo.T
     zero = np.zeros_like(X)
     rows = np.concatenate([np.hstack([X, zero, -x[:, :1] * X]), np.hstack([zero, X, -x[:, 1:2] * X])])
-    P = np.linalg.inv(in_photo) @ np.linalg.svd(rows, full_matrices=False)[2][-1].reshape(3, 4) @ in_space
-    return _taken_apart(P, points, seen)
+    try:
+        P = np.linalg.inv(in_photo) @ np.linalg.svd(rows, full_matrices=False)[2][-1].reshape(3, 4) @ in_space
+        return _taken_apart(P, points, seen)
+    except np.linalg.LinAlgError as error:
+        raise CalibrationError(
+            f"DLT: points and pixels determine no camera ({error}); check that they are paired rightly"
+        ) from error
 
 
 def _taken_apart(P: FloatArray, points: FloatArray, seen: FloatArray) -> LinearCamera:

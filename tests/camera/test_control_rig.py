@@ -11,6 +11,7 @@ from asbuilt_bim.camera.control_rig import rig_from_control_points
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid
+from asbuilt_bim.report.calibration_page import calibration_html
 from tests.camera.virtual import SIZE, parameters, rig
 
 LEFT_FROM_WORLD = rigid([0.1, -0.3, 0.05], [0.4, -0.2, 1.0])
@@ -33,7 +34,8 @@ def test_points_without_noise_give_the_rig_that_saw_them_far_from_the_origin_too
     found = rig_from_control_points(control(24, 0.0, far=(512_340.0, 5_403_210.0, 420.0)), SIZE)
     error = np.abs(parameters(found.rig) - parameters(rig()))
     assert error[:8].max() < 0.5 and error[8:].max() < 1e-3  # what the weak prior of the lens leaves
-    assert found.rig.rms_px < 0.01 and found.checks.length_error < 1e-4 and not found.left_out
+    assert found.rig.rms_px < 0.01 and not found.left_out
+    assert found.checks.length_error is not None and found.checks.length_error < 1e-4
 
 
 def test_their_sigma_is_a_promise() -> None:
@@ -111,6 +113,36 @@ def test_bad_lines_of_control_points_are_named(tmp_path: Path, rows: str, says: 
     with pytest.raises(CalibrationError) as raised:
         read_control_points(file)
     assert says in str(raised.value) and str(file) in str(raised.value)
+
+
+def test_one_place_under_two_ids_is_refused_by_both(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text(",".join(COLUMNS) + "\nA,1,2,3,4,5,6,7\nB,1,2,3.0,40,50,60,70\n")
+    with pytest.raises(CalibrationError, match=r"points\.csv: B and A are one place"):
+        read_control_points(tmp_path / "points.csv")
+
+
+def test_marks_outside_the_photo_are_refused_by_name() -> None:
+    points = control(24, 0.2)
+    low = int(np.argmax(points.left_px[:, 1]))
+    with pytest.raises(CalibrationError, match=rf"control point P{low}: .* px lies outside the left photo of 1280 x "):
+        rig_from_control_points(points, (SIZE[0], int(points.left_px[low, 1])))
+
+
+def test_points_and_marks_all_at_one_place_are_refused_in_words() -> None:
+    points = control(24, 0.2)
+    with pytest.raises(CalibrationError, match="DLT: the points lie in one plane"):
+        rig_from_control_points(replace(points, points_m=frozen(np.zeros((24, 3)))), SIZE)
+    with pytest.raises(CalibrationError, match="in the left photo: DLT: "):
+        rig_from_control_points(replace(points, left_px=frozen(np.full((24, 2), 300.0))), SIZE)
+
+
+def test_without_two_points_in_both_photos_no_length_is_claimed_to_fit() -> None:
+    points = control(24, 0.2)
+    left, right = np.array(points.left_px), np.array(points.right_px)
+    left[::2], right[1::2] = np.nan, np.nan
+    found = rig_from_control_points(replace(points, left_px=frozen(left), right_px=frozen(right)), SIZE)
+    assert found.checks.length_error is None
+    assert "The two points furthest apart" not in calibration_html(found, ())
 
 
 def test_more_points_than_hands_mark_are_refused(tmp_path: Path) -> None:
