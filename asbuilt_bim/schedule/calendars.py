@@ -131,14 +131,12 @@ def _rest(spans: tuple[WorkSpan, ...]) -> tuple[WorkSpan, ...]:
 
 
 def _within(spans: tuple[WorkSpan, ...], before: tuple[WorkSpan, ...]) -> tuple[WorkSpan, ...]:
-    """Return a day's spans, cut at midnight, with the rest of the day before; what overlaps then is one span."""
+    """Return a day's spans, cut at midnight, with the rest of the day before; what overlaps is worked once."""
     rest = _rest(before)
     cut = tuple(WorkSpan(from_min=span.from_min, to_min=min(span.to_min, DAY_MIN)) for span in spans)
-    if not rest:
-        return cut
     joined: list[WorkSpan] = []
     for span in sorted((*rest, *cut), key=lambda one: one.from_min):
-        last = joined.pop() if joined and span.from_min <= joined[-1].to_min else span
+        last = joined.pop() if joined and span.from_min < joined[-1].to_min else span
         joined.append(WorkSpan(from_min=last.from_min, to_min=max(span.to_min, last.to_min)))
     return tuple(joined)
 

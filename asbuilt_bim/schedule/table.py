@@ -30,11 +30,12 @@ def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[st
     Raises:
         ScheduleError: no text, no known columns, or dates that can't be read; names the lines.
     """
-    reader = csv.reader(io.StringIO(_text(data, path), newline=""), delimiter=_delimiter(data))
+    reader = csv.reader(io.StringIO(_text(data, path), newline=""), delimiter=_delimiter(data), strict=True)
     try:
         lines = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
     except csv.Error as problem:
-        raise ScheduleError(f"{path}, line {reader.line_num}: no CSV ({problem}); save it as CSV again") from problem
+        cause = "a quotation mark (\") isn't closed" if "end of data" in str(problem) else problem
+        raise ScheduleError(f"{path}, line {reader.line_num}: no CSV ({cause}); save it as CSV again") from problem
     if len(lines) > MAX_ROWS:
         raise ScheduleError(f"{path}: more than {MAX_ROWS:,} lines, which no schedule has")
     places = _places(lines[0][1] if lines else [], path)
@@ -87,6 +88,12 @@ def _places(header: list[str], path: Path) -> dict[str, int]:
     """Return where each column is; a start, a finish, and a name or an id must be there."""
     names = [re.sub(r"[\s_-]", "", cell).casefold() for cell in header]
     places = {key: names.index(name) for key, known in COLUMNS.items() for name in reversed(known) if name in names}
+    for key in ("start", "finish"):
+        twice = [cell.strip() for cell, name in zip(header, names, strict=True) if name in COLUMNS[key]]
+        if len(twice) > 1:
+            raise ScheduleError(
+                f"{path}: the first line names more than one {key} ({', '.join(twice)[:80]}); keep the planned one"
+            )
     missing = [key for key in ("start", "finish") if key not in places]
     missing += [] if "name" in places or "id" in places else ["name"]
     if missing:

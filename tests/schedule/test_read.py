@@ -88,6 +88,13 @@ def test_a_night_shift_is_worked_until_midnight_and_on_the_morning_after(tmp_pat
     assert tuesday.minutes == 16 * 60  # 0 to 12 and 13 to 17: an hour that two spans hold is worked once
 
 
+def test_working_times_that_overlap_or_stand_twice_are_worked_once(tmp_path: Path) -> None:
+    span = "<WorkingTime>\n   <FromTime>07:00:00</FromTime><ToTime>15:00:00</ToTime></WorkingTime>"
+    for more in (span, span.replace("07:00", "14:00").replace("15:00", "16:00")):
+        calendar = read_schedule(written(tmp_path, MSP.replace(span, span + more))).source.calendar
+        assert calendar.week[0].minutes == (480 if more == span else 540)
+
+
 def test_an_exceptions_night_shift_runs_into_a_day_that_is_none(tmp_path: Path) -> None:
     shift = "<WorkTime><Start>20:00:00</Start><Finish>01:59:00</Finish></WorkTime>"
     calendar = read_schedule(written(tmp_path, P6.replace("<WorkTime></WorkTime>", shift))).source.calendar
@@ -132,6 +139,11 @@ def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable
     assert row.global_ids == (COLUMN, WALL)
 
 
+def test_a_sign_for_inches_in_a_name_is_no_quotation(tmp_path: Path) -> None:
+    (row,) = read_schedule(written(tmp_path, 'name,start,finish\nWall 8" thick,2026-03-05,2026-03-06\n')).rows
+    assert row.name == 'Wall 8" thick'
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -140,6 +152,15 @@ def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable
         ("id,name,start,finish\n,,2026-03-05,2026-03-06\n", "neither an id nor a name"),
         ("task,begin\nA,2026-03-05\n", "names no column start, finish"),
         ("id,name,start,finish\n", "holds no task"),
+        (
+            'id,name,start,finish\nA,"B,2026-03-05,2026-03-06\nC,D,2026-03-05,2026-03-06\n',
+            "quotation mark .* isn't closed",
+        ),
+        (
+            "id,start,planned start,finish\nA,2026-03-05,2026-03-04,2026-03-06\n",
+            r"more than one start \(start, planned",
+        ),
+        ("id,start,finish,Finish\nA,2026-03-05,2026-03-06,2026-03-07\n", r"more than one finish \(finish, Finish\)"),
         ('<!DOCTYPE p [<!ENTITY a "b">]><Project>&a;</Project>', "document type"),
         ("<Project>" + "<a>" * 80 + "</a>" * 80 + "</Project>", "nested deeper than 60"),
         (MSP[:900], "damaged XML"),
