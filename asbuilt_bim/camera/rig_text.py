@@ -95,13 +95,20 @@ def _xml(text: str, path: Path) -> Plain:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, RecursionError, ValueError) as error:
         raise RigError(f"rig file {path}: it is not well-formed XML ({error})") from error
-    return {child.tag: _element(child, 1) for child in root}
+    return _elements(root, path, 1)
 
 
-def _element(node: ElementTree.Element, depth: int) -> Plain:
-    if not len(node) or depth > _DEEPEST:
-        return (node.text or "").strip()
-    return {child.tag: _element(child, depth + 1) for child in node}
+def _elements(node: ElementTree.Element, path: Path, depth: int) -> dict[str, Plain]:
+    """Return an element's children by name; one that stands twice would hide the other (OpenCV's lists repeat <_>)."""
+    found: dict[str, Plain] = {}
+    for child in node:
+        if child.tag in found and child.tag != "_":
+            raise RigError(
+                f"rig file {path}: the XML element <{child.tag[:60]}> stands twice; keep the one that counts"
+            )
+        plain = not len(child) or depth > _DEEPEST
+        found[child.tag] = (child.text or "").strip() if plain else _elements(child, path, depth + 1)
+    return found
 
 
 def numbers(value: Plain) -> list[float] | None:

@@ -75,6 +75,25 @@ def test_a_rig_written_in_any_format_is_read_back(tmp_path: Path, form: RigForma
     assert largest_gap(one, two) < 1e-12
 
 
+def test_a_matrix_that_stands_twice_in_an_xml_file_is_refused_and_a_list_is_not(tmp_path: Path) -> None:
+    file = tmp_path / "stereo.xml"
+    storage = cv2.FileStorage(str(file), cv2.FileStorage_WRITE)
+    one = rig()
+    storage.write("imageSize", np.array([1280.0, 960.0]))
+    storage.write("files", ["a.png", "b.png"])
+    for name, value in (("K1", one.left.K), ("D1", one.left.distortion), ("K2", one.right.K),
+                        ("D2", one.right.distortion), ("R", one.right_from_left[:3, :3]),
+                        ("T", one.right_from_left[:3, 3])):  # fmt: skip
+        storage.write(name, value)
+    storage.release()
+    assert read_rig(file).baseline_m == pytest.approx(one.baseline_m)
+    text = file.read_text()
+    again = text[text.index("<T ") : text.index("</T>") + 4]
+    file.write_text(text.replace("</opencv_storage>", f"{again}</opencv_storage>"))  # as appending writes it
+    with pytest.raises(RigError, match="<T> stands twice"):
+        read_rig(file)
+
+
 def test_an_opencv_file_and_a_project_that_contradict_each_other_on_the_lens_are_refused(tmp_path: Path) -> None:
     write_rig_as(rig("five"), tmp_path / "out.yaml", "opencv")
     with pytest.raises(RigError, match=r"distortion_model is 'plumb_bob', and rig\.fisheye says another"):
