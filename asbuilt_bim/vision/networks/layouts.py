@@ -11,12 +11,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import NetworkCard
 from asbuilt_bim.vision.networks.picture import Fit
 from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
 from asbuilt_bim.vision.networks.things import read_things
+
+_ROUNDING = 1e-3  # of a half-precision likelihood
 
 
 def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None = None) -> list[Sighting]:
@@ -25,7 +28,7 @@ def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief
     `relief` of the input, where there is stereo, helps to tell what is one thing.
 
     Raises:
-        NetworkError: the outputs haven't the shapes of the layout.
+        NetworkError: the outputs haven't the shapes of the layout, or scores aren't 0 to 1.
     """
     if card.layout == "centres":
         found = read_things(outputs, card, fit, relief)
@@ -52,7 +55,7 @@ def _mask_rcnn(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
             mask = fit.to_photo(masks[k].astype(np.float32), 1.0, 1.0) > 0.5
         else:
             mask = _pasted(masks[k].astype(np.float32), fit.boxes_to_photo(boxes[k : k + 1])[0], fit.photo_size)
-        found.append(Sighting(number=int(labels[k]), score=float(scores[k]), mask=mask))
+        found.append(Sighting(number=int(labels[k]), score=min(float(scores[k]), 1.0), mask=mask))
     return found
 
 
@@ -78,7 +81,7 @@ def _yolo(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     for k in kept[: card.most_instances]:
         logits = np.tensordot(table[k, 4 + classes :], planes, axes=1).astype(np.float32)
         mask = (fit.to_photo(logits, *step) > 0.0) & _inside(fit.boxes_to_photo(boxes[k : k + 1])[0], fit.photo_size)
-        found.append(Sighting(number=int(numbers[k]), score=float(scores[k]), mask=mask))
+        found.append(Sighting(number=int(numbers[k]), score=min(float(scores[k]), 1.0), mask=mask))
     return found
 
 
@@ -134,7 +137,16 @@ _READERS: dict[str, Callable[[Outputs, NetworkCard, Fit], list[Sighting]]] = {
 
 
 def _chosen(scores: NDArray[np.float64], numbers: NDArray[np.generic], card: NetworkCard) -> list[int]:
-    """Return which rows score enough and are of a class that the card names, the surest first."""
+    """Return which rows score enough and are of a class that the card names, the surest first.
+
+    Raises:
+        NetworkError: the scores aren't likelihoods.
+    """
+    if scores.size and np.abs(scores - 0.5).max() > 0.5 + _ROUNDING:
+        raise NetworkError(
+            f"network {card.name}: its scores run from {scores.min():.4g} to {scores.max():.4g}, and a score is 0 to "
+            "1; export it with its sigmoid or softmax"
+        )
     order = np.argsort(-scores, kind="stable")
     return [int(k) for k in order if scores[k] >= card.least_score and card.meaning(int(numbers[k])) is not None]
 

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
 from asbuilt_bim.vision.networks.centres import Things, grouped
@@ -19,6 +20,9 @@ from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
 LEAST_LIKELY = 1e-3
 """A likelihood counts as no less: a few sure pixels mustn't decide for a whole thing."""
 
+FURTHEST = 100
+"""Sides of the map that an arrow may be long: a middle lies in the picture or near it; what is far off is damaged."""
+
 
 def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None) -> list[Sighting]:
     """Read logits (1, C, h, w) and offsets (1, 2, h, w): to the middle of the thing, in units of the card's pixels.
@@ -28,7 +32,7 @@ def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | 
     the network's input, if there is stereo, tells apart what stands one behind the other and joins what runs on.
 
     Raises:
-        NetworkError: the outputs haven't these shapes.
+        NetworkError: the outputs haven't these shapes, or offsets point beyond all bounds.
     """
     logits, offsets = outputs["logits"], outputs["offsets"]
     fits = logits.ndim == offsets.ndim == 4 and len(logits) == len(offsets) == 1 and offsets.shape[1] == 2
@@ -39,6 +43,11 @@ def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | 
     wall, column = (likely[_numbers(card, meaning, len(likely))].sum(axis=0) for meaning in ("wall", "column"))
     inside = wall + column - np.float32(0.5)
     arrows = offsets[0] * (card.offset_px / np.array(step)[:, None, None])
+    if (furthest := float(np.abs(arrows).max())) > FURTHEST * max(arrows.shape):
+        raise NetworkError(
+            f"network {card.name}: an offset points {furthest:.3g} cells away, on a map of {arrows.shape[2]} x "
+            f"{arrows.shape[1]} (limit {FURTHEST} of its sides); correct offset_px in the card, or export it again"
+        )
     small = relief.shrunk(inside.shape) if relief is not None else None
     things = _of_parts(grouped(inside > 0.0, arrows.astype(np.float32)), arrows.astype(np.float32), wall, column, small)
     if card.class_by == "pixel":

@@ -186,6 +186,26 @@ def test_answers_of_another_shape_than_the_layouts_are_refused(
     assert f"the layout {layout} wants" in message
 
 
+@pytest.mark.parametrize("layout", ["mask-rcnn", "yolo-seg"])
+def test_scores_that_are_no_likelihoods_are_refused(tmp_path: Path, layout: str) -> None:
+    answers = {
+        "mask-rcnn": {
+            "boxes": np.array([[16, 8, 32, 40]], np.float32), "labels": np.array([1], np.int64),
+            "scores": np.array([4.2], np.float32), "masks": np.ones((1, 1, 28, 28), np.float32),
+        },
+        "yolo-seg": {"p": np.full((1, 39, 1), 4.2, np.float32), "q": np.ones((1, 32, 12, 16), np.float32)},
+    }  # fmt: skip
+    message = refused(graphs.card(tmp_path, graphs.constant(answers[layout]), layout))
+    assert "its scores run from 4.2 to 4.2, and a score is 0 to 1" in message
+
+
+def test_offsets_beyond_all_bounds_are_refused(tmp_path: Path) -> None:
+    logits = np.zeros((1, 3, 24, 32), np.float32)
+    logits[0, 1, 4:20, 4:20] = 9.0
+    answer = {"logits": logits, "offsets": np.full((1, 2, 24, 32), 1e9, np.float32)}
+    assert "an offset points 5e+08 cells away" in refused(graphs.card(tmp_path, graphs.constant(answer), "centres"))
+
+
 def test_a_card_with_geometry_wants_a_second_input(tmp_path: Path) -> None:
     path = graphs.card(tmp_path, graphs.constant({"logits": LOGITS}), "semantic", geometry={"input": "g"})
     assert "has 1 inputs, its card wants 2" in refused(path)
