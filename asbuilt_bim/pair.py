@@ -59,9 +59,9 @@ def measure_pair(
             "the red disc, or leave it out"
         )
     rig = checked_rig(rig) if isinstance(rig, StereoRig) else read_rig(rig)
+    photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
     if Path(left).resolve() == Path(right).resolve():
         raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
-    photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
     instruments = instruments_of(
         NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
     )

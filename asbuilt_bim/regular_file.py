@@ -14,7 +14,10 @@ def open_regular(path: Path) -> BufferedReader:
     Raises:
         OSError: it can't be opened, or is no regular file; `strerror` says which.
     """
-    mode = path.stat().st_mode
+    try:
+        mode = path.stat().st_mode
+    except ValueError as error:
+        raise OSError(errno.EINVAL, f"no file can be named so: {error}", str(path)) from error
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "it is a folder; name the file in it", str(path))
     if not stat.S_ISREG(mode):

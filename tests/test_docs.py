@@ -25,3 +25,10 @@ def test_the_readme_names_every_command_and_exit_code() -> None:
     told = CliRunner().invoke(app, ["--help"]).output
     for code in re.findall(r"\b([0-3]) (?:a|it|the|with)\b", " ".join(told.split())):
         assert f"**{code}**" in readme
+
+
+@pytest.mark.parametrize("name", sorted(app.commands))
+def test_every_option_of_a_command_stands_in_the_readme_or_the_docs(name: str) -> None:
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES if page.name != "CHANGELOG.md")
+    options = [option for one in app.commands[name].params for option in one.opts if option.startswith("--")]
+    assert [option for option in options if not re.search(rf"{option}(?![\w-])", text)] == []

@@ -47,3 +47,9 @@ def test_a_device_and_a_pipe_are_refused_by_name_before_anything_is_read(kind: s
 def test_a_folder_is_named_as_one(kind: str, tmp_path: Path) -> None:
     with pytest.raises(AsBuiltError, match="is a folder; name the"):
         READERS[kind](tmp_path)
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_a_name_that_no_file_can_have_is_refused_in_words(kind: str) -> None:
+    with pytest.raises(AsBuiltError, match="null byte"):
+        READERS[kind](Path("a\0b"))

@@ -47,10 +47,8 @@ def read_photo(path: Path) -> Photo:
     more than `MAX_PIXELS`.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise PhotoError(f"photo {path}: {path.stat().st_size / 1e6:.0f} MB is no photo of a station")
         with open_regular(path) as file:
-            data = file.read()
+            data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise PhotoError(f"photo {path}: there is no such file; copy it there, or correct the path") from None
     except IsADirectoryError:
@@ -59,6 +57,8 @@ def read_photo(path: Path) -> Photo:
         raise PhotoError(
             f"photo {path}: it can't be read ({error.strerror or error}); check the file's rights and the disk"
         ) from error
+    if len(data) > MAX_BYTES:
+        raise PhotoError(f"photo {path}: more than {MAX_BYTES / 1e6:.0f} MB is no photo of a station")
     return photo_from_bytes(str(path), data)
 
 

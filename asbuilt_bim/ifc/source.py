@@ -74,7 +74,7 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
             stream.seek(max(0, size - _TAIL_BYTES))
             return head, stream.read()
     except FileNotFoundError:
-        raise DesignError(f"{path}: there is no such file; check `ifc:` in the project file") from None
+        raise DesignError(f"{path}: there is no such file; check the path") from None
     except IsADirectoryError as error:
         raise DesignError(f"{path}: {error.strerror} (FILE.ifc)") from error
     except OSError as error:

@@ -30,8 +30,8 @@ def test_what_is_no_ifc_is_refused_and_named(content: bytes, expected: str, tmp_
     assert str(path) in str(caught.value)
 
 
-def test_a_missing_file_is_named_with_the_key_to_check(tmp_path: Path) -> None:
-    with pytest.raises(DesignError, match=r"no such file; check `ifc:`"):
+def test_a_missing_file_is_named_without_a_word_of_a_project_that_there_may_not_be(tmp_path: Path) -> None:
+    with pytest.raises(DesignError, match=r"nowhere\.ifc: there is no such file; check the path"):
         read_design(tmp_path / "nowhere.ifc")
 
 
