@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -252,6 +253,9 @@ def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) 
     except Exception as problem:
         if context.find_root().obj:
             raise
+        if full := _full_disk(problem):
+            screen.error(full)
+            context.exit(FAILED)
         log = write_crash_log(problem)
         where = f"; the details are in {log}" if log else "; run again with --debug to see where"
         screen.error(f"asbuilt-bim failed, and the fault is its own: {type(problem).__name__}: {problem!s:.300}{where}")
@@ -259,7 +263,20 @@ def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) 
     context.exit(code)
 
 
+def _full_disk(problem: BaseException) -> str:
+    """Say that there is no room for what is printed or kept beside the results, "" for another fault."""
+    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "the disk is full, so what is printed, or a temporary file, can't be written; free some space"
+    return ""
+
+
 def main() -> None:
     """Run the command line; the entry point of `asbuilt-bim`."""
     one_thread_each()
-    app(prog_name="asbuilt-bim")
+    try:
+        app(prog_name="asbuilt-bim")
+    except OSError as problem:  # of `--help` and the like, which are printed outside of `_guarded`
+        if not (full := _full_disk(problem)):
+            raise
+        click.echo(f"error: {full}", err=True)
+        raise SystemExit(FAILED) from problem

@@ -5,6 +5,7 @@ import io
 import json
 import re
 import shutil
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -364,3 +365,13 @@ def test_strip_writes_over_a_file_only_when_asked_to(tmp_path: Path) -> None:
     assert invoke("strip", design, "--out", notes, "--replace").exit_code == 0
     refused = invoke("strip", design, "--out", tmp_path, "--replace")
     assert refused.exit_code == 1 and "is a folder; name a file" in refused.stderr.replace("\n", " ")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no device that is always full")
+@pytest.mark.parametrize("arguments", [["--help"], ["ifcpatch-dir"], ["inspect", str(site() / "design.ifc")]])
+def test_printing_on_a_full_disk_is_said_in_words(arguments: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        run = subprocess.run([sys.executable, "-m", "asbuilt_bim", *arguments], stdout=full, stderr=subprocess.PIPE)
+    assert run.returncode == 1
+    assert run.stderr.decode().startswith("error: the disk is full, so what is printed")
+    assert b"Traceback" not in run.stderr

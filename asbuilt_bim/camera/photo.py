@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,7 +49,9 @@ def read_photo(path: Path) -> Photo:
     """
     try:
         with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
+            if (size := os.fstat(file.fileno()).st_size) > MAX_BYTES:
+                raise PhotoError(f"photo {path}: {size / 1e6:.0f} MB is no photo of a station")
+            data = file.read()
     except FileNotFoundError:
         raise PhotoError(f"photo {path}: there is no such file; copy it there, or correct the path") from None
     except IsADirectoryError:
@@ -57,8 +60,6 @@ def read_photo(path: Path) -> Photo:
         raise PhotoError(
             f"photo {path}: it can't be read ({error.strerror or error}); check the file's rights and the disk"
         ) from error
-    if len(data) > MAX_BYTES:
-        raise PhotoError(f"photo {path}: more than {MAX_BYTES / 1e6:.0f} MB is no photo of a station")
     return photo_from_bytes(str(path), data)
 
 

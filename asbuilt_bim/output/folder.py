@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import os
 import re
 import shutil
 import tempfile
@@ -130,10 +131,7 @@ class OutputFolder:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 replace_bytes(target, (run / relative).read_bytes())
             except OSError as problem:
-                yield (
-                    f"{target}: is open in another program or can't be replaced ({problem.strerror}); "
-                    f"it shows an earlier run. The new one is {run / relative}"
-                )
+                yield f"{_not_copied(target, problem)}. The new one is {run / relative}"
         for relative in gone:
             with contextlib.suppress(OSError):
                 (self.path / relative).unlink()
@@ -222,6 +220,18 @@ def output_error(
     return OutputError(
         f"{place}: can't be written ({getattr(problem, 'strerror', None) or problem}); choose another --out"
     )
+
+
+def _not_copied(target: Path, problem: OSError) -> str:
+    """Say why a copy isn't brought up to date, and what stands in its place."""
+    there = os.path.lexists(target)
+    if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        why = "the disk is full"
+    elif there:
+        why = f"is open in another program or can't be replaced ({problem.strerror})"
+    else:
+        why = f"can't be written ({problem.strerror})"
+    return f"{target}: {why}; {'it shows an earlier run' if there else 'it is not there'}"
 
 
 def _check_sources(path: Path, sources: Iterable[Path]) -> None:

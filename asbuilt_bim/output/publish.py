@@ -88,8 +88,7 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
 
     def write(folder: Path) -> None:
         for name in ("pictures", VISITS, CARRIED):
-            if (current.folder / name).is_dir():
-                shutil.copytree(current.folder / name, folder / name)
+            _copy_folder(current.folder / name, folder / name)
         for name in ("result.json", "rig.yaml"):
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
@@ -169,6 +168,15 @@ def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
     for name, data in pictures.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
+
+
+def _copy_folder(source: Path, target: Path) -> None:
+    """Copy a folder's files where there is one; `shutil.copytree` would raise a list of all that failed."""
+    for file in sorted(source.rglob("*")):
+        if file.is_file():
+            copy = target / file.relative_to(source)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, copy)
 
 
 def _check_ifc(paths: Sequence[Path], report: ProgressReport) -> None:

@@ -162,6 +162,22 @@ def test_a_copy_open_in_another_program_is_named_and_the_run_stands(
     assert not list(tmp_path.glob(".*.part"))
 
 
+def test_a_copy_that_never_was_there_is_not_said_to_show_an_earlier_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Path.replace
+
+    def full(self: Path, target: Path) -> Path:
+        if Path(target).name == "report.html":
+            raise OSError(errno.ENOSPC, "No space left on device", str(target))
+        return whole(self, target)
+
+    monkeypatch.setattr(Path, "replace", full)
+    with open_output(tmp_path) as out:
+        (warning,) = publish(out, "one").warnings
+    assert "report.html: the disk is full; it is not there. The new one is" in warning
+
+
 def test_a_second_run_at_the_same_time_is_refused(tmp_path: Path) -> None:
     code = (
         "import sys; from pathlib import Path; from asbuilt_bim.output.folder import open_output\n"

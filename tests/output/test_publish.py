@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import shutil
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -10,6 +12,7 @@ import ifcopenshell
 import ifcopenshell.util.element
 import pytest
 
+from asbuilt_bim.errors import OutputError
 from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.output.folder import open_output
 from asbuilt_bim.output.publish import publish_again, publish_run
@@ -69,3 +72,17 @@ def test_the_ifc_copy_tells_the_visits_carried_over_and_report_writes_what_run_w
     assert installed == EARLIER.isoformat()
     photos = {one.Name: one.Location for one in copies[0].by_type("IfcDocumentReference") if one.Identification}
     assert photos == {f"{EARLIER} A1": None, f"{TODAY} A1": f"overlays/{TODAY}_A1.jpg"}
+
+
+def test_making_outputs_again_on_a_full_disk_is_said_in_one_line(
+    project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(source: Path, target: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(target))
+
+    with open_output(tmp_path / "out", project.sources) as out:
+        publish_run(out, _result(project), project, NOON)
+        monkeypatch.setattr(shutil, "copyfile", full)
+        monkeypatch.setattr(shutil, "copy2", full)
+        with pytest.raises(OutputError, match=r"^\S+: the disk is full; nothing of this run was kept"):
+            publish_again(out, (), NOON)
