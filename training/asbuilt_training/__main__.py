@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from importlib import import_module
 
 # Each command is a module with `arguments(parser)` and `run(given) -> int`; only the one asked for is imported.
@@ -25,7 +26,13 @@ def main(arguments: list[str] | None = None) -> int:
     for name, (_, what) in COMMANDS.items():
         commands.add_parser(name, help=what, add_help=False)
     asked, rest = parser.parse_known_args(arguments)
-    module = import_module(COMMANDS[asked.command][0])
+    try:
+        module = import_module(COMMANDS[asked.command][0])
+    except ModuleNotFoundError as problem:
+        if (problem.name or "").partition(".")[0] in ("asbuilt_training", "asbuilt_bim"):
+            raise
+        print(f"refused: {asked.command} needs {problem.name}: pip install -e training", file=sys.stderr)
+        return 1
     own = argparse.ArgumentParser(prog=f"asbuilt_training {asked.command}", description=module.__doc__)
     module.arguments(own)
     return int(module.run(own.parse_args(rest)))

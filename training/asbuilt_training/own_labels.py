@@ -6,7 +6,6 @@ named by its place.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import cv2
 import numpy as np
 from asbuilt_bim.camera.photo import decode, read_photo
 from asbuilt_bim.errors import MaskError
+from asbuilt_bim.strict_json import parse_json
 from asbuilt_bim.vision.mask_coco import CORNER_PX, MAX_POINTS, class_of, ring_of
 
 from asbuilt_training.shards import Picture
@@ -41,39 +41,65 @@ def read_labels(path: Path, photos: Path) -> OwnLabels:
         MaskError: the file is no COCO JSON, too large, names no wall or column, or doesn't fit its photos.
         PhotoError: a photo can't be read.
     """
-    document = _document(path)
+    try:
+        return _read(_document(path), photos)
+    except MaskError as problem:
+        raise MaskError(f"labels {path}: {problem}") from problem
+
+
+def _read(document: dict[str, Any], photos: Path) -> OwnLabels:
     numbers, classes = _classes(document)
-    images, annotations = _list(document, "images", MAX_PHOTOS), _list(document, "annotations", MAX_PHOTOS * 100)
-    of_image: dict[int, list[tuple[int, dict[str, Any]]]] = {}
-    for index, annotation in enumerate(annotations):
-        if isinstance(of := annotation.get("image_id"), int):
-            of_image.setdefault(of, []).append((index, annotation))
+    images = _list(document, "images", MAX_PHOTOS)
+    of_image = _of_image(images, _list(document, "annotations", MAX_PHOTOS * 100))
     names: list[str] = []
     pictures: list[Picture] = []
     for index, image in enumerate(images):
         where = f"images[{index}]"
-        name, number = image.get("file_name"), image.get("id")
-        if not isinstance(name, str) or not isinstance(number, int):
-            raise MaskError(f"{where}: needs id (a whole number) and file_name")
-        own = of_image.get(number, [])
+        name, own = image["file_name"], of_image[image["id"]]
+        if name in names:
+            raise MaskError(f"{where}: {name[:80]!r} is images[{names.index(name)}], too; put its labels under one")
         if len(own) > MAX_MASKS:
             raise MaskError(f"{where}: {len(own)} masks, limit {MAX_MASKS}")
         pictures.append(_picture(_inside(photos, name, where), image, own, numbers, where))
         names.append(name)
     if not any((picture.kind > 0).any() for picture in pictures):
-        raise MaskError(f"{path}: no photo has a single label; there is nothing to learn")
+        raise MaskError("no photo has a single label; there is nothing to learn")
     return OwnLabels(names=tuple(names), pictures=tuple(pictures), classes=classes)
+
+
+def _of_image(
+    images: list[dict[str, Any]], annotations: list[dict[str, Any]]
+) -> dict[int, list[tuple[int, dict[str, Any]]]]:
+    """Return each image's annotations with their indices; a label that belongs to none would be learned as background.
+
+    Raises:
+        MaskError: two images have one id, or an annotation's image isn't there.
+    """
+    found: dict[int, list[tuple[int, dict[str, Any]]]] = {}
+    for index, image in enumerate(images):
+        number = image.get("id")
+        if not isinstance(image.get("file_name"), str) or not isinstance(number, int) or isinstance(number, bool):
+            raise MaskError(f"images[{index}]: needs id (a whole number) and file_name")
+        if number in found:
+            raise MaskError(f"images[{index}].id: {number} is another image's, too")
+        found[number] = []
+    for index, annotation in enumerate(annotations):
+        of = annotation.get("image_id")
+        if not isinstance(of, int) or isinstance(of, bool) or of not in found:
+            raise MaskError(f"annotations[{index}].image_id: {of!s:.40} is no id of the file's images")
+        found[of].append((index, annotation))
+    return found
 
 
 def _document(path: Path) -> dict[str, Any]:
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise MaskError(f"{path}: {path.stat().st_size / 1e6:.0f} MB, limit {MAX_BYTES / 1e6:.0f} MB")
-        document = json.loads(path.read_bytes())
+            raise MaskError(f"{path.stat().st_size / 1e6:.0f} MB, limit {MAX_BYTES / 1e6:.0f} MB")
+        document = parse_json(path.read_bytes())
     except (OSError, ValueError, RecursionError) as problem:
-        raise MaskError(f"{path}: is no JSON that can be read: {str(problem)[:120]}") from problem
+        raise MaskError(f"is no JSON that can be read: {str(problem)[:120]}") from problem
     if not isinstance(document, dict):
-        raise MaskError(f"{path}: is no COCO file; it has no images, categories and annotations")
+        raise MaskError("is no COCO file; it has no images, categories and annotations")
     return document
 
 

@@ -58,7 +58,7 @@ def test_labels_become_classes_and_things_where_they_were_drawn(tmp_path: Path) 
         (lambda d: d["categories"].clear(), "none is named wall"),
         (lambda d: d["annotations"][0].update(category_id=[1]), "none of the file's categories"),
         (lambda d: d["annotations"][0].update(segmentation={"counts": "aa", "size": [1, 1]}), "export polygons"),
-        (lambda d: d["annotations"][0].update(segmentation=[[0, 0, 1, float("nan"), 5, 5]]), "finite numbers"),
+        (lambda d: d["annotations"][0].update(segmentation=[[0, 0, 1, float("nan"), 5, 5]]), "NaN is not a number"),
         (lambda d: d.update(annotations=[]), "nothing to learn"),
         (lambda d: d.update(images="many"), "must be a list"),
     ],
