@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.camera.adjust import Adjustment, adjust
@@ -28,6 +29,7 @@ FEWEST_FOR_LENS = 15
 """Points a photo: thirty numbers for the fifteen of a camera, its lens and its pose, twice over."""
 _BLUNDER, _BLUNDER_FLOOR_PX = 5.0, 2.0  # sigmas of all points; a hand is good to better than two pixels
 _FOLDS = 4
+_LOW_REACH = 0.6  # of the photo, as of boards; a lens runs away soon beyond the last point
 
 
 def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Calibration:
@@ -180,6 +182,8 @@ def _checks(view: BoardView, adjusted: Adjustment, size: tuple[int, int]) -> Che
     warnings = []
     if not _fits_lens(view):
         warnings.append(f"fewer than {FEWEST_FOR_LENS} points in a photo: the lens was taken to be straight")
+    if (reach := min(_reach(view.left_px, size), _reach(view.right_px, size))) < _LOW_REACH:
+        warnings.append(f"the points reach over {100 * reach:.0f} % of a photo only: beyond them the lens is a guess")
     if hold_out > max(2.0 * adjusted.rms_px, 1.0):
         warnings.append(f"points kept back miss by {hold_out:.2f} px, the others by {adjusted.rms_px:.2f} px")
     if relative > 0.005:
@@ -188,6 +192,11 @@ def _checks(view: BoardView, adjusted: Adjustment, size: tuple[int, int]) -> Che
         coverage_left=left, coverage_right=right, hold_out_rms_px=hold_out, length_error=length,
         focal_sigma_px=focal, baseline_sigma_m=baseline, lens_left_px=0.0, warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def _reach(pixels: FloatArray, size: tuple[int, int]) -> float:
+    """Return the share of a photo of `size` that lies within the points' hull."""
+    return float(cv2.contourArea(cv2.convexHull(pixels.astype(np.float32)))) / (size[0] * size[1])
 
 
 def _hold_out(view: BoardView, adjusted: Adjustment) -> float:

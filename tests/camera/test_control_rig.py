@@ -62,6 +62,23 @@ def test_few_points_take_the_lens_to_be_straight_and_say_so() -> None:
     assert any("lens was taken to be straight" in warning for warning in found.checks.warnings)
 
 
+def test_points_over_the_middle_of_the_photo_alone_are_warned_of() -> None:
+    points = control(60, 0.2)
+    near = np.all(np.abs(points.left_px - np.array(SIZE) / 2) < np.array(SIZE) / 3, axis=1)
+    inner = replace(
+        points,
+        names=tuple(points.names[i] for i in np.flatnonzero(near)),
+        points_m=frozen(points.points_m[near]),
+        left_px=frozen(points.left_px[near]),
+        right_px=frozen(points.right_px[near]),
+    )
+    found = [rig_from_control_points(one, SIZE).checks.warnings for one in (inner, points)]
+    assert [any("of a photo only: beyond them the lens is a guess" in w for w in each) for each in found] == [
+        True,
+        False,
+    ]
+
+
 def test_points_in_one_plane_too_few_and_in_millimetres_are_refused_by_name() -> None:
     flat = control(12, 0.0)
     in_left = apply(LEFT_FROM_WORLD, flat.points_m)
