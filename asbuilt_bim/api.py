@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
 
-from asbuilt_bim.errors import OutputError, ProjectError
+from asbuilt_bim.errors import OptionError, OutputError, ProjectError
 from asbuilt_bim.output.folder import open_output
 from asbuilt_bim.output.publish import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.pipeline import run_project
@@ -52,6 +52,10 @@ def run(
     Raises:
         AsBuiltError: there is no result; its text says why and what to do. An earlier result stands.
     """
+    if not isinstance(workers, int) or workers < 0:
+        raise OptionError(f"workers: {workers!r} is no number of processes; give 1, 2 ..., or 0 for one per processor")
+    if isinstance(until, datetime) or not isinstance(until, date | None):
+        raise OptionError(f"until: {until!r} is no day; give a datetime.date, such as date(2026, 3, 2)")
     checked = until_visit(read_project(Path(project), allow_outside=allow_outside), until)
     writers = load_writers(checked.writers)
     store = Cache(folder=default_folder() if cache else None)

@@ -38,7 +38,7 @@ class PhotoError(AsBuiltError):
 
 
 class OptionError(AsBuiltError):
-    """The value of a command line's option can't be understood."""
+    """The value of an option, on the command line or in Python, can't be understood."""
 
 
 class MaskError(AsBuiltError):

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from datetime import date
+from datetime import date, datetime
 from pathlib import Path
 
 import pytest
@@ -109,6 +109,20 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
     for name in ("schedule.msp.xml", "schedule.p6.xml", "tasks.csv", "extra/example-markdown/storeys.md"):
         assert (again.folder / name).read_bytes() == (found.folder / name).read_bytes()
     assert read_result(out / "result.json").tasks == again.result.tasks
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"workers": -1}, "workers: -1 is no number of processes"),
+        ({"workers": 1.5}, "no number"),
+        ({"until": "2026-03-02"}, "no day"),
+        ({"until": datetime(2026, 3, 2)}, "until: .* is no day; give a datetime.date"),
+    ],
+)
+def test_a_wrong_argument_of_a_run_is_refused_before_a_file_is_read(wrong: dict[str, object], says: str) -> None:
+    with pytest.raises(asbuilt_bim.AsBuiltError, match=says):
+        asbuilt_bim.run("no.yaml", "nowhere", **wrong)  # type: ignore[arg-type]
 
 
 @pytest.mark.usefixtures("example_package")
