@@ -313,6 +313,17 @@ def test_a_wrong_command_line_is_exit_2(arguments: list[str]) -> None:
     assert result.exit_code == 2 and "Usage" in result.stderr
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own there")
+@pytest.mark.parametrize("command", ["run", "label", "strip", "report", "inspect"])
+def test_a_link_that_leads_back_to_itself_is_a_wrong_command_line(command: str, tmp_path: Path) -> None:
+    loop = tmp_path / "loop"
+    loop.symlink_to(loop)
+    places = ["--out", loop] if command in ("run", "label", "strip") else []
+    result = invoke(command, tmp_path / "any" if places else loop, *places)
+    assert result.exit_code == 2
+    assert "leads back to itself" in " ".join(result.output.split())
+
+
 def test_a_console_that_lacks_a_letter_shows_another_and_does_not_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     raw = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="cp1252"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 from pathlib import Path
@@ -11,7 +12,7 @@ import click
 
 
 class FilePath(click.Path):
-    """A path that a system can hold; looking for a longer one fails in a hundred places."""
+    """A path that a system can hold and follow; looking for another fails in a hundred places."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path)
@@ -21,6 +22,11 @@ class FilePath(click.Path):
         parts = os.fsencode(value).replace(b"\\", b"/").split(b"/")
         if max(map(len, parts)) > 255 or len(os.fsencode(value)) > 4000:
             self.fail(f"{str(value)[:40]!r}... is longer than a path can be", param, context)
+        try:
+            Path(os.fsdecode(value)).stat()
+        except OSError as problem:  # what isn't there or mustn't be read is said where it is wanted
+            if problem.errno == errno.ELOOP:
+                self.fail(f"{str(value)!r} is a link that leads back to itself; name the place itself", param, context)
         return super().convert(value, param, context)
 
 
