@@ -18,7 +18,18 @@ def place_problem(path: Path, *, folder: bool = True) -> str:
         return f"{path}: is {'a folder' if path.is_dir() else 'no ordinary file'}; name a file"
     if folder and not path.parent.is_dir():
         return f"{path}: there is no folder {path.parent}; make it, or name another place"
-    return ""
+    problem = write_problem(path.parent)
+    return f"{path}: can't be written ({problem.strerror}); name another place" if problem is not None else ""
+
+
+def write_problem(folder: Path) -> OSError | None:
+    """Return what keeps a folder, or the nearest one above it that is there, from taking a file; None where nothing."""
+    there = next((one for one in (folder.absolute(), *folder.absolute().parents) if one.is_dir()), folder)
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            return None
+    except OSError as problem:
+        return problem
 
 
 def replace_bytes(path: Path, data: bytes) -> None:

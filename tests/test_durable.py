@@ -2,11 +2,14 @@ from __future__ import annotations
 
 import errno
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
 
-from asbuilt_bim.durable import replace_all, replace_bytes
+from asbuilt_bim.durable import place_problem, replace_all, replace_bytes
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.output.measurement import check_place
 
 
 def test_files_are_replaced_together_and_nothing_is_left_beside(tmp_path: Path) -> None:
@@ -33,6 +36,26 @@ def test_a_disk_that_fills_up_at_the_second_file_leaves_the_first_as_it_was(
     with pytest.raises(OSError, match="No space"):
         replace_all({one: b"new", other: b"more"})
     assert one.read_bytes() == b"old" and list(tmp_path.iterdir()) == [one]
+
+
+def test_a_place_without_the_right_to_write_is_told_before_anything_is_made_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert place_problem(tmp_path / "new.yaml") == ""
+    check_place(tmp_path / "none" / "yet")
+    assert list(tmp_path.iterdir()) == []
+
+    def refuse(dir: Path) -> None:
+        raise OSError(errno.EROFS, "Read-only file system", str(dir / "tmp0123"))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    told = f"{tmp_path / 'new.yaml'}: can't be written (Read-only file system); name another place"
+    assert place_problem(tmp_path / "new.yaml") == told
+    assert place_problem(tmp_path / "none" / "new.ifc", folder=False).endswith(
+        "(Read-only file system); name another place"
+    )
+    with pytest.raises(OutputError, match=r"yet: can't be written \(Read-only file system\)"):
+        check_place(tmp_path / "none" / "yet")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name here")

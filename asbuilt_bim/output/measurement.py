@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 
+from asbuilt_bim.durable import write_problem
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.output.folder import output_error
@@ -65,7 +66,7 @@ def check_place(folder: Path, names: Iterable[str] = (DOCUMENT,)) -> None:
     """Check that a folder can take a measurement, before anything is measured.
 
     Raises:
-        OutputError: a file that isn't an earlier measurement's is in the way.
+        OutputError: a file that isn't an earlier measurement's is in the way, or it can't be written.
     """
     try:
         if folder.exists() and not folder.is_dir():
@@ -78,6 +79,8 @@ def check_place(folder: Path, names: Iterable[str] = (DOCUMENT,)) -> None:
                 )
     except OSError as problem:
         raise output_error(folder, problem) from problem
+    if (cause := write_problem(folder)) is not None:
+        raise OutputError(f"{folder}: can't be written ({cause.strerror}); choose another --out")
 
 
 def _contents(found: PairMeasurement) -> dict[str, bytes]:
