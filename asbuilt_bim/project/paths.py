@@ -16,6 +16,8 @@ MAX_NAME = 64
 """A station's name becomes part of file names; longer ones meet Windows' 260 characters."""
 MAX_PATH, MAX_PART = 4000, 255
 """Bytes that the systems allow in a path and in one name of it."""
+MAX_PAIRS = 500
+"""Of board photos, all held in memory; nobody takes a hundred, and a folder with a site's photos holds thousands."""
 
 
 def safe_name(name: str) -> str:
@@ -59,7 +61,12 @@ class PathChecker:
         if lefts and rights:
             self._name_alone(lefts, rights, f"{where}.left", "right")
             self._name_alone(rights, lefts, f"{where}.right", "left")
-        return tuple((lefts[key], rights[key]) for key in sorted(lefts.keys() & rights.keys()))
+        keys = sorted(lefts.keys() & rights.keys())
+        if len(keys) > MAX_PAIRS:
+            self.problems.add(
+                where, f"{len(keys):,} pairs, limit {MAX_PAIRS}; twenty are plenty: name a folder with the boards alone"
+            )
+        return tuple((lefts[key], rights[key]) for key in keys[:MAX_PAIRS])
 
     def _name_alone(self, ones: dict[str, Path], others: dict[str, Path], where: str, side: str) -> None:
         alone = [ones[key].name for key in sorted(ones.keys() - others.keys())]

@@ -158,6 +158,14 @@ def test_boards_outside_need_leave_too(tmp_path: Path) -> None:
     assert len(read_project(path, allow_outside=True).rig.pairs) == 3
 
 
+def test_a_folder_of_thousands_of_pairs_is_refused_before_they_fill_the_memory(tmp_path: Path) -> None:
+    path = write_project(tmp_path)
+    for number in range(500):
+        for side in ("left", "right"):
+            (tmp_path / f"calibration/{side}_x{number}.jpg").touch()
+    assert "rig.boards: 503 pairs, limit 500; twenty are plenty" in refusal(path)
+
+
 def test_a_board_photo_without_its_partner_is_named(tmp_path: Path) -> None:
     path = write_project(tmp_path)
     (tmp_path / "calibration/right_02.jpg").unlink()
