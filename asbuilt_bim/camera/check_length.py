@@ -54,14 +54,7 @@ def check_points(rig: StereoRig, marked_px: FloatArray, known_m: float) -> Lengt
                 f"check points: {pixels[0]:g},{pixels[1]:g} lies outside the {side} photo of {camera.width_px} x "
                 f"{camera.height_px} px; give left and right pixels of the first end, then of the second"
             )
-    points = triangulate(rig.left, rig.right, rig.right_from_left, left, right)
-    gaps = meeting_gap_px(rig.left, rig.right, rig.right_from_left, points, left, right)
-    for number, gap in enumerate(gaps, 1):
-        if not gap < _NO_MEETING_PX:
-            raise CalibrationError(
-                f"check points: the two marks of point {number} don't meet ({gap:.1f} px apart, limit "
-                f"{_NO_MEETING_PX:g} px): they are different things, or the rig is wrong"
-            )
+    _meet(rig, left, right, "check points: point {}")
     return _check("the marked length", rig, left, right, known_m, CLICK_SIGMA_PX)
 
 
@@ -82,7 +75,28 @@ def check_board(rig: StereoRig, pair: tuple[Photo, Photo], board: Board) -> Leng
     if len(common) < 2:
         raise CalibrationError(f"check board {name}: both photos have no two corners in common; show the whole board")
     left, right = seen_left.pixels[at_left[ends]], seen_right.pixels[at_right[ends]]
+    _meet(rig, left, right, f"check board {name}: corner {{}}")
     return _check(f"the check board in {name}", rig, left, right, float(apart.max()), CORNER_SIGMA_PX)
+
+
+def _meet(rig: StereoRig, left_px: FloatArray, right_px: FloatArray, what: str) -> None:
+    """Refuse two ends (2, 2) whose pixels in both photos don't meet before the rig; `what` takes an end's number.
+
+    Raises: CalibrationError with the first that doesn't.
+    """
+    points = triangulate(rig.left, rig.right, rig.right_from_left, left_px, right_px)
+    gaps = meeting_gap_px(rig.left, rig.right, rig.right_from_left, points, left_px, right_px)
+    for number, (point, gap) in enumerate(zip(points, gaps, strict=True), 1):
+        if point[2] <= 0.0:
+            raise CalibrationError(
+                f"{what.format(number)} comes out {-point[2]:.3g} m BEHIND the rig: left and right are exchanged, "
+                "or of two pairs"
+            )
+        if not gap < _NO_MEETING_PX:
+            raise CalibrationError(
+                f"{what.format(number)}: its places in the two photos don't meet ({gap:.1f} px apart, limit "
+                f"{_NO_MEETING_PX:g} px): these are different things, photos of two moments, or the rig is wrong"
+            )
 
 
 def refuse_wrong_scale(check: LengthCheck) -> None:

@@ -74,10 +74,22 @@ def test_a_length_far_off_proves_nothing_and_is_said_to() -> None:
 def test_marks_of_different_things_and_marks_outside_the_photos_are_refused() -> None:
     shifted = marks()
     shifted[3, 1] += 30.0
-    with pytest.raises(CalibrationError, match=r"two marks of point 2 don't meet \(15\.\d px apart, limit 5 px"):
+    with pytest.raises(CalibrationError, match=r"point 2: its places .* don't meet \(15\.\d px apart, limit 5 px"):
         check_points(rig(), shifted, 1.2)
     with pytest.raises(CalibrationError, match=r"5000,10 lies outside the right photo of 1280 x 960 px"):
         check_points(rig(), np.array([[10.0, 10.0], [5000.0, 10.0], [10.0, 10.0], [10.0, 10.0]]), 1.2)
+
+
+def test_marks_and_photos_of_left_and_right_exchanged_are_refused_as_that() -> None:
+    with pytest.raises(CalibrationError, match=r"point 1 comes out .* m BEHIND the rig: left and right are exchanged"):
+        check_points(rig(), marks()[[1, 0, 3, 2]], 1.2)
+    camera = replace(rig().left, K=frozen(K), distortion=frozen(np.zeros(5)), width_px=640, height_px=480)
+    true = rig_of_unknown_sigma(camera, camera, RIGHT_FROM_LEFT)
+    taken = pairs(CHESS, 8)
+    with pytest.raises(CalibrationError, match=r"right_01\.jpg \+ left_01\.jpg: corner 1 .* are exchanged"):
+        check_board(true, (taken[0][1], taken[0][0]), CHESS)
+    with pytest.raises(CalibrationError, match=r"left_01\.jpg \+ right_02\.jpg: corner 1.* or of two pairs"):
+        check_board(true, (taken[0][0], taken[1][1]), CHESS)
 
 
 def test_a_second_board_measures_the_scale_to_a_thousandth() -> None:
