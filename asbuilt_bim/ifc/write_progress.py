@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import date
 from typing import Any
 
 from asbuilt_bim.ifc.marker import Marker
@@ -20,10 +19,8 @@ def observed(progress: ElementProgress) -> bool:
     return progress.completion.coverage > 0.0 or progress.as_built_area_m2 is not None
 
 
-def mark_element(
-    marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport, complete_on: date | None
-) -> None:
-    """Give an observed element its sets; `complete_on` is the first visit that found it complete."""
+def mark_element(marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport) -> None:
+    """Give an observed element its sets."""
     marker.properties(
         element,
         {
@@ -46,7 +43,7 @@ def mark_element(
         },
     )
     if marker.schema == "IFC4X3":
-        _standard_sets(marker, element, progress, complete_on)
+        _standard_sets(marker, element, progress)
 
 
 def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: ProgressReport) -> None:
@@ -70,14 +67,14 @@ def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressRe
     marker.properties(thing, _group_values(task.progress, report) | said.values, said.dates)
 
 
-def _standard_sets(marker: Marker, element: Any, progress: ElementProgress, complete_on: date | None) -> None:
+def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> None:
     """Add the two standard sets of IFC4X3 that fit, unless the design has them already."""
     taken = {
         getattr(relation.RelatingPropertyDefinition, "Name", None)
         for relation in getattr(element, "IsDefinedBy", None) or ()
     }
-    if complete_on is not None and OCCURRENCE_SET not in taken:
-        installed = marker.single("InstallationDate", marker.measure("date", complete_on))
+    if progress.complete_on is not None and OCCURRENCE_SET not in taken:
+        installed = marker.single("InstallationDate", marker.measure("date", progress.complete_on))
         marker.add_set(element, OCCURRENCE_SET, [installed], PROGRAM)
     sigma = progress.offset_sigma_m
     if sigma is not None and sigma > 0.0 and UNCERTAINTY_SET not in taken:

@@ -7,7 +7,6 @@ import shutil
 import uuid
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -70,10 +69,9 @@ def mark_file(
     visits = (*(one for one in earlier if one.visit_date < report.visit_date), report)
     history = HistoryWriter(marker, visits)
     painter = Painter(marker, colours) if colours else None
-    complete_on = _complete_on(visits)
     for progress, element in _elements(marker, report, name):
         if observed(progress):
-            mark_element(marker, element, progress, report, complete_on.get(progress.global_id))
+            mark_element(marker, element, progress, report)
             history.write(element)
             if painter is not None:
                 painter.paint(element, progress)
@@ -152,12 +150,3 @@ def _elements(marker: Marker, report: ProgressReport, name: str) -> list[tuple[E
             "the result belongs to another design; give the IFC file that the run was made with"
         )
     return pairs
-
-
-def _complete_on(visits: Sequence[ProgressReport]) -> dict[str, date]:
-    """Return the first visit that found each element complete, of those that the last one still finds so."""
-    found: dict[str, date] = {}
-    for report in visits:
-        complete = {element.global_id for element in report.elements if element.state == "complete"}
-        found = {key: found.get(key, report.visit_date) for key in complete}
-    return found

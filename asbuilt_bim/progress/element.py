@@ -92,6 +92,8 @@ def progress_of(
         notes=tuple(dict.fromkeys(notes)),
         doubts=tuple(dict.fromkeys(doubts)),
         best_when_seen=completion.best if stations else history.best_when_seen.get(element.global_id),
+        first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
+        complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
     )
 
 

@@ -61,13 +61,13 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
     faces: dict[str, tuple[DesignFaceRecord, ...]] = {}
     for record in report.faces:
         faces[record.element] = (*faces.get(record.element, ()), record)
-    built = {e.global_id for e in report.elements if e.cells_built > 0.0}
-    complete = {e.global_id for e in report.elements if e.state == "complete"}
+    built = {e.global_id: e.first_built or day for e in report.elements if e.cells_built > 0.0}
+    complete = {e.global_id: e.complete_on or day for e in report.elements if e.state == "complete"}
     return VisitHistory(
-        visits=(*history.visits, day),
+        visits=tuple(sorted({*history.visits, *report.earlier_visits, day})),
         faces=history.faces | faces,
-        first_built={key: history.first_built.get(key, day) for key in built},
-        complete_on={key: history.complete_on.get(key, day) for key in complete},
+        first_built={key: min(since, history.first_built.get(key, since)) for key, since in built.items()},
+        complete_on={key: min(since, history.complete_on.get(key, since)) for key, since in complete.items()},
         last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
         best_when_seen={e.global_id: e.best_when_seen for e in report.elements if e.best_when_seen is not None},
     )

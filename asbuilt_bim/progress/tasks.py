@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import date
 
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
-from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.planned import days_late, planned_share
 from asbuilt_bim.progress.report import ElementProgress, TaskProgress
@@ -20,7 +19,6 @@ def task_progress(
     task: Task,
     elements: Mapping[str, ElementProgress],
     surfaces: Mapping[str, Sequence[SurfaceState]],
-    history: VisitHistory,
     visit_date: date,
     options: ProgressOptions,
     calendar: WorkCalendar = EVERY_DAY,
@@ -37,8 +35,8 @@ def task_progress(
         progress=replace(measured, completion=with_unmeasured(measured.completion, share)),
         schedule_start=task.schedule_start,
         schedule_finish=task.schedule_finish,
-        actual_start=_start(members, history, visit_date),
-        actual_finish=_finish(members, history, visit_date) if complete else None,
+        actual_start=_first(element.first_built for element in members),
+        actual_finish=_last(element.complete_on for element in members) if complete else None,
         late=_late(task, members, complete, visit_date),
         identification=task.identification,
         outline=task.outline,
@@ -51,13 +49,12 @@ def task_progress(
     return replace(made, days_late=best, days_late_least=least)
 
 
-def _start(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date | None:
-    standing = [element.global_id for element in members if element.cells_built > 0.0]
-    return min((history.first_built.get(key, visit_date) for key in standing), default=None)
+def _first(days: Iterable[date | None]) -> date | None:
+    return min((day for day in days if day is not None), default=None)
 
 
-def _finish(members: Sequence[ElementProgress], history: VisitHistory, visit_date: date) -> date:
-    return max(history.complete_on.get(element.global_id, visit_date) for element in members)
+def _last(days: Iterable[date | None]) -> date | None:
+    return max((day for day in days if day is not None), default=None)
 
 
 def _late(task: Task, members: Sequence[ElementProgress], complete: bool, visit_date: date) -> bool | None:

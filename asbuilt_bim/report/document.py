@@ -18,7 +18,7 @@ from asbuilt_bim.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
-MINOR = 1  # raised when keys are added
+MINOR = 2  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is not one of ours, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
@@ -85,7 +85,8 @@ def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
     """Read results of earlier runs in the order of their visits, all of them before the day `until`.
 
     Raises:
-        ResultError: one can't be read, is of that day or later, or two are of one visit.
+        ResultError: one can't be read, is of that day or later, two are of one visit, or one was made without the one
+            before it: what only that one saw would be lost.
     """
     past = sorted(((read_result(path), path) for path in paths), key=lambda pair: pair[0].visit_date)
     for number, (report, path) in enumerate(past):
@@ -96,6 +97,11 @@ def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
             )
         if number and past[number - 1][0].visit_date == report.visit_date:
             raise ResultError(f"{path}: is of {day} like {past[number - 1][1]}; name one result a visit")
+        if number and past[number - 1][0].visit_date not in report.earlier_visits:
+            raise ResultError(
+                f"{path}: was made without the visit of {past[number - 1][0].visit_date.isoformat()}, and says nothing "
+                f"of what only that one saw; make it again with history: [{past[number - 1][1].name}], or name one only"
+            )
     return tuple(report for report, _ in past)
 
 

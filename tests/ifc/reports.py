@@ -57,6 +57,7 @@ def report_on(design: BimModel, best: dict[str, float | None]) -> ProgressReport
             stations=("A1", "A2"),
             last_seen=VISIT,
             notes=(),
+            complete_on=VISIT if state_of(best.get(element.name)) == "complete" else None,
         )
         for element in design.elements
     )

@@ -44,7 +44,10 @@ def _result(project: Project) -> RunResult:
 
     def visit(day: date, third: float | None) -> ProgressReport:
         report = report_on(design, {"full": 1.0, "third": third})
-        seen = tuple(replace(e, last_seen=day, stations=("A1",)) for e in report.elements)
+        since = {"complete": EARLIER}
+        seen = tuple(
+            replace(e, last_seen=day, stations=("A1",), complete_on=since.get(e.state)) for e in report.elements
+        )
         return replace(
             report, visit_date=day, elements=seen, stations=(replace(station, name="A1", day=day, faces=()),)
         )

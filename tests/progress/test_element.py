@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.element import completion_of, progress_of
+from asbuilt_bim.progress.history import EMPTY_HISTORY
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ElementProgress
 from asbuilt_bim.progress.surface import SurfaceState, unseen
@@ -32,7 +33,7 @@ def says(index: int, built: Region = (), opened: Region = (), of: object = WALL)
 def progress(*states: SurfaceState, of: object = WALL) -> ElementProgress:
     told = {state.face_id: state for state in states}
     surfaces = [told.get(face.face_id, unseen(face)) for face in of.faces]  # type: ignore[attr-defined]
-    return progress_of(of, surfaces, date(2026, 3, 2), {}, OPTIONS)  # type: ignore[arg-type]
+    return progress_of(of, surfaces, date(2026, 3, 2), EMPTY_HISTORY, OPTIONS)  # type: ignore[arg-type]
 
 
 def test_a_wall_photographed_from_one_side_is_known_whole() -> None:

@@ -129,6 +129,16 @@ def test_a_task_starts_with_the_first_visit_that_sees_something_built_and_ends_w
     assert after.late is False
 
 
+def test_the_last_result_alone_tells_since_when_things_stand_and_which_visits_it_holds() -> None:
+    first = report(tasks=(task("A", "B"),), half=0.0)
+    second = report(tasks=(task("A", "B"),), half=3.0, day=LATER, history=remember(EMPTY_HISTORY, first))
+    last = date(2026, 3, 30)
+    alone = report(tasks=(task("A", "B"),), half=3.0, day=last, history=remember(EMPTY_HISTORY, second))
+    assert alone.earlier_visits == (DAY, LATER)
+    assert [(t.actual_start, t.actual_finish) for t in alone.tasks] == [(DAY, LATER)]
+    assert [(e.first_built, e.complete_on) for e in alone.elements] == [(DAY, DAY), (LATER, LATER), (None, None)]
+
+
 def test_a_task_of_which_nothing_stands_any_more_has_no_start() -> None:
     history = replace(EMPTY_HISTORY, visits=(DAY,), first_built={"A": DAY})
     (gone,) = report(tasks=(task("A"),), full=0.0, history=history, day=LATER).tasks

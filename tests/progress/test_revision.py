@@ -161,13 +161,22 @@ def test_a_round_column_with_another_seam_or_radius_keeps_what_was_seen(
 
 def test_results_of_earlier_runs_come_in_the_order_of_their_visits_and_before_all_others(tmp_path: Path) -> None:
     report = sample_report()
-    paths = []
-    for day in (date(2026, 2, 16), date(2026, 2, 2)):
+    paths, first = [], date(2026, 2, 2)
+    for day, earlier in ((date(2026, 2, 16), (first,)), (first, ())):
         paths.append(tmp_path / f"{day}.json")
-        write_result(replace(report, visit_date=day), paths[-1])
+        write_result(replace(report, visit_date=day, earlier_visits=earlier), paths[-1])
     assert [one.visit_date.day for one in read_past(paths, date(2026, 3, 2))] == [2, 16]
     with pytest.raises(ResultError, match="a history comes before all visits"):
         read_past(paths, date(2026, 2, 16))
     (tmp_path / "twin.json").write_bytes(paths[0].read_bytes())
     with pytest.raises(ResultError, match="name one result a visit"):
         read_past([*paths, tmp_path / "twin.json"], date(2026, 3, 2))
+
+
+def test_a_result_made_without_the_visit_before_it_is_no_history_of_both(tmp_path: Path) -> None:
+    paths = [tmp_path / "february.json", tmp_path / "march.json"]
+    for path, day in zip(paths, (date(2026, 2, 2), date(2026, 3, 2)), strict=True):
+        write_result(replace(sample_report(), visit_date=day, earlier_visits=()), path)
+    with pytest.raises(ResultError, match=r"march.json: was made without the visit of 2026-02-02.*february.json"):
+        read_past(paths, date(2026, 4, 1))
+    assert len(read_past(paths[1:], date(2026, 4, 1))) == 1
