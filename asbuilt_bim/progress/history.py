@@ -14,12 +14,12 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState
 
 SAME_ANGLE_RAD = float(np.radians(5.0))
-SAME_OFFSET_M = 0.10
-"""A face of a revised model that lies no further from an old one of its element takes over what was seen of it."""
+"""A face of a revised model that is turned no further from an old one of its element may take over what was seen."""
 STILL_M = 0.002
 """What a face's corner may move between two exports: rounding, no revision."""
 
@@ -35,18 +35,18 @@ class VisitHistory:
     last_seen: dict[str, date]
     best_when_seen: dict[str, float]  # the best estimate of the last visit that decided something on it
 
-    def earlier(self, element: str, face: DesignFace) -> SurfaceState | None:
+    def earlier(self, element: str, face: DesignFace, options: ProgressOptions) -> SurfaceState | None:
         """Return what is known of a face: by its id where it stands where it stood, else re-projected in the world.
 
         An id follows from the element's own geometry: a wall that a revision moved keeps it, and what was seen of it
-        was seen elsewhere.
+        was seen elsewhere. It counts where it would if its photos were judged by the new design.
         """
         own = self.faces.get(element, ())
         for record in own:
             if record.face_id == face.face_id and stands_still(frame_of(record), face.frame):
                 return record.surface
         for record in own:
-            moved = _reprojected(record, face)
+            moved = _reprojected(record, face, options)
             if moved is not None:
                 return moved
         return None
@@ -87,15 +87,15 @@ def stands_still(old: PlaneFrame | CylinderFrame, new: PlaneFrame | CylinderFram
     return bool(np.linalg.norm(old.from_uv(probes) - new.from_uv(probes), axis=1).max() < STILL_M)
 
 
-def _reprojected(record: DesignFaceRecord, face: DesignFace) -> SurfaceState | None:
+def _reprojected(record: DesignFaceRecord, face: DesignFace, options: ProgressOptions) -> SurfaceState | None:
     old, new = frame_of(record), face.frame
     if isinstance(old, PlaneFrame) and isinstance(new, PlaneFrame):
-        if old.normal @ new.normal < np.cos(SAME_ANGLE_RAD) or abs(new.plane.distance_m(old.origin_m)) > SAME_OFFSET_M:
+        if old.normal @ new.normal < np.cos(SAME_ANGLE_RAD) or _stands_off(record.surface, old, new, options):
             return None
         carry = partial(_on_plane, old, new)
     elif isinstance(old, CylinderFrame) and isinstance(new, CylinderFrame):
-        off = np.linalg.norm(np.cross(old.origin_m - new.origin_m, new.axis))
-        if old.axis @ new.axis < np.cos(SAME_ANGLE_RAD) or off + abs(old.radius_m - new.radius_m) > SAME_OFFSET_M:
+        off = np.linalg.norm(np.cross(old.origin_m - new.origin_m, new.axis)) + abs(old.radius_m - new.radius_m)
+        if old.axis @ new.axis < np.cos(SAME_ANGLE_RAD) or off > options.building_tolerance_m:
             return None
         carry = partial(_on_mantle, old, new)
     else:
@@ -135,6 +135,16 @@ def _offset_m(surface: SurfaceState, old: PlaneFrame | CylinderFrame, new: Plane
         return surface.offset_m
     at = old.from_uv(polygon.centroid(seen), surface.offset_m)
     return float(new.plane.distance_m(at) if isinstance(new, PlaneFrame) else new.distance_m(at))
+
+
+def _stands_off(surface: SurfaceState, old: PlaneFrame, new: PlaneFrame, options: ProgressOptions) -> bool:
+    """Say whether what was seen stands further off its new design than concrete may, by its measured plane if any."""
+    seen = surface.outline_uv_m or surface.built_uv_m
+    at = old.from_uv(polygon.centroid(seen)) if seen else old.origin_m
+    off = _offset_m(surface, old, new)
+    if off is None:
+        return bool(abs(new.plane.distance_m(at)) > options.building_tolerance_m)
+    return abs(off) > options.building_tolerance_m + 2.0 * (surface.offset_sigma_m or 0.0)
 
 
 def _on_plane(old: PlaneFrame, new: PlaneFrame, region: Region) -> Region:

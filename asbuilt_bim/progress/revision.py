@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asbuilt_bim.progress.history import SAME_OFFSET_M, frame_of, stands_still
+from asbuilt_bim.progress.history import frame_of, stands_still
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport
 
 NOTE = "revised design"
@@ -52,7 +52,7 @@ def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[str, 
     """Return one note a kind of change, naming the elements; nothing where the design is as it was."""
     changes = design_changes(before, after)
     since = f"{NOTE} (against the result of {before.visit_date.isoformat()})"
-    kept = f"what was seen of them counts where a face lies within {SAME_OFFSET_M:g} m of where it was"
+    kept = "what was seen of them counts where it stands no further off the new design than concrete may"
     told = (
         (changes.gone, "gone", "what was seen of them is left out"),
         (changes.new, "new", ""),

@@ -64,7 +64,7 @@ def classify_surface(
     unobserved = set(matched.unobserved)
     states: list[SurfaceState] = []
     for element in design.elements:
-        earlier = [history.earlier(element.global_id, face) for face in element.faces]
+        earlier = [history.earlier(element.global_id, face, options) for face in element.faces]
         if all(face.face_id in unobserved for face in element.faces) and not any(earlier):
             states.extend(unseen(face) for face in element.faces)
             continue

@@ -16,16 +16,18 @@ from asbuilt_bim.errors import ResultError
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.records import design_face_record
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.revision import design_changes, revision_notes
-from asbuilt_bim.progress.surface import unseen
+from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_past, write_result
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
 from tests.report.sample_report import sample_report
 
+OPTIONS = ProgressOptions()
 IDS = {name: f"{name}{'0' * (22 - len(name))}" for name in ("wall", "kept", "gone", "new", "round")}
 
 
@@ -81,7 +83,7 @@ def test_gone_new_reshaped_and_moved_elements_are_told_apart(tmp_path: Path) -> 
     assert names == [["gone"], ["new"], ["wall"], ["round"]]
     notes = revision_notes(old, new)
     assert len(notes) == 4 and all(note.startswith("revised design") for note in notes)
-    assert "1 changed in shape: wall wall" in notes[2] and "within 0.1 m" in notes[2]
+    assert "1 changed in shape: wall wall" in notes[2] and "no further off the new design" in notes[2]
     said = changes(old, new)
     assert any("wall wall: other shape in the design" in line for line in said)
     assert any("column round: moved in the design" in line for line in said)
@@ -93,14 +95,14 @@ def test_a_wall_that_a_revision_moved_does_not_take_along_what_was_seen_elsewher
     history = _history(first)
     moved = _design(tmp_path, lambda b: (b.box("IfcWall", "wall", (0.0, 2.0, 0.0), (4.0, 0.2, 3.0)), None)[1])
     assert _side(moved).face_id == _side(first).face_id
-    assert history.earlier(IDS["wall"], _side(first)) is not None
-    assert history.earlier(IDS["wall"], _side(moved)) is None
+    assert history.earlier(IDS["wall"], _side(first), OPTIONS) is not None
+    assert history.earlier(IDS["wall"], _side(moved), OPTIONS) is None
 
 
 def test_a_wall_shifted_along_itself_keeps_what_was_seen_where_it_was_seen(tmp_path: Path) -> None:
     history = _history(_design(tmp_path, _wall()))
     shifted = _side(_design(tmp_path, _wall(x_m=3.0)))
-    seen = history.earlier(IDS["wall"], shifted)
+    seen = history.earlier(IDS["wall"], shifted, OPTIONS)
     assert seen is not None
     assert polygon.area(seen.built_uv_m) == pytest.approx(1.0, abs=1e-6)  # one of its four metres stood there before
     assert seen.as_built_area_m2 == pytest.approx(1.0, abs=1e-6)
@@ -108,20 +110,35 @@ def test_a_wall_shifted_along_itself_keeps_what_was_seen_where_it_was_seen(tmp_p
     np.testing.assert_allclose([world[:, 0].min(), world[:, 0].max()], [3.0, 4.0], atol=1e-6)
 
 
-@pytest.mark.parametrize("move_m", [-0.09, 0.09])
+@pytest.mark.parametrize("move_m", [-0.04, 0.04])
 def test_a_face_that_a_revision_moved_along_its_normal_is_off_by_that_much_more(move_m: float, tmp_path: Path) -> None:
-    first = _design(tmp_path, _wall())
-    report = _report(first)
-    told = [replace(face, surface=replace(face.surface, offset_m=-0.0004, tilt_rad=0.01)) for face in report.faces]
-    history = remember(EMPTY_HISTORY, replace(report, faces=tuple(told)))
-    moved = _design(tmp_path, lambda b: (b.box("IfcWall", "wall", (0.0, move_m, 0.0), (4.0, 0.2, 3.0)), None)[1])
-    for face in moved.elements[0].faces:
-        seen = history.earlier(IDS["wall"], face)
+    for face, seen in _moved_along_y(move_m, -0.0004, tmp_path):
         assert seen is not None and seen.tilt_rad == 0.01  # from plumb: the design has no part in it
         assert seen.offset_m == pytest.approx(-0.0004 - move_m * float(face.frame.normal[1]), abs=1e-9)
 
 
-@pytest.mark.parametrize("radius_m", [0.2, 0.3])
+def test_what_stands_further_off_the_revised_design_than_concrete_may_no_longer_counts(tmp_path: Path) -> None:
+    def sides(move_m: float, offset_m: float | None) -> list[bool]:
+        found = [(f, seen) for f, seen in _moved_along_y(move_m, offset_m, tmp_path) if f.role == "side"]
+        return [seen is not None for _, seen in sorted(found, key=lambda one: float(one[0].frame.normal[1]))]
+
+    assert sides(0.09, -0.0004) == sides(0.09, None) == [False, False]  # as when its photos are judged anew
+    assert sides(0.04, None) == [True, True]
+    assert sides(0.04, 0.03) == [False, True]  # its back stands 7 cm off now, its front 1 cm
+    assert sides(0.08, 0.04) == [False, True]  # the design went after the front: that is now 4 cm behind it
+
+
+def _moved_along_y(move_m: float, offset_m: float | None, folder: Path) -> list[tuple[DesignFace, SurfaceState | None]]:
+    """Return the faces of a wall that a revision moved, seen `offset_m` off its old design, and what is kept."""
+    first = _design(folder, _wall())
+    report = _report(first)
+    told = [replace(face, surface=replace(face.surface, offset_m=offset_m, tilt_rad=0.01)) for face in report.faces]
+    history = remember(EMPTY_HISTORY, replace(report, faces=tuple(told)))
+    moved = _design(folder, lambda b: (b.box("IfcWall", "wall", (0.0, move_m, 0.0), (4.0, 0.2, 3.0)), None)[1])
+    return [(face, history.earlier(IDS["wall"], face, OPTIONS)) for face in moved.elements[0].faces]
+
+
+@pytest.mark.parametrize("radius_m", [0.21, 0.29])
 def test_what_was_measured_of_a_round_column_does_not_grow_or_shrink_with_its_design(
     radius_m: float, tmp_path: Path
 ) -> None:
@@ -133,7 +150,7 @@ def test_what_was_measured_of_a_round_column_does_not_grow_or_shrink_with_its_de
     told = replace(old, surface=replace(old.surface, offset_m=0.004))
     history = replace(history, faces={IDS["round"]: (told,)})
     (new,) = _design(tmp_path, column(radius_m)).elements[0].faces
-    seen = history.earlier(IDS["round"], new)
+    seen = history.earlier(IDS["round"], new, OPTIONS)
     assert seen is not None
     assert seen.as_built_area_m2 == pytest.approx(old.surface.as_built_area_m2, rel=1e-3)
     assert seen.offset_m == pytest.approx(0.25 + 0.004 - radius_m, abs=1e-9)
@@ -151,7 +168,7 @@ def test_a_round_column_with_another_seam_or_radius_keeps_what_was_seen(
     seen = replace(unseen(old), built_uv_m=strip, outline_uv_m=strip, as_built_area_m2=0.6)
     report = replace(_report(_design(tmp_path, column(0.25))), faces=(design_face_record(old, seen),))
     (new,) = _design(tmp_path, column(radius_m), turn_deg=turn_deg).elements[0].faces
-    carried = remember(EMPTY_HISTORY, report).earlier(IDS["round"], replace(new, face_id="other"))
+    carried = remember(EMPTY_HISTORY, report).earlier(IDS["round"], replace(new, face_id="other"), OPTIONS)
     assert carried is not None
     assert polygon.area(carried.built_uv_m) == pytest.approx(0.6 * radius_m / 0.25, rel=1e-3)
     middle = np.mean([p for rings in carried.built_uv_m for p in new.frame.from_uv(rings[0])], axis=0)

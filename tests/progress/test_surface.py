@@ -325,7 +325,7 @@ def test_history_reaches_a_face_of_the_revised_model_in_the_same_place() -> None
     longer = model([element("W", "wall", box(-0.5, 0, 0, 4.0, 0.25, 2.8))])
     face = longer.elements[0].faces[0]
     renamed = replace(face, face_id="W-new")
-    earlier = history.earlier("W", renamed)
+    earlier = history.earlier("W", renamed, ProgressOptions())
     assert earlier is not None
     assert polygon.area(earlier.built_uv_m) == pytest.approx(8.4, rel=0.02)
     assert polygon.bounds(earlier.built_uv_m)[0] == pytest.approx(0.5, abs=0.05)
