@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from asbuilt_bim.bim.model import BimElement, CostLine
+from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.report import Completion, CostProgress, ElementProgress
+from asbuilt_bim.progress.report import SHARE_DECIMALS, Completion, CostProgress, ElementProgress
 from asbuilt_bim.progress.rollup import weighted, with_unmeasured
 
 
@@ -26,10 +27,13 @@ def cost_progress(
 
 
 def earned(line: CostLine, completion: Completion) -> CostProgress:
-    """Return what a completion earns of a cost line."""
-    best = completion.best
+    """Return what a completion earns of a cost line, in cents; from the shares as the result holds them.
+
+    A sheet that calculates with what it shows then comes to the same cent.
+    """
+    best = None if completion.best is None else round(completion.best, SHARE_DECIMALS)
     as_built = None if best is None else best * line.planned_quantity
-    lower = completion.lower * line.planned_quantity
+    lower = round(completion.lower, SHARE_DECIMALS) * line.planned_quantity
     return CostProgress(
         global_id=line.global_id,
         name=line.name,
@@ -45,8 +49,8 @@ def earned(line: CostLine, completion: Completion) -> CostProgress:
         completion=completion,
         as_built_best=as_built,
         as_built_lower=lower,
-        earned_best=None if as_built is None else as_built * line.rate,
-        earned_lower=lower * line.rate,
+        earned_best=None if as_built is None else cents(as_built * line.rate),
+        earned_lower=cents(lower * line.rate),
     )
 
 

@@ -9,7 +9,11 @@ from typing import Literal
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
+
+SHARE_DECIMALS = 9
+"""What a result keeps of a share: 1 + 1e-16 of a weighted mean is 1, and of a million m2 a thousandth is still told."""
 
 State = Literal["complete", "part", "not started", "unknown"]
 
@@ -113,10 +117,15 @@ class CostProgress:
     completion: Completion  # weighted by what the line's measure says: volume, area, length or count of each element
     as_built_best: float | None
     as_built_lower: float
-    earned_best: float | None
-    earned_lower: float
+    earned_best: float | None  # in cents
+    earned_lower: float  # in cents
     schedule: str = ""  # the cost schedule that it stands in
     others: int = 0  # building elements that it pays for, too, and that are not measured here
+
+    @property
+    def planned_value(self) -> float:
+        """Return what the line is worth when it is finished, in cents."""
+        return cents(self.planned_quantity * self.rate)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

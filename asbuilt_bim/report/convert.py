@@ -13,7 +13,7 @@ from cattrs.errors import BaseValidationError
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 from cattrs.v import format_exception
 
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import SHARE_DECIMALS, ProgressReport
 from asbuilt_bim.report.arrays_json import ARRAY_FORMS, reader_of, writer_of
 from asbuilt_bim.report.result_terms import SHARES
 
@@ -73,8 +73,8 @@ def _in_words(error: BaseException, kind: type[Any] | None) -> str:
 
 
 def _rounded_share(value: float | None) -> float | None:
-    """Round a share in 0..1, so that 1 + 1e-16 of a weighted mean is 1."""
-    return None if value is None else round(float(value), 9)
+    """Round a share in 0..1."""
+    return None if value is None else round(float(value), SHARE_DECIMALS)
 
 
 def _array_fields(cls: type[Any]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from asbuilt_bim.progress.money import total
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
 from asbuilt_bim.report.wording import plain
 
@@ -40,9 +41,9 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
                 name=f"{plain(currency) or NO_CURRENCY}{of_schedule}",
                 currency=currency,
                 lines=tuple(lines),
-                planned=sum(line.planned_quantity * line.rate for line in lines),
-                earned_best=sum(known) if known else None,
-                earned_lower=sum(line.earned_lower for line in lines),
+                planned=total(line.planned_value for line in lines),
+                earned_best=total(known) if known else None,
+                earned_lower=total(line.earned_lower for line in lines),
             )
         )
     return tuple(groups)

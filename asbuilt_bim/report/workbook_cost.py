@@ -33,7 +33,7 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
     """Write one line with its formulas."""
     n = row + 1
     best: Cell = _known(f'=IF(ISNUMBER(I{n}),I{n}*E{n},"{UNKNOWN}")', line.as_built_best)
-    earned: Cell = _known(f'=IF(ISNUMBER(K{n}),K{n}*F{n},"{UNKNOWN}")', line.earned_best)
+    earned: Cell = _known(f'=IF(ISNUMBER(K{n}),ROUND(K{n}*F{n},2),"{UNKNOWN}")', line.earned_best)
     cells: tuple[Cell, ...] = (
         line.identification,
         line.name,
@@ -42,13 +42,13 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
         line.planned_quantity,
         line.rate,
         line.currency or NO_CURRENCY,
-        Formula(f"=E{n}*F{n}", line.planned_quantity * line.rate),
+        Formula(f"=ROUND(E{n}*F{n},2)", line.planned_value),
         line.completion.best,
         line.completion.lower,
         best,
         Formula(f"=J{n}*E{n}", line.as_built_lower),
         earned,
-        Formula(f"=L{n}*F{n}", line.earned_lower),
+        Formula(f"=ROUND(L{n}*F{n},2)", line.earned_lower),
         line.completion.coverage,
         line.others,
     )

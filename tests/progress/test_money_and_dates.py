@@ -9,10 +9,12 @@ from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Task
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.match.matches import MatchResult
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.money import cents, total
 from asbuilt_bim.progress.planned import verdict
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import SurfaceState, unseen
+from asbuilt_bim.report.convert import report_from_plain, report_to_plain
 from tests.match.small_site import box, element, model
 
 DAY, LATER = date(2026, 3, 2), date(2026, 3, 16)
@@ -59,6 +61,22 @@ def test_a_cost_line_earns_completion_times_planned_quantity_in_its_own_unit() -
     assert cost.completion.best == pytest.approx(0.75)
     assert cost.as_built_best == pytest.approx(1.125) and cost.earned_best == pytest.approx(225.0)
     assert cost.unit == "m3" and cost.earned_lower == pytest.approx(220.0)  # without the cell of 10 cm at the pour line
+
+
+def test_money_is_told_in_cents_halves_up_and_a_finished_line_earns_its_planned_value() -> None:
+    assert [cents(amount) for amount in (1.005, 2.675, -1.005, 114.99999999999999, 1e15 + 0.3)] == [
+        1.01, 2.68, -1.01, 115.0, 1e15 + 0.3,
+    ]  # fmt: skip
+    assert total([0.1] * 3) == 0.3
+    (done,) = report(replace(line("A", planned=0.37), rate=33.5)).cost_lines  # 12.395
+    assert (done.planned_value, done.earned_best, done.earned_lower) == (12.4, 12.4, 12.4)
+
+
+def test_what_a_line_earns_follows_from_its_shares_as_the_result_holds_them() -> None:
+    (cost,) = report(line("A", "B", "C", planned=3.3e8)).cost_lines
+    (kept,) = report_from_plain(report_to_plain(report(line("A", "B", "C", planned=3.3e8)))).cost_lines
+    assert kept.completion.lower != cost.completion.lower  # 9 decimals
+    assert cost.earned_lower == cents(kept.completion.lower * 3.3e8 * 200.0)
 
 
 def test_what_was_not_seen_is_not_paid_but_is_no_nought_percent_either() -> None:

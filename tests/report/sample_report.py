@@ -12,6 +12,7 @@ import numpy as np
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.polygon import Region, area, box, difference
+from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.report import (
     Completion,
     CostProgress,
@@ -322,8 +323,8 @@ def _cost_line(
         completion=completion,
         as_built_best=best,
         as_built_lower=completion.lower * quantity,
-        earned_best=None if best is None else best * rate,
-        earned_lower=completion.lower * quantity * rate,
+        earned_best=None if best is None else cents(best * rate),
+        earned_lower=cents(completion.lower * quantity * rate),
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 from rich.table import Table
 
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.progress.money import cents
 from asbuilt_bim.report.cost_groups import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows, subject_of
@@ -75,16 +76,27 @@ def test_cached_values_are_what_the_formulas_give():
         get = lambda column, line=line: cached[f"{column}{line}"].value  # noqa: E731
         if not isinstance(get("E"), int | float):
             continue
-        assert get("H") == pytest.approx(get("E") * get("F"))
+        assert get("H") == cents(get("E") * get("F"))
         assert get("L") == pytest.approx(get("J") * get("E"))
-        assert get("N") == pytest.approx(get("L") * get("F"))
+        assert get("N") == cents(get("L") * get("F"))
         if get("I") == "unknown":
             assert (get("K"), get("M")) == ("unknown", "unknown")
         else:
             assert get("K") == pytest.approx(get("I") * get("E"))
-            assert get("M") == pytest.approx(get("K") * get("F"))
+            assert get("M") == cents(get("K") * get("F"))
         checked += 1
     assert checked == 4
+
+
+def test_the_money_of_the_lines_adds_up_to_the_total_to_the_cent_on_page_and_in_workbook():
+    report = sample_report()
+    thirds = [replace(line, planned_quantity=1.0, rate=0.335, earned_best=0.34, earned_lower=0.34, currency="EUR")
+              for line in report.cost_lines]  # fmt: skip
+    (group,) = cost_groups(replace(report, cost_lines=tuple(thirds)))
+    assert (group.planned, group.earned_best, group.earned_lower) == (1.36, 1.36, 1.36)
+    sheet = book()["Cost"]
+    formulas = [str(cell.value) for column in "HMN" for cell in sheet[column] if "*" in str(cell.value)]
+    assert len(formulas) == 12 and all(re.search(r"ROUND\([EKL]\d*\*F\d*,2\)", formula) for formula in formulas)
 
 
 def test_each_currency_has_its_own_sum_over_its_own_lines():
