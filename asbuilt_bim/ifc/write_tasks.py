@@ -9,6 +9,7 @@ from typing import Any
 from asbuilt_bim.ifc.marker import Marker
 from asbuilt_bim.ifc.marks import Value
 from asbuilt_bim.ifc.schedule import task_times
+from asbuilt_bim.progress.planned import TaskVerdict, verdict
 from asbuilt_bim.progress.report import TaskProgress
 
 FIELDS = ("DataOrigin", "StatusTime", "ActualStart", "ActualFinish", "Completion")
@@ -29,10 +30,11 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
     """Write what was measured into a task's time; return what our set has to say about it.
 
     Three cases are told apart. Measured above 0: Completion, at most 1. Measured 0: origin and status time, Completion
-    empty, because IfcPositiveRatioMeasure can't be 0. Unknown: nothing on the task.
+    empty, because IfcPositiveRatioMeasure can't be 0. Unknown: nothing on the task. Other schedules are told the same,
+    but for what is finished: that is whole to them, and here as it was measured.
     """
-    completion = progress.progress.completion
-    if completion.best is None:
+    told = verdict(progress)
+    if told.share is None:
         return TaskSaid(values={"Basis": "too little was seen to say: the task's own time is as it was"})
     holder, why = _holder(task)
     if why:
@@ -43,15 +45,15 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
         said.values[_NO_TIME] = "NONE"
     for name in FIELDS:
         _keep(said, name, getattr(holder, name, None))
-    decided = progress.progress.unknown == 0
-    share = min(completion.best if decided else completion.lower, 1.0)
+    best = progress.progress.completion.best
+    share = min(best, 1.0) if told.finished and best is not None else told.share
     if hasattr(holder, "DataOrigin"):
         holder.DataOrigin = "MEASURED"
     holder.StatusTime = marker.moment(visit)
     holder.ActualStart = marker.moment(progress.actual_start)
     holder.ActualFinish = marker.moment(progress.actual_finish)
     holder.Completion = share if share > 0.0 else None
-    said.values["Basis"] = _basis(decided, share, progress)
+    said.values["Basis"] = _basis(told, share, progress)
     return said
 
 
@@ -108,13 +110,14 @@ def _keep(said: TaskSaid, name: str, value: Any) -> None:
         said.values[f"{_ORIGINAL}{name}"] = repr(float(value)) if name == "Completion" else value
 
 
-def _basis(decided: bool, share: float, progress: TaskProgress) -> str:
-    bound = (
-        "is the best estimate"
-        if decided
-        else f"is the lower bound: {progress.progress.unknown} of its elements are unknown"
+def _basis(told: TaskVerdict, share: float, progress: TaskProgress) -> str:
+    group = progress.progress
+    why = [f"{group.unknown} of its elements are unknown"] if group.unknown else []
+    why += [f"{progress.others} more not measured here"] if progress.others else []
+    bound = f"the lower bound: {', '.join(why)}" if told.knowledge == "part measured" else "the best estimate"
+    return f"Completion is {bound}" + (
+        "" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty"
     )
-    return f"Completion {bound}" + ("" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty")
 
 
 def _remove_unused(file: Any, things: Any) -> None:

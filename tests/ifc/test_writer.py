@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.ifc.reader import read_design
 from asbuilt_bim.ifc.writer import strip_asbuilt, write_asbuilt
+from asbuilt_bim.progress.planned import verdict
 from tests.ifc.models import SCHEMAS, ModelBuilder
 from tests.ifc.reports import report_on
 
@@ -134,6 +136,21 @@ def test_measured_zero_unknown_and_part_measured_are_three_things(schema: str, t
     assert times["pour some"].Completion == pytest.approx(0.45)  # the lower bound: one element was not seen
     assert "lower bound: 1 of its elements" in _psets(file, "IfcTask", "pour some")["AsBuilt_Progress"]["Basis"]
     assert times["pour some"].ActualFinish is None
+
+
+def test_a_task_that_makes_a_slab_too_holds_its_lower_bound_as_all_other_schedules_do(tmp_path: Path) -> None:
+    source = _model("IFC4", tmp_path)
+    report = report_on(read_design(source), BEST)
+    half = next(task for task in report.tasks if task.progress.name == "pour half")
+    done = replace(half.progress.completion, best=None, lower=0.2, upper=0.8)
+    mixed = replace(half, others=1, progress=replace(half.progress, completion=done))
+    write_asbuilt(source, replace(report, tasks=(mixed,)), tmp_path / "w.ifc")
+    file = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    (time,) = [task.TaskTime for task in file.by_type("IfcTask") if task.Name == "pour half"]
+    assert time.Completion == verdict(mixed).share == 0.2
+    assert (time.DataOrigin, time.ActualStart) == ("MEASURED", "2026-03-02T00:00:00")
+    basis = _psets(file, "IfcTask", "pour half")["AsBuilt_Progress"]["Basis"]
+    assert basis == "Completion is the lower bound: 1 more not measured here"
 
 
 def test_ifc2x3_tasks_carry_their_completion_in_the_time_control(tmp_path: Path) -> None:
