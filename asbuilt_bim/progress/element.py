@@ -91,7 +91,7 @@ def progress_of(
         last_seen=visit_date if stations else history.last_seen.get(element.global_id),
         notes=tuple(dict.fromkeys(notes)),
         doubts=tuple(dict.fromkeys(doubts)),
-        best_when_seen=completion.best if stations else history.best_when_seen.get(element.global_id),
+        best_when_seen=history.best_when_seen.get(element.global_id) if completion.best is None else completion.best,
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
     )

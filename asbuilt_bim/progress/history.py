@@ -33,7 +33,7 @@ class VisitHistory:
     first_built: dict[str, date]  # the first visit that saw something of it built, of what is still held to stand
     complete_on: dict[str, date]  # the first visit since which it has been complete
     last_seen: dict[str, date]
-    best_when_seen: dict[str, float]  # the best estimate of the last visit that decided something on it
+    best_when_seen: dict[str, float]  # the best estimate of the last visit that had one
 
     def earlier(self, element: str, face: DesignFace, options: ProgressOptions) -> SurfaceState | None:
         """Return what is known of a face: by its id where it stands where it stood, else re-projected in the world.

@@ -59,7 +59,7 @@ class ElementProgress:
     last_seen: date | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
-    best_when_seen: float | None = None  # the best estimate of the last visit that decided something on it
+    best_when_seen: float | None = None  # the best estimate of the last visit that had one
     first_built: date | None = None  # the first visit that saw something of it built, of what is still held to stand
     complete_on: date | None = None  # the first visit since which it has been complete
 

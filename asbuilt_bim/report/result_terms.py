@@ -136,7 +136,7 @@ TERMS = {
     "unknown_area_m2": "Exposed surface not decided, in m2.",
     "as_built_sigma_calibration_m2": "Its sigma's part that all faces of the rig share, in m2.",
     "as_built_sigma_image_m2": "Its sigma's own part, in m2.",
-    "best_when_seen": "Best estimate of the last visit that decided something on it; null where none did.",
+    "best_when_seen": "Best estimate of the last visit that had one; null where none had.",
     "first_built": "First visit that saw something of it built, of what is still held to stand; else null.",
     "complete_on": "First visit since which it has been complete; null where it isn't.",
     "gone_area_m2": "Surface that an earlier visit saw built and that looks open now, in m2.",

@@ -73,6 +73,15 @@ def test_an_unfinished_wall_that_a_visit_does_not_see_counts_in_its_group_as_whe
     assert later.whole.completion.best == only(first).completion.best  # it leapt to 100 %
 
 
+def test_a_wall_that_a_visit_only_glimpses_counts_in_its_group_as_when_it_was_last_seen() -> None:
+    first, _ = visit(see([BACKDROP]))
+    hoarding = [box(-2, -2.0, 0, 4.3, 0.05, 4), box(2.9, -2.0, 0, 6, 0.05, 4)]  # with a gap of 60 cm
+    later, _ = visit(see([BACKDROP, *hoarding], name="B1"), history=remember(EMPTY_HISTORY, first), day=LATER)
+    glimpsed = only(later)
+    assert glimpsed.stations == ("B1",) and glimpsed.completion.best is None
+    assert glimpsed.best_when_seen == only(first).completion.best == 0.0
+
+
 def test_a_glimpse_of_a_face_that_was_seen_whole_leaves_its_area_and_sigma() -> None:
     first, _ = visit(see([WALL, BACKDROP], 2.8))
     face = replace(measured("B1/1", POSE, FRONT, polygon.box(0.0, 0.0, 1.0, 1.0)), open_edge=True)
