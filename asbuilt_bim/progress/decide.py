@@ -55,11 +55,14 @@ def decide_element(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Past:
-    """What earlier visits saw built (N,), what of it looks open now, and what of it is still held to stand."""
+    """What earlier visits saw built (N,), what of it looks open now, what of it is still held to stand; and what
+    they saw open, as long as nothing says that it has been built since.
+    """
 
     built: BoolArray
     undone: BoolArray
     stands: BoolArray
+    open: BoolArray
 
 
 def _past(
@@ -69,19 +72,29 @@ def _past(
     earlier: Sequence[SurfaceState | None],
     options: ProgressOptions,
 ) -> _Past:
-    built = np.zeros(len(samples.face), dtype=bool)
+    built, opened = (np.zeros(len(samples.face), dtype=bool) for _ in range(2))
     if not any(earlier):
-        return _Past(built=built, undone=built, stands=built)
+        return _Past(built=built, undone=built, stands=built, open=opened)
     known = [was or unseen(face) for was, face in zip(earlier, element.faces, strict=True)]
     for index, was in enumerate(known):
         own = samples.face == index
         if was.built_uv_m and own.any():
             built[own] = polygon.contains(was.built_uv_m, samples.uv_m[own])
+        for region in (was.open_uv_m, was.was_open_uv_m):
+            if region and own.any():
+                opened[own] |= polygon.contains(region, samples.uv_m[own])
+    opened &= not _has_risen(opened, samples, votes)
     built &= ~in_conflict(element, known, options)[samples.cell]
     undone = built & (votes.open > votes.built)
     gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
     lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]
-    return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost))
+    return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost), open=opened)
+
+
+def _has_risen(opened: BoolArray, samples: CellSamples, votes: Votes) -> bool:
+    """Say whether most of what was open and is seen again is built now: then the rest may well be, too."""
+    built = opened & (votes.built > 0.0) & (votes.built >= votes.open)
+    return bool(samples.area_m2[built].sum() > samples.area_m2[opened & (votes.open > votes.built)].sum())
 
 
 def _face_state(
@@ -135,6 +148,7 @@ def _face_state(
         doubts=doubts,
         gone_area_m2=gone_m2,
         whole=measured.whole,
+        was_open_uv_m=_region(samples, own & past.open & ~built & ~opened, face),
     )
 
 

@@ -9,6 +9,7 @@ from datetime import date
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.progress.cell_states import CellStates, cell_states
 from asbuilt_bim.progress.doubts import doubts_of
@@ -57,6 +58,8 @@ def progress_of(
         # what was open when it was last seen is forgotten, since it may have been built: what is left isn't all of it
         completion = replace(completion, best=None)
         why = ["it wasn't finished when it was last seen, and this visit didn't see it"]
+    elif state != "complete":
+        completion = _as_last_seen(element, surfaces, cells, completion, options)
     doubts = list(doubts_of(element, surfaces, state, options))
     notes = [*why, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
@@ -95,6 +98,27 @@ def progress_of(
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
     )
+
+
+def _as_last_seen(
+    element: BimElement,
+    surfaces: Sequence[SurfaceState],
+    cells: CellStates,
+    completion: Completion,
+    options: ProgressOptions,
+) -> Completion:
+    """Return the completion with cells that were open when last seen open in its best estimate; no bound counts them.
+
+    What is built is remembered and what is open forgotten: of a wall half poured, a strip that is seen again would
+    leave a best estimate of nearly all.
+    """
+    was_open = any(surface.was_open_uv_m for surface in surfaces)
+    if completion.best is None or not was_open:
+        return completion
+    unforgotten = [replace(one, open_uv_m=polygon.union([one.open_uv_m, one.was_open_uv_m])) for one in surfaces]
+    before = cell_states(element, unforgotten, options).open & ~cells.built & ~cells.conflict
+    built, opened = float(cells.built.sum()), float((cells.open | before).sum())
+    return replace(completion, best=max(built / max(built + opened, 1.0), completion.lower))
 
 
 def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | None]:

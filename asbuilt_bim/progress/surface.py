@@ -45,6 +45,7 @@ class SurfaceState:
     doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
     whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
+    was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
 
 
 def classify_surface(

@@ -28,6 +28,7 @@ ARRAY_FORMS: dict[str, ArrayForm] = {
     "outline_world_m": ArrayForm(nesting=1, shape=(None, 3), decimals=METRE_DECIMALS),
     "exposed_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "built_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
+    "was_open_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "open_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "unknown_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "outline_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),

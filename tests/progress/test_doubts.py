@@ -15,6 +15,7 @@ from tests.match.small_site import box, measured, station
 from .test_surface import BACKDROP, FRONT, GROUND, POSE, WALL, only, see, visit
 
 LATER, LAST = date(2026, 3, 16), date(2026, 3, 30)
+STRIP = [box(-2, -2.0, 0, 4.3, 0.05, 4), box(2.9, -2.0, 0, 6, 0.05, 4)]  # hoardings with a gap of 60 cm between them
 
 
 def test_a_wall_that_has_gone_is_not_certain_and_is_named_until_a_second_visit_says_so_too() -> None:
@@ -75,11 +76,32 @@ def test_an_unfinished_wall_that_a_visit_does_not_see_counts_in_its_group_as_whe
 
 def test_a_wall_that_a_visit_only_glimpses_counts_in_its_group_as_when_it_was_last_seen() -> None:
     first, _ = visit(see([BACKDROP]))
-    hoarding = [box(-2, -2.0, 0, 4.3, 0.05, 4), box(2.9, -2.0, 0, 6, 0.05, 4)]  # with a gap of 60 cm
-    later, _ = visit(see([BACKDROP, *hoarding], name="B1"), history=remember(EMPTY_HISTORY, first), day=LATER)
+    later, _ = visit(see([BACKDROP, *STRIP], name="B1"), history=remember(EMPTY_HISTORY, first), day=LATER)
     glimpsed = only(later)
     assert glimpsed.stations == ("B1",) and glimpsed.completion.best is None
     assert glimpsed.best_when_seen == only(first).completion.best == 0.0
+
+
+def test_a_strip_of_a_half_poured_wall_that_is_seen_again_leaves_its_best_estimate() -> None:
+    half = box(0, 0, 0, 3.0, 0.25, 1.4)
+    first, _ = visit(see([half, BACKDROP], 1.4))
+    history = remember(EMPTY_HISTORY, first)
+    again, _ = visit(see([half, BACKDROP, *STRIP], name="B1"), history=history, day=LATER)
+    assert only(again).stations == ("B1",) and only(again).completion.coverage < 0.7
+    assert only(again).completion.best == pytest.approx(only(first).completion.best, abs=0.02)  # it leapt to 94 %
+    assert only(again).completion.upper > 0.9
+    third, _ = visit(see([half, BACKDROP, *STRIP], name="C1"), history=remember(history, again), day=LAST)
+    assert only(third).completion.best == only(again).completion.best
+
+
+def test_a_half_poured_wall_that_is_seen_built_to_its_top_where_it_is_seen_is_taken_to_be_complete() -> None:
+    first, _ = visit(see([box(0, 0, 0, 3.0, 0.25, 1.4), BACKDROP], 1.4))
+    face = measured("B1/1", POSE, FRONT, polygon.box(1.2, 0.0, 3.0, 2.8))
+    hoarding = box(-2, -2.0, 0, 3.2, 0.05, 4)
+    seen = station("B1", POSE, [WALL, BACKDROP, GROUND, hoarding], [face])
+    later, _ = visit(seen, history=remember(EMPTY_HISTORY, first), day=LATER)
+    assert only(later).completion.coverage < 0.9
+    assert (only(later).state, only(later).completion.best) == ("complete", 1.0)
 
 
 def test_a_glimpse_of_a_face_that_was_seen_whole_leaves_its_area_and_sigma() -> None:
