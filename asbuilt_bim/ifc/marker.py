@@ -21,7 +21,8 @@ from asbuilt_bim.ifc.marks import (
 )
 from asbuilt_bim.ifc.units import Units, read_units
 
-_LABEL_LENGTH = 255
+LABEL_LENGTH = 255
+"""What an IfcLabel holds."""
 
 
 class Marker:
@@ -102,7 +103,7 @@ class Marker:
         elif isinstance(value, date):
             plain = value.isoformat()
         elif kind == "label":
-            plain = str(plain)[:_LABEL_LENGTH]
+            plain = str(plain)[:LABEL_LENGTH]
         return self.file.create_entity(measure_class(kind, self.schema), plain)
 
     def moment(self, when: date | None) -> Any:

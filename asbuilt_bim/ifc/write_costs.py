@@ -1,12 +1,13 @@
-"""As-built quantities in a cost schedule of their own, which mirrors the planned one."""
+"""As-built quantities in cost schedules of their own, which mirror the planned ones."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from datetime import date
 from typing import Any
 
-from asbuilt_bim.ifc.marker import Marker
+from asbuilt_bim.ifc.marker import LABEL_LENGTH, Marker
 from asbuilt_bim.ifc.marks import AS_BUILT
 from asbuilt_bim.progress.report import CostProgress
 
@@ -19,28 +20,35 @@ _QUANTITIES = {
 
 
 def write_costs(marker: Marker, lines: tuple[CostProgress, ...], visit: date) -> None:
-    """Add a second IfcCostSchedule (USERDEFINED, object type ASBUILT) with one item a line; IFC2X3 can't hold one.
+    """Add an IfcCostSchedule (USERDEFINED, object type ASBUILT) beside each planned one, with one item a line.
 
-    The item's quantity is the LOWER bound, which is what can be certified; the best estimate stands in our set.
+    A tender beside a budget isn't added to it here either: programs add up a schedule's items. The item's quantity is
+    the LOWER bound, which is what can be certified; the best estimate stands in our set. IFC2X3 can't hold one.
     """
-    file = marker.file
-    if marker.schema == "IFC2X3" or not lines:
+    if marker.schema == "IFC2X3":
         return
+    planned = list(dict.fromkeys(line.schedule for line in lines))
+    made = [_schedule(marker, name, [line for line in lines if line.schedule == name], visit) for name in planned]
+    projects = marker.file.by_type("IfcProject")
+    if projects and made:
+        marker.rooted(
+            "IfcRelDeclares", f"cost/{AS_BUILT}/declares", RelatingContext=projects[0], RelatedDefinitions=made
+        )
+
+
+def _schedule(marker: Marker, planned: str, lines: Sequence[CostProgress], visit: date) -> Any:
+    key = f"cost/{AS_BUILT}/{planned}"
     schedule = marker.rooted(
         "IfcCostSchedule",
-        f"cost/{AS_BUILT}",
-        Name="As-built quantities",
+        key,
+        Name=f"As-built quantities: {planned}"[:LABEL_LENGTH] if planned else "As-built quantities",
         ObjectType=AS_BUILT,
         PredefinedType="USERDEFINED",
         UpdateDate=f"{visit.isoformat()}T00:00:00",
     )
     items = [_item(marker, line) for line in lines]
-    marker.rooted("IfcRelAssignsToControl", f"cost/{AS_BUILT}/rel", RelatedObjects=items, RelatingControl=schedule)
-    projects = file.by_type("IfcProject")
-    if projects:
-        marker.rooted(
-            "IfcRelDeclares", f"cost/{AS_BUILT}/declares", RelatingContext=projects[0], RelatedDefinitions=[schedule]
-        )
+    marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=items, RelatingControl=schedule)
+    return schedule
 
 
 def _item(marker: Marker, line: CostProgress) -> Any:

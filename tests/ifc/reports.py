@@ -111,6 +111,7 @@ def report_on(design: BimModel, best: dict[str, float | None]) -> ProgressReport
             as_built_lower=0.4 * line.planned_quantity,
             earned_best=0.5 * line.planned_quantity * line.rate,
             earned_lower=0.4 * line.planned_quantity * line.rate,
+            schedule=line.schedule,
         )
         for line in design.cost_lines
     )

@@ -179,6 +179,25 @@ def test_as_built_quantities_stand_in_a_cost_schedule_of_their_own(schema: str, 
     ]
 
 
+def test_a_tender_beside_a_budget_is_not_added_to_it_in_the_copy(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    column = builder.box("IfcColumn", "full", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    builder.cost("concrete", [column], "IfcQuantityVolume", 0.48, 210.0)
+    builder.budget = builder.rooted("IfcCostSchedule", Name="tender", PredefinedType="TENDER")
+    builder.cost("concrete", [column], "IfcQuantityVolume", 0.48, 190.0)
+    path = builder.write(tmp_path / "m.ifc")
+    write_asbuilt(path, report_on(read_design(path), BEST), tmp_path / "w.ifc")
+    file = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    ours = [one for one in file.by_type("IfcCostSchedule") if one.ObjectType == "ASBUILT"]
+    rates = {
+        one.Name: [item.CostValues[0].AppliedValue.wrappedValue for item in one.Controls[0].RelatedObjects]
+        for one in ours
+    }
+    assert rates == {"As-built quantities: budget": [210.0], "As-built quantities: tender": [190.0]}
+    strip_asbuilt(tmp_path / "w.ifc", tmp_path / "b.ifc")
+    assert _without_ids(ifcopenshell.open(str(tmp_path / "b.ifc"))) == _without_ids(ifcopenshell.open(str(path)))
+
+
 @pytest.mark.parametrize("schema", SCHEMAS)
 def test_what_the_schedule_said_before_is_kept_and_put_back(schema: str, tmp_path: Path) -> None:
     path = _model(schema, tmp_path)
