@@ -14,13 +14,21 @@ def cost_notes(lines: Sequence[CostLine]) -> list[str]:
     unmeasured = [_unmeasured(line) for line in lines if line.others]
     schedules = sorted({line.schedule for line in lines})
     several = [f"cost lines stand in {len(schedules)} cost schedules; each has a sum of its own"]
-    return [*unmeasured, *(several if len(schedules) > 1 else ()), *list(_paid_twice(lines))[:MOST_TWICE]]
+    credits = [_takes_off(line) for line in lines if line.planned_quantity * line.rate < 0.0]
+    return [*unmeasured, *credits, *(several if len(schedules) > 1 else ()), *list(_paid_twice(lines))[:MOST_TWICE]]
 
 
 def _unmeasured(line: CostLine) -> str:
     return (
         f"cost item {_name(line)}: {line.others} of the {len(line.elements) + line.others} elements that it pays for "
         "are not measured here; their part of it is unknown, and not certain"
+    )
+
+
+def _takes_off(line: CostLine) -> str:
+    return (
+        f"cost item {_name(line)}: takes {abs(line.planned_quantity * line.rate):.2f} off when all of it is built; "
+        "what wasn't seen of it is not taken off, and certain totals may be too high by as much"
     )
 
 

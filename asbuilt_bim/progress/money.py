@@ -16,7 +16,7 @@ def cents(amount: float) -> float:
     """Return an amount of money to its second decimal, halves away from 0, as a spreadsheet's ROUND does."""
     if not abs(amount) < LARGEST:
         return amount
-    return float(Decimal(f"{amount:.{DIGITS}g}").quantize(Decimal("0.01"), ROUND_HALF_UP))
+    return float(Decimal(f"{amount:.{DIGITS}g}").quantize(Decimal("0.01"), ROUND_HALF_UP)) + 0.0  # no minus before 0
 
 
 def total(amounts: Iterable[float]) -> float:

@@ -85,6 +85,19 @@ def test_two_lines_of_one_schedule_on_the_same_elements_are_named(builder: Model
     assert notes == ["cost items concrete and concrete again: both pay for the same elements by volume; both count"]
 
 
+def test_an_item_that_takes_money_off_is_named_since_certain_totals_rest_on_what_was_seen(
+    builder: ModelBuilder, tmp_path: Path
+) -> None:
+    made = column(builder)
+    builder.cost("concrete", [made], VOLUME, 0.48, 210.0)
+    builder.cost("deduction", [made], "IfcQuantityCount", 2.0, -15.0)
+    notes = [note for note in design(builder, tmp_path).notes if "off" in note]
+    assert notes == [
+        "cost item deduction: takes 30.00 off when all of it is built; what wasn't seen of it is not taken off, and "
+        "certain totals may be too high by as much"
+    ]
+
+
 def test_items_that_pay_for_no_wall_or_column_are_told_by_number(builder: ModelBuilder, tmp_path: Path) -> None:
     slab = builder.box("IfcSlab", "S", (5.0, 5.0, 0.0), (4.0, 4.0, 0.3))
     builder.cost("concrete", [column(builder)], VOLUME, 0.48, 210.0)

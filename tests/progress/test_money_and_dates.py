@@ -68,6 +68,7 @@ def test_money_is_told_in_cents_halves_up_and_a_finished_line_earns_its_planned_
         1.01, 2.68, -1.01, 115.0, 1e15 + 0.3,
     ]  # fmt: skip
     assert total([0.1] * 3) == 0.3
+    assert str(cents(-0.0)) == "0.0" == str(cents(-0.001))
     (done,) = report(replace(line("A", planned=0.37), rate=33.5)).cost_lines  # 12.395
     assert (done.planned_value, done.earned_best, done.earned_lower) == (12.4, 12.4, 12.4)
 
