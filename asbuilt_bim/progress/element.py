@@ -60,6 +60,7 @@ def progress_of(
         why = ["it wasn't finished when it was last seen, and this visit didn't see it"]
     elif state != "complete":
         completion = _as_last_seen(element, surfaces, cells, completion, options)
+    seen_unfinished = bool(stations) and state in ("part", "not started")
     doubts = list(doubts_of(element, surfaces, state, options))
     notes = [*why, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
@@ -97,6 +98,7 @@ def progress_of(
         best_when_seen=history.best_when_seen.get(element.global_id) if completion.best is None else completion.best,
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
+        unfinished_on=visit_date if seen_unfinished else history.unfinished_on.get(element.global_id),
     )
 
 

@@ -32,6 +32,7 @@ class VisitHistory:
     faces: dict[str, tuple[DesignFaceRecord, ...]]
     first_built: dict[str, date]  # the first visit that saw something of it built, of what is still held to stand
     complete_on: dict[str, date]  # the first visit since which it has been complete
+    unfinished_on: dict[str, date]  # the last visit that saw it unfinished
     last_seen: dict[str, date]
     best_when_seen: dict[str, float]  # the best estimate of the last visit that had one
 
@@ -52,7 +53,9 @@ class VisitHistory:
         return None
 
 
-EMPTY_HISTORY = VisitHistory(visits=(), faces={}, first_built={}, complete_on={}, last_seen={}, best_when_seen={})
+EMPTY_HISTORY = VisitHistory(
+    visits=(), faces={}, first_built={}, complete_on={}, unfinished_on={}, last_seen={}, best_when_seen={}
+)
 
 
 def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
@@ -68,6 +71,8 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
         faces=history.faces | faces,
         first_built={key: min(since, history.first_built.get(key, since)) for key, since in built.items()},
         complete_on={key: min(since, history.complete_on.get(key, since)) for key, since in complete.items()},
+        unfinished_on=history.unfinished_on
+        | {e.global_id: e.unfinished_on for e in report.elements if e.unfinished_on is not None},
         last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
         best_when_seen={e.global_id: e.best_when_seen for e in report.elements if e.best_when_seen is not None},
     )

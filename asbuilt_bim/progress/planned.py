@@ -84,28 +84,35 @@ def planned_share(
 
 
 def days_late(
-    task: TaskProgress, completion: Completion, day: date, calendar: WorkCalendar = EVERY_DAY
-) -> tuple[int | None, int | None]:
-    """Return how many whole days a task is behind its plan: by the best estimate, and at least (upper bound).
+    task: TaskProgress,
+    completion: Completion,
+    day: date,
+    calendar: WorkCalendar = EVERY_DAY,
+    unfinished_on: date | None = None,
+) -> tuple[int | None, int | None, int | None]:
+    """Return how many whole days a task is behind its plan: by the best estimate, at least and at most.
 
-    A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now;
-    a finished one, as its finish was seen after the planned one. Negative is ahead. The first is None where the
-    completion is unknown, or the finish has passed and nothing was seen unfinished; both where there is no plan.
+    A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now,
+    at least where all that wasn't seen is built, at most where none of it is. A finished one was finished by the day
+    that saw it so, and after the last one that saw something of it unfinished (`unfinished_on`). Negative is ahead. The
+    first is None where the completion is unknown, or the finish has passed and nothing was seen unfinished; all are
+    where there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):
-        return None, None
+        return None, None, None
     if task.actual_finish is not None:
         late = (task.actual_finish - finish.date()).days
-        return late, late
-    if task.late is None and finish.date() < day:
-        return None, 0
+        return late, max(0, (unfinished_on - finish.date()).days if unfinished_on else 0), late
+    passed = max(0, (day - finish.date()).days)
+    most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
+    if task.late is None and passed:
+        return None, 0, most
     if start is None:  # only whether the finish has passed can be told
-        passed = max(0, (day - finish.date()).days)
-        return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else 0)
+        return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else 0), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
     least = 0 if completion.upper >= 1.0 else max(0, _behind(start, finish, completion.upper, day, calendar))
-    return best, least
+    return best, least, most
 
 
 def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:

@@ -62,6 +62,7 @@ class ElementProgress:
     best_when_seen: float | None = None  # the best estimate of the last visit that had one
     first_built: date | None = None  # the first visit that saw something of it built, of what is still held to stand
     complete_on: date | None = None  # the first visit since which it has been complete
+    unfinished_on: date | None = None  # the last visit that saw it unfinished
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +99,7 @@ class TaskProgress:
     planned: float | None = None  # share that the plan wants by the end of the visit's day
     days_late: int | None = None  # behind the plan, by the best estimate; negative: ahead
     days_late_least: int | None = None  # at least, whatever was not seen
+    days_late_most: int | None = None  # at most, by what is certain
     others: int = 0  # building elements that it makes, too, and that are not measured here
 
 

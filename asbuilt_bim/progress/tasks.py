@@ -45,8 +45,9 @@ def task_progress(
         planned=planned_share(task.schedule_start, task.schedule_finish, visit_date, calendar),
         others=others,
     )
-    best, least = days_late(made, made.progress.completion, visit_date, calendar)
-    return replace(made, days_late=best, days_late_least=least)
+    unfinished_on = _last(element.unfinished_on for element in members)
+    best, least, most = days_late(made, made.progress.completion, visit_date, calendar, unfinished_on)
+    return replace(made, days_late=best, days_late_least=least, days_late_most=most)
 
 
 def _first(days: Iterable[date | None]) -> date | None:

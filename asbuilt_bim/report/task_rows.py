@@ -29,6 +29,7 @@ class TaskRow:
     planned: float | None
     days_late: int | None  # None: unknown, or there is no plan
     days_late_least: int | None  # None: there is no plan
+    days_late_most: int | None  # None: there is no plan
     late: bool | None
     elements: int
     complete: int
@@ -42,6 +43,12 @@ class TaskRow:
     def has_plan(self) -> bool:
         """Say whether lateness can be told at all."""
         return self.days_late_least is not None
+
+    @property
+    def days_range(self) -> str:
+        """Write how many days late it is at least and at most; the one or the other where that is all that is told."""
+        least, most = self.days_late_least, self.days_late_most
+        return str(least) if most is None or most <= (least or 0) else f"{least} to {most}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +130,7 @@ def _task_row(task: TaskProgress) -> TaskRow:
         planned=task.planned,
         days_late=task.days_late,
         days_late_least=task.days_late_least,
+        days_late_most=task.days_late_most,
         late=task.late,
         elements=len(group.elements),
         complete=group.complete,

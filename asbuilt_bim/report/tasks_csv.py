@@ -31,6 +31,7 @@ HEADER = (
     "PlannedShare",
     "DaysLate",
     "DaysLateAtLeast",
+    "DaysLateAtMost",
     "Late",
     "Elements",
     "Complete",
@@ -59,7 +60,7 @@ def write_tasks_csv(report: ProgressReport, path: Path) -> None:
 
 def _cells(row: TaskRow) -> tuple[str, ...]:
     done = row.completion
-    days = (row.days_late, row.days_late_least)
+    days = (row.days_late, row.days_late_least, row.days_late_most)
     return (
         *(safe_cell(text) for text in (row.identification, row.name, row.outline, row.global_id)),
         *(_moment(when) for when in (row.planned_start, row.planned_finish, row.seen_begun, row.seen_complete)),

@@ -158,6 +158,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         "" if row.planned is None else row.planned,
         row.days_late if row.has_plan else "",
         row.days_late_least if row.has_plan else "",
+        row.days_late_most if row.has_plan else "",
         late,
         row.elements,
         row.complete,

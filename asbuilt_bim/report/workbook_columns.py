@@ -109,6 +109,7 @@ TASKS = (
         "Days behind", "count", 8, "Days behind the plan by the best estimate; negative: ahead; empty without a plan."
     ),
     _column("Days behind at least", "count", 9, "Days behind the plan at least, whatever was not seen."),
+    _column("Days behind at most", "count", 9, "Days behind the plan at most: what was not seen counts as not built."),
     _column(
         "Late",
         "text",

@@ -49,21 +49,21 @@ def test_a_calendar_stops_the_plan_over_the_weekend() -> None:
 def test_no_plan_gives_no_share() -> None:
     assert planned_share(None, FINISH, date(2026, 3, 6)) is None
     assert planned_share(FINISH, START, date(2026, 3, 6)) is None
-    assert days_late(task(done(0.5), schedule_finish=None), done(0.5), date(2026, 3, 6)) == (None, None)
+    assert days_late(task(done(0.5), schedule_finish=None), done(0.5), date(2026, 3, 6)) == (None, None, None)
 
 
 def test_a_task_is_as_late_as_the_plan_is_ahead_of_it() -> None:
     # 30 % stands at the end of 6 March; the plan wanted 30 % at the end of 4 March
-    assert days_late(task(done(0.3)), done(0.3), date(2026, 3, 6)) == (2, 2)
-    assert days_late(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, 0)
-    # half of it unknown: by the best estimate on time, and certain only that it isn't late
-    assert days_late(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0)
+    assert days_late(task(done(0.3)), done(0.3), date(2026, 3, 6)) == (2, 2, 2)
+    assert days_late(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, 0, -2)
+    # half of it unknown: by the best estimate on time, and not more than two days late
+    assert days_late(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0, 2)
 
 
 def test_what_was_nowhere_seen_unfinished_is_late_by_no_number() -> None:
     # every element that was seen is complete, one was not seen, and the finish has passed
     plan = task(done(0.985, 0.8, 0.99), unknown=1, late=None)
-    assert days_late(plan, plan.progress.completion, date(2026, 3, 30)) == (None, 0)
+    assert days_late(plan, plan.progress.completion, date(2026, 3, 30)) == (None, 0, 21)  # 80 % by 9 March
 
 
 def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
@@ -75,12 +75,18 @@ def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
 
 
 def test_an_unknown_task_is_late_by_no_number() -> None:
-    assert days_late(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0)
+    assert days_late(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0, 29)  # begun on 2 March at best
 
 
-def test_a_finished_task_is_late_by_the_days_after_its_planned_finish() -> None:
+@pytest.mark.parametrize(
+    ("unfinished_on", "least"), [(None, 0), (date(2026, 3, 9), 0), (date(2026, 3, 12), 0), (date(2026, 3, 14), 2)]
+)
+def test_a_finished_task_is_late_at_least_till_it_was_last_seen_unfinished(
+    unfinished_on: date | None, least: int
+) -> None:
     finished = task(done(0.99), actual_finish=date(2026, 3, 16))
-    assert days_late(finished, finished.progress.completion, date(2026, 4, 1)) == (4, 4)
+    said = days_late(finished, finished.progress.completion, date(2026, 4, 1), unfinished_on=unfinished_on)
+    assert said == (4, least, 4)
 
 
 def test_measured_0_part_measured_unknown_and_finished_are_four_different_things() -> None:
