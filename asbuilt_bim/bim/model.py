@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -89,6 +89,7 @@ class Task:
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
     links: tuple[TaskLink, ...] = ()  # predecessors, by the GlobalId of their tasks
     schedule_uid: str = ""  # what a schedule file beside the IFC knows it by
+    calendar: WorkCalendar | None = None  # its own working time; None: that of the schedule
     others: int = 0  # building elements that it makes, too, and that are not measured here
 
 

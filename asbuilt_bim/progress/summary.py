@@ -60,7 +60,10 @@ def summarise(
         elements=elements,
         storeys=_storeys(design, elements, of_element, told),
         whole=group("", "Whole", elements, of_element, told),
-        tasks=tuple(task_progress(t, progress, of_element, visit_date, told, calendar) for t in design.tasks),
+        tasks=tuple(
+            task_progress(task, progress, of_element, visit_date, told, task.calendar or calendar)
+            for task in design.tasks
+        ),
         cost_lines=tuple(cost_progress(line, bodies, progress, told) for line in design.cost_lines),
         faces=tuple(design_face_record(f, by_id[f.face_id]) for e in design.elements for f in e.faces),
         stations=tuple(sorted(stations, key=lambda record: record.name)),

@@ -1,4 +1,4 @@
-"""The working time of a schedule file: the calendar that its project counts in by default."""
+"""The working time of a schedule file: the calendar of its project, and those that tasks have of their own."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _DAYS = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Su
 _OFFICE = (WorkSpan(from_min=480, to_min=720), WorkSpan(from_min=780, to_min=1020))  # MS Project's own default
 
 
-def msp_calendar(root: ET.Element, path: Path) -> WorkCalendar:
-    """Return the project's calendar of an MS Project document, with what it takes from the calendar it is based on.
+def msp_calendar(root: ET.Element, path: Path, uid: str = "") -> WorkCalendar:
+    """Return a calendar of an MS Project document, the project's or that of a UID, with what it is based on.
 
     Raises:
         ScheduleError: its exceptions cover more days than `MAX_EXCEPTIONS`; `path` is for the message.
     """
     by_uid = {text(one, "UID"): one for one in children(child(root, "Calendars"), "Calendar")}
-    own = by_uid.get(text(root, "CalendarUID"))
+    own = by_uid.get(uid or text(root, "CalendarUID"))
     if own is None:
         return EVERY_DAY
     week: dict[int, tuple[WorkSpan, ...]] = {n: _OFFICE if n < 5 else () for n in range(7)}
@@ -60,26 +60,36 @@ def msp_recurring(root: ET.Element) -> int:
     return sum(_recurs(one) for calendar in calendars for one in children(child(calendar, "Exceptions"), "Exception"))
 
 
-def tasks_of_other_calendars(root: ET.Element) -> int:
-    """Return how many tasks of an MS Project or P6 document name another calendar than their project's."""
+def own_calendars(root: ET.Element, path: Path) -> tuple[dict[str, WorkCalendar], int, int]:
+    """Return the calendars that tasks of an MS Project or P6 document have of their own, by number, and of how many
+    tasks they are; last, how many tasks name a calendar that the document lacks.
+
+    Raises:
+        ScheduleError: one has more exceptions than `MAX_EXCEPTIONS`; `path` is for the message.
+    """
     project = child(root, "Project")
     tasks = [*children(child(root, "Tasks"), "Task"), *children(root, "Activity"), *children(project, "Activity")]
     usual = {"", "-1", text(root, "CalendarUID"), text(project, "ActivityDefaultCalendarObjectId")}
-    return sum(1 for one in tasks if (text(one, "CalendarUID") or text(one, "CalendarObjectId")) not in usual)
+    named = [text(one, "CalendarUID") or text(one, "CalendarObjectId") for one in tasks]
+    msp = {text(one, "UID") for one in children(child(root, "Calendars"), "Calendar")}
+    p6 = {text(one, "ObjectId") for one in [*children(root, "Calendar"), *children(project, "Calendar")]}
+    found = {key: msp_calendar(root, path, key) for key in msp.intersection(named) - usual}
+    found |= {key: p6_calendar(root, path, key) for key in p6.intersection(named) - usual}
+    return found, sum(key in found for key in named), sum(key not in usual | found.keys() for key in named)
 
 
 def _recurs(exception: ET.Element) -> bool:
     return text(exception, "Type") not in ("", "0", "1") or text(exception, "Period") not in ("", "0", "1")
 
 
-def p6_calendar(root: ET.Element, path: Path) -> WorkCalendar:
-    """Return the default calendar of a P6 document's first project.
+def p6_calendar(root: ET.Element, path: Path, object_id: str = "") -> WorkCalendar:
+    """Return a calendar of a P6 document: the default one of its first project, or that of an object id.
 
     Raises:
         ScheduleError: it has more exceptions than `MAX_EXCEPTIONS`; `path` is for the message.
     """
     project = child(root, "Project")
-    wanted = text(project, "ActivityDefaultCalendarObjectId")
+    wanted = object_id or text(project, "ActivityDefaultCalendarObjectId")
     calendars = [*children(root, "Calendar"), *children(project, "Calendar")]
     own = next((one for one in calendars if text(one, "ObjectId") == wanted), None)
     if own is None:

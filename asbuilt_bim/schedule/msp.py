@@ -49,6 +49,7 @@ def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]
                 links=tuple(_links(task)),
                 global_ids=global_ids(text(field, "Value") for field in children(task, "ExtendedAttribute")),
                 fault=fault,
+                calendar=text(task, "CalendarUID"),
             )
         )
     notes = (f"{baselines} of its {len(rows)} tasks have a baseline: that is their plan",) if baselines else ()

@@ -57,6 +57,7 @@ def _row(activity: ET.Element, wbs: dict[str, ET.Element], links: dict[str, list
         links=tuple(links.get(text(activity, "ObjectId"), ())),
         global_ids=global_ids(text(field, "TextValue") for field in children(activity, "UDF")),
         fault=fault,
+        calendar=text(activity, "CalendarObjectId"),
     )
 
 

@@ -6,9 +6,9 @@ import hashlib
 from pathlib import Path
 from typing import Literal
 
-from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
+from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource, WorkCalendar
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, p6_calendar, tasks_of_other_calendars
+from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, own_calendars, p6_calendar
 from asbuilt_bim.schedule.msp import msp_rows
 from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
@@ -31,7 +31,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
             raise ScheduleError(f"{path}: is {what}; save it as XML (MS Project, P6) or as CSV")
     if data.startswith(b"ERMHDR"):
         raise ScheduleError(f"{path}: is a P6 XER file; export it as Primavera P6 XML")
-    calendar = EVERY_DAY
+    calendar, calendars = EVERY_DAY, dict[str, WorkCalendar]()
     kind: Literal["MS Project XML", "Primavera P6 XML", "CSV"] = "CSV"
     if _looks_like_xml(data):
         root = parse_xml(data, path)
@@ -45,14 +45,18 @@ def read_schedule(path: Path | str) -> ScheduleFile:
             raise ScheduleError(
                 f"{path}: XML, but neither of MS Project nor of P6 (its root is <{local(root.tag)[:40]}>)"
             )
-        if other := tasks_of_other_calendars(root):
-            notes = (*notes, f"{other} tasks have calendars of their own; their days are counted in the project's")
+        calendars, own, lost = own_calendars(root, path)
+        if own:
+            written = "the schedules that are written here count them in the project's"
+            notes = (*notes, f"{own} tasks have calendars of their own and are held against these; {written}")
+        if lost:
+            notes = (*notes, f"{lost} tasks name calendars that it doesn't hold; they are counted in the project's")
     else:
         rows, notes = csv_rows(data, path)
     _check(rows, path)
     digest = f"sha256:{hashlib.sha256(data).hexdigest()}"
     source = ScheduleSource(name=path.name, digest=digest, kind=kind, calendar=calendar)
-    return ScheduleFile(source=source, rows=rows, notes=notes)
+    return ScheduleFile(source=source, rows=rows, notes=notes, calendars=calendars)
 
 
 def _looks_like_xml(data: bytes) -> bool:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from datetime import date, datetime, time
 
-from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
 
 MAX_ROWS = 200_000
 """The largest schedules of building projects have some ten thousand tasks."""
@@ -30,6 +30,7 @@ class ScheduleRow:
     links: tuple[TaskLink, ...]
     global_ids: tuple[str, ...]  # of IFC tasks or of elements, out of its custom fields
     fault: str = ""  # why its dates don't count, where they don't
+    calendar: str = ""  # the number of its own calendar
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +40,7 @@ class ScheduleFile:
     source: ScheduleSource
     rows: tuple[ScheduleRow, ...]
     notes: tuple[str, ...]  # what could not be taken over, in words
+    calendars: Mapping[str, WorkCalendar] = field(default_factory=dict)  # those of tasks' own, by number
 
 
 def global_ids(texts: Iterable[str]) -> tuple[str, ...]:

@@ -40,13 +40,16 @@ def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
     key_of = {uid: task.global_id for uid, task in ties.tied.items()}
     rows = {row.uid: row for row in schedule.rows}
     old = {task.global_id for task in design.tasks}
-    kept = [_dated(t, rows[tied_tasks[t.global_id]], key_of) if t.global_id in tied_tasks else t for t in design.tasks]
-    made = [_dated(t, rows[uid], key_of) for uid, t in ties.tied.items() if t.global_id not in old]
+    kept = [
+        _dated(t, rows[tied_tasks[t.global_id]], key_of, schedule) if t.global_id in tied_tasks else t
+        for t in design.tasks
+    ]
+    made = [_dated(t, rows[uid], key_of, schedule) for uid, t in ties.tied.items() if t.global_id not in old]
     notes = _notes(schedule, ties, [task for task in design.tasks if task.global_id not in tied_tasks])
     return replace(design, tasks=(*kept, *made), notes=(*design.notes, *notes), schedule=schedule.source)
 
 
-def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str]) -> Task:
+def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str], schedule: ScheduleFile) -> Task:
     links = tuple(
         replace(link, predecessor=key_of[link.predecessor]) for link in row.links if link.predecessor in key_of
     )
@@ -59,6 +62,7 @@ def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str]) -> Task:
         outline=row.outline or task.outline,
         links=links or task.links,
         schedule_uid=row.uid,
+        calendar=schedule.calendars.get(row.calendar),
     )
 
 

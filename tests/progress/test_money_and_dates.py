@@ -6,6 +6,7 @@ from datetime import date, datetime
 import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Task
+from asbuilt_bim.bim.schedule import WorkCalendar, weekday
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.match.matches import MatchResult
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
@@ -146,6 +147,13 @@ def test_a_task_starts_with_the_first_visit_that_sees_something_built_and_ends_w
     (after,) = report(tasks=(task("A", "B"),), half=3.0, day=LATER, history=history).tasks
     assert (after.actual_start, after.actual_finish) == (DAY, LATER)
     assert after.late is False
+
+
+def test_the_plan_of_a_task_with_a_calendar_of_its_own_is_counted_in_that() -> None:
+    mondays = WorkCalendar(name="Mondays", week=(weekday(0, (0, 1440)), *(weekday(n) for n in range(1, 7))))
+    (usual, own) = report(tasks=(task("A"), replace(task("A"), calendar=mondays))).tasks  # from 1 March, a Sunday
+    assert usual.planned == pytest.approx(48 / (9 * 24 + 17))
+    assert own.planned == pytest.approx(0.5)  # of two Mondays one, to its end
 
 
 def test_a_task_seen_complete_after_its_planned_finish_is_no_later_than_it_was_seen_unfinished() -> None:

@@ -106,8 +106,8 @@ def test_a_p6_span_that_ends_on_the_half_hour_keeps_its_last_minute(tmp_path: Pa
     assert calendar.week[0].minutes == 450
 
 
-def test_tasks_that_have_a_calendar_of_their_own_are_counted_in_a_note(tmp_path: Path) -> None:
-    note = "1 tasks have calendars of their own; their days are counted in the project's"
+def test_tasks_that_name_a_calendar_which_the_file_lacks_are_counted_in_a_note(tmp_path: Path) -> None:
+    note = "1 tasks name calendars that it doesn't hold; they are counted in the project's"
     msp = MSP.replace("<UID>11</UID>", "<UID>11</UID><CalendarUID>3</CalendarUID>")
     msp = msp.replace("<UID>12</UID>", "<UID>12</UID><CalendarUID>1</CalendarUID>")
     p6 = P6.replace("<Activity><Id>A1000", "<Activity><CalendarObjectId>9</CalendarObjectId><Id>A1000")

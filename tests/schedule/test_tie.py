@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import datetime
+from datetime import date, datetime
 from pathlib import Path
 
 import pytest
 
+from asbuilt_bim.progress.planned import planned_share
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.schedule.tie import with_schedule
 from tests.schedule.files import COLUMN, MSP, P6, TASK_A, TASK_B, WALL, design, task, written
@@ -35,6 +36,43 @@ def test_a_global_id_goes_before_a_name_and_an_activity_id_ties_what_has_another
     by_key = {one.global_id: one for one in tied.tasks}
     assert by_key[TASK_A].identification == "A1000"
     assert by_key[TASK_B].identification == "A1010"
+
+
+def test_a_task_with_a_calendar_of_its_own_is_held_against_that(tmp_path: Path) -> None:
+    seven = "<Calendar><UID>2</UID><Name>All days</Name><BaseCalendarUID>-1</BaseCalendarUID><WeekDays>" + "".join(
+        f"<WeekDay><DayType>{n}</DayType><DayWorking>1</DayWorking><WorkingTimes><WorkingTime>"
+        "<FromTime>08:00:00</FromTime><ToTime>17:00:00</ToTime></WorkingTime></WorkingTimes></WeekDay>"
+        for n in range(1, 8)
+    )
+    msp = MSP.replace("</Calendars>", f"{seven}</WeekDays></Calendar></Calendars>")
+    msp = msp.replace("<UID>12</UID>", "<UID>12</UID><CalendarUID>2</CalendarUID>")
+    p6 = P6.replace("<Project>", _seven_days_in_p6() + "<Project>")
+    p6 = p6.replace("<Activity><Id>A1010", "<Activity><CalendarObjectId>8</CalendarObjectId><Id>A1010")
+    for text in (msp, p6):
+        plan = read_schedule(written(tmp_path, text))
+        tied = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Walls", "A1010")), plan)
+        assert tied.schedule is not None
+        columns, walls = tied.tasks
+        assert columns.calendar is None and walls.calendar is not None
+        assert [day.minutes for day in walls.calendar.week] == [540] * 7  # the project's rests on Sundays
+        assert any("1 tasks have calendars of their own" in note for note in tied.notes)
+    held = {
+        one.name: planned_share(walls.schedule_start, walls.schedule_finish, date(2026, 3, 22), one)
+        for one in (tied.schedule.calendar, walls.calendar)
+    }
+    assert held == {"Five days": 0.5, "All days": pytest.approx(7 / 12)}  # a Sunday evening, of 16 to 27 March
+
+
+def _seven_days_in_p6() -> str:
+    names = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+    days = "".join(
+        f"<StandardWorkHours><DayOfWeek>{name}</DayOfWeek><WorkTime><Start>08:00:00</Start><Finish>16:59:00</Finish>"
+        "</WorkTime></StandardWorkHours>"
+        for name in names
+    )
+    return (
+        f"<Calendar><Name>All days</Name><ObjectId>8</ObjectId><StandardWorkWeek>{days}</StandardWorkWeek></Calendar>"
+    )
 
 
 def test_an_outline_number_alone_ties_nothing(tmp_path: Path) -> None:
