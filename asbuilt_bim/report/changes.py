@@ -8,6 +8,7 @@ from datetime import date
 
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.progress.revision import design_changes
+from asbuilt_bim.report.cost_changes import cost_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording import area, percent
 
@@ -16,13 +17,14 @@ SAME_AREA_M2 = 0.005  # half of the last decimal shown
 
 
 def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
-    """Return one line a change: visits and what they rest on, stations, storeys, tasks, elements; none where none."""
+    """Return one line a change: visits and what they rest on, stations, storeys, tasks, cost lines, elements."""
     return (
         *_visits(before, after),
         *_schedule(before, after),
         *_stations(before, after),
         *_storeys(before, after),
         *_tasks(before, after),
+        *cost_changes(before, after),
         *_elements(before, after),
     )
 

@@ -59,6 +59,20 @@ def test_a_station_that_is_rejected_for_another_reason_is_named_with_it():
     assert changes(before, before) == ()
 
 
+def test_a_cost_line_with_another_plan_rate_or_certain_value_is_named() -> None:
+    report = sample_report()
+    first, second, *rest = report.cost_lines
+    dearer = replace(first, rate=195.0, planned_quantity=13.0, others=1, earned_lower=first.earned_lower - 10.0)
+    after = replace(report, cost_lines=(dearer, *rest, replace(second, global_id="3CostNew")))
+    was, now = (f"{line.earned_lower:,.2f}".replace(",", "\u202f") for line in (first, dearer))
+    assert changes(report, after) == (
+        "cost line 01.1 Concrete C30/37, ground floor: planned 12.500 m³ -> 13.000 m³, rate 185.00 -> 195.00, "
+        f"not measured 0 -> 1, certain {was} EUR -> {now} EUR",
+        "cost line 01.2 Formwork, ground floor: new",
+        "cost line 01.2 Formwork, ground floor: no longer there",
+    )
+
+
 def test_another_ifc_file_and_another_visit_are_said():
     report = sample_report()
     made = replace(report.provenance, ifc_digest="sha256:00")
