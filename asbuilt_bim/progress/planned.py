@@ -94,25 +94,26 @@ def days_late(
 
     A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now,
     at least where all that wasn't seen is built, at most where none of it is. A finished one was finished by the day
-    that saw it so, and after the last one that saw something of it unfinished (`unfinished_on`). Negative is ahead. The
-    first is None where the completion is unknown, or the finish has passed and nothing was seen unfinished; all are
-    where there is no plan.
+    that saw it so. None was before the last day that saw something of it unfinished (`unfinished_on`). Negative is
+    ahead. The first is None where the completion is unknown, or the finish has passed and nothing was seen unfinished;
+    all are where there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):
         return None, None, None
+    seen = max(0, (unfinished_on - finish.date()).days if unfinished_on else 0)
     if task.actual_finish is not None:
         late = (task.actual_finish - finish.date()).days
-        return late, max(0, (unfinished_on - finish.date()).days if unfinished_on else 0), late
+        return late, seen, late
     passed = max(0, (day - finish.date()).days)
     most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
     if task.late is None and passed:
-        return None, 0, most
+        return None, seen, most
     if start is None:  # only whether the finish has passed can be told
-        return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else 0), most
+        return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else seen), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
-    least = 0 if completion.upper >= 1.0 else max(0, _behind(start, finish, completion.upper, day, calendar))
-    return best, least, most
+    least = 0 if completion.upper >= 1.0 else _behind(start, finish, completion.upper, day, calendar)
+    return best, max(seen, least), most
 
 
 def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:

@@ -74,6 +74,14 @@ def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
         EVERY_DAY.after(end, 48.0)
 
 
+def test_a_task_that_was_seen_unfinished_after_its_finish_is_late_by_that_whatever_was_seen_since() -> None:
+    plan = task(done(None), late=None)
+    said = days_late(plan, done(None), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))
+    assert said == (None, 8, 29)
+    open_ended = task(done(0.5, 0.3, 1.0), late=True)
+    assert days_late(open_ended, done(0.5, 0.3, 1.0), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))[1] == 8
+
+
 def test_an_unknown_task_is_late_by_no_number() -> None:
     assert days_late(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0, 29)  # begun on 2 March at best
 
