@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
@@ -112,10 +112,9 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> 
     if not 1.0 / MAX_NUMBER <= scale <= MAX_NUMBER:
         return f"one of its units would be {scale:.3g} SI units, which no unit is; correct the unit"
     planned = sum(units.quantity(q)[1] for q in quantities) / scale
-    rates = [_rate(value, measure, units, scale) for value in item.CostValues or ()]
-    if not rates or any(rate is None for rate in rates):
-        return "it has no rate, or one that is no plain sum"
-    rate = float(sum(rate for rate in rates if rate is not None))
+    rate = _sum_of_rates(item.CostValues or (), measure, units, scale)
+    if isinstance(rate, str):
+        return rate
     for name, value in (("quantity", planned), ("rate", rate)):
         if not abs(value) <= MAX_NUMBER:
             return f"its {name} {value:.3g} is no number up to {MAX_NUMBER:.0e}; correct it in the cost schedule"
@@ -133,6 +132,16 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> 
         unit_scale=scale,
         others=pays_for.others,
     )
+
+
+def _sum_of_rates(values: Sequence[Any], measure: Measure, units: Units, scale: float) -> float | str:
+    """Return the sum of an item's cost values per one of the line's unit, or why they have none."""
+    if len(values) > 1 and any(one.ApplicableDate or one.FixedUntilDate or one.Condition for one in values):
+        return "it has several rates, some for a time or on a condition: they are no sum; leave the one that holds"
+    rates = [_rate(value, measure, units, scale) for value in values]
+    if not rates or any(rate is None for rate in rates):
+        return "it has no rate, or one that is no plain sum"
+    return float(sum(rate for rate in rates if rate is not None))
 
 
 def _rate(value: Any, measure: Measure, units: Units, scale: float, depth: int = 0) -> float | None:

@@ -114,6 +114,23 @@ def test_a_task_that_makes_a_slab_too_knows_of_it(builder: ModelBuilder, tmp_pat
     assert task.elements == (made.GlobalId,) and task.others == 1
 
 
+def test_rates_that_hold_one_after_the_other_are_not_added_up(builder: ModelBuilder, tmp_path: Path) -> None:
+    made = column(builder)
+    builder.cost("sound", [made], VOLUME, 0.48, 210.0)
+    item = builder.cost("risen", [made], VOLUME, 0.48, 210.0)
+    until, since = (
+        item.CostValues[0],
+        builder.make("IfcCostValue", AppliedValue=builder.make("IfcMonetaryMeasure", 225.0)),
+    )
+    until.FixedUntilDate, since.ApplicableDate = "2026-02-28", "2026-03-01"
+    item.CostValues = [until, since]
+    found = design(builder, tmp_path)
+    assert [line.name for line in found.cost_lines] == ["sound"]  # 435 a cubic metre is nobody's rate
+    assert any(note.startswith("cost item risen: it has several rates, some for a time") for note in found.notes)
+    item.CostValues = [until]
+    assert [line.rate for line in design(builder, tmp_path).cost_lines] == [210.0, 210.0]
+
+
 @pytest.mark.parametrize(
     ("quantity", "rate", "says"),
     [
