@@ -52,20 +52,50 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
                 links=tuple(_links(task)),
             )
         )
+    stand = _standing(found)
     more = [f"and {len(faults) - MAX_NAMED} more tasks whose dates don't count"] if len(faults) > MAX_NAMED else []
-    return tuple(tasks), (*strangers, *faults[:MAX_NAMED], *more)
+    return tuple(tasks), (*strangers, *stand, *faults[:MAX_NAMED], *more)
+
+
+def _standing(tasks: Iterable[Any]) -> list[str]:
+    """Say which work schedules the tasks stand in where that are several: a baseline beside a plan counts like it."""
+    schedules = {one.id(): one for task in tasks for one in _schedules_of(task)}
+    if len(schedules) < 2:
+        return []
+    kinds = [(one.Name or one.GlobalId, getattr(one, "PredefinedType", None)) for one in schedules.values()]
+    names = ", ".join(f"{name} ({kind})" if kind else str(name) for name, kind in kinds[:MAX_NAMED])
+    said = f"tasks stand in {len(schedules)} work schedules ({names}{', ...' if len(kinds) > MAX_NAMED else ''})"
+    return [f"{said}: all of them are told, and an element is due when the last of its tasks is"]
+
+
+def _schedules_of(task: Any) -> Iterable[Any]:
+    """Yield the work schedules that a task, or a summary above it, is assigned to."""
+    for _ in range(MAX_OUTLINE):
+        for relation in task.HasAssignments or ():
+            control = getattr(relation, "RelatingControl", None)
+            if control is not None and control.is_a("IfcWorkSchedule"):
+                yield control
+        task = _above(task)
+        if task is None:
+            return
 
 
 def _outline(task: Any) -> tuple[str, ...]:
     """Return the names of the summary tasks above a task, the outermost first."""
     names: list[str] = []
     while len(names) < MAX_OUTLINE:
-        above = getattr(task, "Nests", None) or getattr(task, "Decomposes", None) or ()
-        task = next((r.RelatingObject for r in above if r.is_a("IfcRelNests")), None)
-        if task is None or not task.is_a("IfcTask"):
+        task = _above(task)
+        if task is None:
             break
         names.append(task.Name or "")
     return tuple(reversed(names))
+
+
+def _above(task: Any) -> Any:
+    """Return the summary task above a task; None where there is none."""
+    nests = getattr(task, "Nests", None) or getattr(task, "Decomposes", None) or ()
+    above = next((r.RelatingObject for r in nests if r.is_a("IfcRelNests")), None)
+    return above if above is not None and above.is_a("IfcTask") else None
 
 
 def _links(task: Any) -> Iterable[TaskLink]:
@@ -107,7 +137,10 @@ def task_times(task: Any) -> tuple[Any, ...]:
 
 def _planned(task: Any) -> tuple[datetime | None, datetime | None, str]:
     """Return when a task is planned, and why its dates don't count where they don't; then both are None."""
-    for times in task_times(task):
+    all_times = task_times(task)
+    if len({(moment(times.ScheduleStart), moment(times.ScheduleFinish)) for times in all_times}) > 1:
+        return None, None, f"it stands in {len(all_times)} schedules with other dates in each; it has no plan here"
+    for times in all_times:
         written = times.ScheduleStart, times.ScheduleFinish
         start, finish = (moment(one) for one in written)
         for name, one, found in (("start", written[0], start), ("finish", written[1], finish)):

@@ -290,3 +290,36 @@ def test_an_ifc2x3_time_without_its_minute_and_second_is_one(tmp_path: Path) -> 
     design = read_design(builder.write(tmp_path / "plan.ifc"))
     assert [task.schedule_start for task in design.tasks] == [datetime(2026, 2, 1, 7)]
     assert not [note for note in design.notes if "is no date" in note]
+
+
+def test_tasks_of_a_baseline_beside_the_plan_are_said_to_count_like_it(tmp_path: Path) -> None:
+    builder = ModelBuilder()
+    column = builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    for name, kind in (("Plan", "PLANNED"), ("Tender", "BASELINE")):
+        schedule = builder.rooted("IfcWorkSchedule", Name=name, PredefinedType=kind)
+        summary = builder.task(f"all of {name}", [])
+        builder.rooted("IfcRelNests", RelatingObject=summary, RelatedObjects=[builder.task(name, [column])])
+        builder.rooted("IfcRelAssignsToControl", RelatedObjects=[summary], RelatingControl=schedule)
+        notes = [note for note in read_design(builder.write(tmp_path / "m.ifc")).notes if "work schedules" in note]
+    assert len(notes) == 1  # one of a single schedule there was none
+    assert notes[0].startswith(
+        "tasks stand in 2 work schedules (Plan (PLANNED), Tender (BASELINE)): all of them are told"
+    )
+
+
+def test_a_task_with_other_dates_in_each_of_its_schedules_has_no_plan(tmp_path: Path) -> None:
+    builder = ModelBuilder(schema="IFC2X3")
+    column = builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    task = builder.task("pour", [column])
+    (relation,) = builder.file.by_type("IfcRelAssignsTasks")
+    (control,) = builder.file.by_type("IfcScheduleTimeControl")
+    again = builder.rooted("IfcScheduleTimeControl", Name="again", ScheduleStart=control.ScheduleStart)
+    builder.rooted(
+        "IfcRelAssignsTasks", RelatedObjects=[task], RelatingControl=relation.RelatingControl, TimeForTask=again
+    )
+    same = read_design(builder.write(tmp_path / "m.ifc"))
+    assert same.tasks[0].schedule_start == datetime(2026, 2, 1) and not any("pour" in note for note in same.notes)
+    again.ScheduleStart = None
+    other = read_design(builder.write(tmp_path / "m.ifc"))
+    assert other.tasks[0].schedule_start is None
+    assert "task pour: it stands in 2 schedules with other dates in each; it has no plan here" in other.notes
