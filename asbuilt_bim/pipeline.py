@@ -28,11 +28,15 @@ from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.report.document import read_past
+from asbuilt_bim.report.tables import lost_stations
 from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.schedule.tie import with_schedule
 from asbuilt_bim.stations import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.stopwatch import Stopwatch
+
+_NOTHING_OF = "nothing of station"
+"""How a note on stations of an earlier visit begins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +102,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     known, past = 0, read_past(project.history, project.visits[0].date)
     history = reduce(remember, past, EMPTY_HISTORY)
     reports: list[ProgressReport] = []
-    left_out: list[str] = []  # at earlier visits: the last report alone would never say it
+    left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
     pictures: dict[str, bytes] = {}
     for visit in project.visits:
         with watch.step("measure"):
@@ -108,7 +112,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
             revised = revision_notes(past[-1], report) if past else ()
             report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
-            left_out += _left_out(report, visit)
+            names = [station.name for station in visit.stations if station.name not in report.placed]
+            left_out += _left_out(names, visit.date)
             history = remember(history, report)
         progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))
@@ -126,13 +131,21 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     )
 
 
-def _left_out(report: ProgressReport, visit: Visit) -> list[str]:
-    """Return a note for the reports of later visits, where a station of this one counts for nothing."""
-    names = [station.name for station in visit.stations if station.name not in report.placed]
+def _left_out_before(past: Sequence[ProgressReport]) -> list[str]:
+    """Return the notes on stations that visits carried over could not use, their own and those they had from before."""
+    notes: dict[str, None] = {}
+    for report in past:
+        notes |= dict.fromkeys(note for note in report.notes if note.startswith(_NOTHING_OF))
+        notes |= dict.fromkeys(_left_out([row.name for row in lost_stations(report)], report.visit_date))
+    return list(notes)
+
+
+def _left_out(names: Sequence[str], day: date) -> list[str]:
+    """Return a note for the reports of later visits, where stations of a day count for nothing."""
     if not names:
         return []
-    stations = f"station {names[0]}" if len(names) == 1 else f"stations {', '.join(names)}"
-    return [f"nothing of {stations} of the visit of {visit.date.isoformat()} counts here: it could not be used"]
+    stations = f" {names[0]}" if len(names) == 1 else f"s {', '.join(names)}"
+    return [f"{_NOTHING_OF}{stations} of the visit of {day.isoformat()} counts here: it could not be used"]
 
 
 def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:

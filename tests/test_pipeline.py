@@ -160,3 +160,20 @@ def test_a_visit_under_history_is_handed_on_with_the_run(
     again = run_project(last, Workplace(workers=1, cache=cache), Heard())
     assert [report.visit_date for report in again.past] == [project.visits[0].date]
     assert again.reports[0].earlier_visits == (project.visits[0].date,)
+
+
+def test_a_station_left_out_of_a_visit_under_history_is_named_in_every_later_report(
+    project: Project, cache: Cache, tmp_path: Path
+) -> None:
+    first, second = project.visits
+    gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
+    alone = replace(project, visits=(replace(first, stations=(gone, *first.stations[1:])),))
+    place, told = Workplace(workers=1, cache=cache), f"nothing of station {gone.name} of the visit of {first.date}"
+    write_result(run_project(alone, place, Heard()).reports[0], tmp_path / "first.json")
+    then = replace(project, visits=(second,), history=(tmp_path / "first.json",))
+    (later,) = run_project(then, place, Heard()).reports
+    assert [note.startswith(told) for note in later.notes].count(True) == 1
+    write_result(later, tmp_path / "second.json")
+    third = replace(second, date=second.date.replace(month=12))
+    (last,) = run_project(replace(then, visits=(third,), history=(tmp_path / "second.json",)), place, Heard()).reports
+    assert [note.startswith(told) for note in last.notes].count(True) == 1
