@@ -74,7 +74,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*rejections, *placement.rejections, *beside_design(placement, design)),
+        rejections=(*rejections, *placement.rejections, *beside_design(matched, design)),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
     )

@@ -16,8 +16,9 @@ from asbuilt_bim.bim.model import BimModel, DesignFace
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.matches import MatchResult
 from asbuilt_bim.match.score import in_world
-from asbuilt_bim.register.pose import Placement
+from asbuilt_bim.register.pose import PlacedStation
 
 REACH_M = 0.6
 """Moves looked for. Further off, columns of one grid are taken for each other."""
@@ -47,16 +48,17 @@ class _Votes:
         return int(np.argmin(np.abs(self.offsets_m - self.normals @ move_m)))
 
 
-def beside_design(placement: Placement, design: BimModel) -> tuple[Rejection, ...]:
-    """Return one rejection, of the survey, where everything lies beside the design the same way; empty where not."""
-    votes = _votes(placement, design)
-    if not votes:
-        return ()
-    level, fit, fit_unmoved = _level_move(votes)
-    rise, more = _rise(votes, level)
+def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...]:
+    """Return one rejection, of the survey, where everything lies beside the design; empty where not.
+
+    The same way: with the move. Each its own way, so that not one face fits: photos, survey and design of two sites.
+    """
+    votes = _votes(matched.stations, design)
+    level, fit, fit_unmoved = _level_move(votes) if votes else (np.zeros(2), 0, 0)
+    rise, more = _rise(votes, level) if votes else (0.0, 0)
     moved = np.append(level, rise)
     if not moved.any():
-        return ()
+        return _nothing_fits(matched)
     told = ", ".join(f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", moved, strict=True) if abs(part) >= 0.005)
     fits = f"{fit} of {len(votes)} faces lie on it when moved back, {fit_unmoved} as they are"
     if not level.any():
@@ -70,7 +72,15 @@ def beside_design(placement: Placement, design: BimModel) -> tuple[Rejection, ..
     )
 
 
-def _votes(placement: Placement, design: BimModel) -> list[_Votes]:
+def _nothing_fits(matched: MatchResult) -> tuple[Rejection, ...]:
+    count = sum(len(placed.measurement.faces) for placed in matched.stations)
+    if matched.matches or count < LEAST_MORE:
+        return ()
+    remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
+    return (Rejection(what="survey", reason=f"none of {count} measured faces fits the design", remedy=remedy),)
+
+
+def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:
     faces = [face for element in design.elements for face in element.faces if _is_upright(face)]
     if not faces:
         return []
@@ -81,7 +91,7 @@ def _votes(placement: Placement, design: BimModel) -> list[_Votes]:
     low, high = (np.array([getattr(ring, end)(axis=0) for ring in rings]) for end in ("min", "max"))
     heights = np.array([_ends(f.from_uv(ring)) for f, ring in zip(frames, rings, strict=True)])
     votes = []
-    for placed in placement.stations:
+    for placed in stations:
         for measured in placed.measurement.faces:
             seen = in_world(measured, placed.pose)
             if not isinstance(seen.frame, PlaneFrame) or abs(seen.frame.normal[2]) > UPRIGHT or not seen.outline:

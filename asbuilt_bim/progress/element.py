@@ -52,7 +52,8 @@ def progress_of(
     built, opened, conflict = (float(np.sum(one)) for one in (cells.built, cells.open, cells.conflict))
     least, most = float(cells.least.sum()), float(cells.most.sum())
     completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
-    state, why = _state(cells, element.height_m, completion, options)
+    area, sigma = _as_built(surfaces)
+    state, why = _state(cells, element.height_m, completion, options, is_measured=area is not None)
     stations = sorted({name for surface in surfaces for name in surface.stations})
     if not stations and state != "complete" and completion.best is not None:
         # what was open when it was last seen is forgotten, since it may have been built: what is left isn't all of it
@@ -67,7 +68,6 @@ def progress_of(
         notes.append(f"{conflict:.0f} cells are seen built from one side and open from another: look at the pictures")
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
-    area, sigma = _as_built(surfaces)
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)
     tilts = [surface.tilt_rad for surface in surfaces if surface.tilt_rad is not None]
     return ElementProgress(
@@ -134,11 +134,12 @@ def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | N
 
 
 def _state(
-    cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions
+    cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions, *, is_measured: bool
 ) -> tuple[State, list[str]]:
     """Name the state, and say why where it isn't plain.
 
-    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built. "Not started" needs the
+    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built, and of an element that
+    was seen by less than half a face that was measured on it: something else may stand there. "Not started" needs the
     foot seen open; where half was seen, starter bars may hide the foot, but no more than they do. What lies between
     stays unknown in the bounds either way. Nothing has started where no more than a kicker, one whole cell, is sure to
     be built.
@@ -149,7 +150,11 @@ def _state(
     seen = f"{completion.coverage:.0%} of it was seen"
     if best >= options.complete_from:
         if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
-            return "complete", [] if completion.coverage >= options.enough_coverage else [f"{seen}, up to its top"]
+            if completion.coverage >= options.enough_coverage:
+                return "complete", []
+            if is_measured:
+                return "complete", [f"{seen}, up to its top"]
+            return "unknown", [f"{seen}, up to its top, but no face that was measured fits it"]
         return "unknown", [f"{seen}, and that is built; its top was not seen"]
     if best <= options.not_started_to or cells.least.sum() <= 1.0:
         near_foot = float(np.min(cells.height, where=cells.open, initial=1.0)) * height_m <= options.starter_bars_m

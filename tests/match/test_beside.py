@@ -12,7 +12,9 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.beside import beside_design
+from asbuilt_bim.match.options import MatchOptions
 from tests.match.small_site import box, element, looking, measured, model, placement, station
 
 POSE = looking([2.0, -6.0, 1.6], [2.0, 0.0, 1.4])
@@ -40,7 +42,8 @@ def told(
             width = float(np.ptp(face.rings_uv_m[0][0][:, 0]))
             name = f"A1/{number}{index}"
             seen.append(measured(name, POSE, frame, polygon.box(0.0, 0.0, width, 3.0 - cut_m)))
-    return beside_design(placement(station("A1", POSE, SHAPES, seen)), model(SITE))
+    placed = placement(station("A1", POSE, SHAPES, seen))
+    return beside_design(match_faces(placed, model(SITE), MatchOptions()), model(SITE))
 
 
 @pytest.mark.parametrize(
@@ -81,3 +84,9 @@ def test_along_walls_of_one_direction_no_move_is_made_up() -> None:
     assert told((0.30, 0.0, 0.0), faces=(0, 2)) == ()
     (warning,) = told((0.30, 0.10, 0.0), faces=(0, 2))
     assert "by +0.10 m in y;" in warning.reason
+
+
+def test_photos_of_another_site_fit_nothing_and_are_named() -> None:
+    own = [(0.3 * n, 2.0 - 0.7 * n, 0.0) for n in range(6)]
+    (warning,) = told((0.0, 0.0, 0.0), own=own, faces=(0,))
+    assert "none of 6 measured faces fits the design" in warning.reason

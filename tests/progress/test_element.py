@@ -67,8 +67,15 @@ def test_a_column_of_which_only_the_foot_was_seen_is_not_called_complete() -> No
 
 
 def test_a_column_whose_top_was_seen_built_is_complete() -> None:
-    one = progress(says(0, built=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    top = replace(says(0, built=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN), as_built_area_m2=0.4)
+    one = progress(top, of=COLUMN)
     assert one.state == "complete" and one.completion.lower == pytest.approx(1 / 3, abs=0.02)
+
+
+def test_a_top_that_something_else_may_be_since_no_measured_face_fits_it_leaves_a_column_unknown() -> None:
+    one = progress(says(0, built=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert one.state == "unknown" and any("no face that was measured fits it" in note for note in one.notes)
+    assert progress(says(0, built=polygon.box(0, 0.0, 0.4, 3.0), of=COLUMN), of=COLUMN).state == "complete"
 
 
 def test_a_column_of_which_only_the_top_is_seen_open_is_not_called_not_started() -> None:
