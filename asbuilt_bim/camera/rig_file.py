@@ -84,13 +84,14 @@ def rig_problems(rig: StereoRig) -> list[str]:
             problems.append(f"{side}: K and distortion must be finite numbers")
             continue
         fx, fy, longest = camera.K[0, 0], camera.K[1, 1], max(camera.width_px, camera.height_px)
-        if not (0.2 * longest < fx < 20 * longest and 0.8 < fx / fy < 1.25):
+        fits = 0.2 * longest < fx < 20 * longest and 0.8 * fy < fx < 1.25 * fy
+        if not fits:
             problems.append(f"{side}.K: focal lengths {fx:.1f}, {fy:.1f} px don't fit a picture {longest} px long")
         if not (0 <= camera.K[0, 2] < camera.width_px and 0 <= camera.K[1, 2] < camera.height_px):
             problems.append(f"{side}.K: the principal point lies outside the picture")
         if abs(camera.K[0, 1]) + abs(camera.K[1, 0]) + np.abs(camera.K[2] - [0.0, 0.0, 1.0]).sum() > 1e-9:
             problems.append(f"{side}.K: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
-        elif _folded(camera):
+        elif fits and _folded(camera):
             problems.append(
                 f"{side}.distortion: the lens folds back inside the picture, so its border has no direction; calibrate "
                 "with boards or points out to the corners of the frame, or another model of lens"

@@ -176,6 +176,14 @@ def test_a_rig_made_in_python_is_refused_where_its_file_would_be(change: dict[st
         checked_rig(replace(full_rig(), **change))
 
 
+@pytest.mark.parametrize("focal", [0.0, -0.0, 1e-320, -1000.0])
+def test_a_focal_length_that_none_is_is_refused_without_a_warning_of_numpys(focal: float) -> None:
+    bad = np.array(rig().left.K)
+    bad[1, 1] = focal
+    with pytest.raises(RigError, match=r"left\.K: focal lengths .* don't fit a picture"):
+        checked_rig(replace(full_rig(), left=replace(rig().left, K=bad)))
+
+
 def test_a_rig_made_of_lists_and_numpys_numbers_is_the_same_rig() -> None:
     one = full_rig()
     left = replace(one.left, K=one.left.K.tolist(), width_px=np.int64(one.left.width_px))
