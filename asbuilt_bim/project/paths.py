@@ -88,11 +88,16 @@ class PathChecker:
             return {}
         key = re.compile("(.*)".join(re.escape(part) for part in name.split("*")), re.IGNORECASE)
         files = sorted(base.iterdir()) if base.is_dir() else []
-        found = {m.groups(): f for f in files if (m := key.fullmatch(f.name)) and f.is_file()}
+        found: dict[str, Path] = {}
+        for file in files:
+            if not (fitting := key.fullmatch(file.name)) or not file.is_file():
+                continue
+            first = found.setdefault("\0".join(fitting.groups()).casefold(), file)
+            if first != file:
+                self.problems.add(where, f"{first.name} and {file.name} differ in capitals alone; keep one of them")
         if not found:
             self.problems.add(where, f"'{pattern}': no file fits it in {base}")
-        inside = {k: f for k, f in found.items() if self._inside(f, where, f.name)}
-        return {"\0".join(k).casefold(): f for k, f in inside.items()}
+        return {name: file for name, file in found.items() if self._inside(file, where, file.name)}
 
     def _join(self, text: str, where: str) -> Path:
         if "\0" in text:
