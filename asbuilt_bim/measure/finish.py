@@ -69,7 +69,7 @@ def finish_face(
         distance_m=float(np.linalg.norm(centroid)),
         cut_by_frame=seen.cut_by_frame,
         occluded=seen.occluded,
-        open_edge=is_notched(settled.outline)
+        open_edge=is_notched(bench, settled.outline, settled.q_px)
         or is_open(bench, settled.outline, settled.q_px, settled.draft.piece, float(min(sides))),
         flatness_rms_m=_flatness(bench, settled),
         instance=settled.draft.instance,

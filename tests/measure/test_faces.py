@@ -175,6 +175,6 @@ def test_the_thumbnail_is_a_jpeg_without_exif() -> None:
 
 
 def test_no_face_that_a_mask_alone_draws_inwards_is_called_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("asbuilt_bim.measure.finish.is_notched", lambda outline: True)
+    monkeypatch.setattr("asbuilt_bim.measure.finish.is_notched", lambda *of_face: True)
     faces = [face for face in measured(site()[1]).faces if isinstance(face.frame, PlaneFrame)]
     assert faces and all(face.open_edge and not face.whole for face in faces)
