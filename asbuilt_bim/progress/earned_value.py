@@ -10,6 +10,8 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import SHARE_DECIMALS, Completion, CostProgress, ElementProgress
 from asbuilt_bim.progress.rollup import weighted, with_unmeasured
 
+_NOTHING = Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
+
 
 def cost_progress(
     line: CostLine,
@@ -22,11 +24,16 @@ def cost_progress(
     The lower bound is the certificate's: what wasn't seen is not paid. What else the line pays for is never seen.
     """
     known = [key for key in line.elements if key in elements]
-    completion = line_completion(line, [design[key] for key in known], [elements[key] for key in known], options)
-    return earned(line, completion)
+    weights = [_weight(line, design[key]) for key in known]
+    others = line.others + len(line.elements) - len(known)
+    measured = _measured_share(line, weights, others)
+    seen = weighted([elements[key] for key in known], weights, options) if known else _NOTHING
+    total = sum(weights)
+    parts = {key: measured * weight / total for key, weight in zip(known, weights, strict=True)} if total > 0.0 else {}
+    return earned(line, with_unmeasured(seen, measured), parts)
 
 
-def earned(line: CostLine, completion: Completion) -> CostProgress:
+def earned(line: CostLine, completion: Completion, parts: Mapping[str, float]) -> CostProgress:
     """Return what a completion earns of a cost line, in cents; from the shares as the result holds them.
 
     A sheet that calculates with what it shows then comes to the same cent.
@@ -51,18 +58,8 @@ def earned(line: CostLine, completion: Completion) -> CostProgress:
         as_built_lower=lower,
         earned_best=None if as_built is None else cents(as_built * line.rate),
         earned_lower=cents(lower * line.rate),
+        parts=dict(parts),
     )
-
-
-def line_completion(
-    line: CostLine, members: Sequence[BimElement], progress: Sequence[ElementProgress], options: ProgressOptions
-) -> Completion:
-    """Return the completion of what a line pays for, weighted by what its measure says."""
-    if not members:
-        return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
-    weights = [_weight(line, element) for element in members]
-    others = line.others + len(line.elements) - len(members)
-    return with_unmeasured(weighted(progress, weights, options), _measured_share(line, weights, others))
 
 
 def _measured_share(line: CostLine, weights: Sequence[float], others: int) -> float:

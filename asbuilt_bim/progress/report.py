@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Literal
 
@@ -123,6 +123,7 @@ class CostProgress:
     earned_lower: float  # in cents
     schedule: str = ""  # the cost schedule that it stands in
     others: int = 0  # building elements that it pays for, too, and that are not measured here
+    parts: dict[str, float] = field(default_factory=dict)  # by GlobalId: an element's share of the planned quantity
 
     @property
     def planned_value(self) -> float:

@@ -116,6 +116,7 @@ TERMS = {
     "currency": "Currency, empty where the file doesn't say.",
     "as_built_best": "Planned quantity x best completion; null where unknown.",
     "as_built_lower": "Planned quantity x lower bound.",
+    "CostProgress.parts": "By GlobalId: each element's share (0..1) of the planned quantity, by the line's measure.",
     "earned_best": "Rate x as-built quantity, best, to the cent; null where unknown.",
     "earned_lower": "Rate x as-built quantity, lower bound, to the cent.",
     "face_id": "Id of the design face: GlobalId and a digest of its geometry.",

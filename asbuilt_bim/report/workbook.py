@@ -11,11 +11,21 @@ from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import GroupProgress, ProgressReport
+from asbuilt_bim.report.cost_groups import NO_CURRENCY
+from asbuilt_bim.report.cost_parts import CostPart, cost_parts
 from asbuilt_bim.report.sheet import Cell, Column, Styles, finish_table, page_setup, write_cell, write_head, write_row
-from asbuilt_bim.report.tables import ElementRow, StationRow, element_rows, group_rows, station_rows
+from asbuilt_bim.report.tables import (
+    NO_STOREY,
+    ElementRow,
+    StationRow,
+    element_rows,
+    group_rows,
+    station_rows,
+    storey_names,
+)
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording import plain
-from asbuilt_bim.report.workbook_columns import COST, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
+from asbuilt_bim.report.workbook_columns import COST, COST_PARTS, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
 from asbuilt_bim.report.workbook_cost import write_cost
 
 
@@ -44,6 +54,8 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     _summary(book.add_worksheet("Summary"), report, styles)
     _table(book.add_worksheet("Elements"), ELEMENTS, [_element(row) for row in element_rows(report)], styles, keep=4)
     write_cost(book.add_worksheet("Cost"), report, styles)
+    parts = [_part(one, storey_names(report)) for one in cost_parts(report)]
+    _table(book.add_worksheet("Cost by element"), COST_PARTS, parts, styles, keep=3)
     _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
     _table(book.add_worksheet("Late"), LATE, [_late(row) for row in late_rows(report)], styles, keep=2)
     _table(book.add_worksheet("Stations"), STATIONS, [_station(row) for row in station_rows(report)], styles, keep=1)
@@ -96,6 +108,25 @@ def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[StationRow], 
             row += 1
             write_cell(sheet, row, 0, str(reason), "text", styles)
     return row + 2
+
+
+def _part(part: CostPart, storeys: dict[str, str]) -> tuple[Cell, ...]:
+    """Lay out an element's part of a cost line."""
+    element, line = part.element, part.line
+    return (
+        line.identification,
+        line.name,
+        element.name,
+        element.global_id,
+        storeys.get(element.storey, NO_STOREY),
+        element.state,
+        line.unit,
+        part.planned_quantity,
+        element.completion.lower,
+        part.as_built_lower,
+        part.earned_lower,
+        line.currency or NO_CURRENCY,
+    )
 
 
 def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
@@ -189,7 +220,14 @@ def _station(row: StationRow) -> tuple[Cell, ...]:
 def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     """Explain every column."""
     write_head(sheet, 0, NOTES, styles)
-    tables = (("Summary", STOREYS), ("Elements", ELEMENTS), ("Cost", COST), ("Tasks", TASKS), ("Late", LATE))
+    tables = (
+        ("Summary", STOREYS),
+        ("Elements", ELEMENTS),
+        ("Cost", COST),
+        ("Cost by element", COST_PARTS),
+        ("Tasks", TASKS),
+        ("Late", LATE),
+    )
     every = (*tables, ("Stations", STATIONS))
     rows: list[tuple[Cell, ...]] = [(name, c.heading, c.meaning) for name, columns in every for c in columns]
     rows += [("Tasks", "", plan_words(report)), ("Late", "", late_words(report))] if report.tasks else []

@@ -83,6 +83,21 @@ COST = (
     _column("Not measured", "count", 10, "What else the line pays for: it isn't measured here, and counts as unknown."),
 )
 
+COST_PARTS = (
+    _column("Identification", "text", 14, "Identification of the cost line."),
+    _column("Cost line", "text", 34, "The line's name."),
+    _column("Element", "text", 24, "An element that the line pays for."),
+    _column("GlobalId", "text", 26, "The element's GlobalId."),
+    _column("Storey", "text", 18, "The element's storey."),
+    _column("State", "text", 13, "The element's state."),
+    _column("Unit", "text", 7, "The line's own unit."),
+    _column("Planned quantity", "quantity", 12, "The element's part of the line's, by what the line measures."),
+    _column("Completion lower", "percent", 12, f"The element's. {_LOWER}"),
+    _column("As-built quantity lower", "quantity", 13, "= planned quantity x completion lower."),
+    _column("Earned value lower", "money", 14, "That x rate. Parts add up to their line before it is rounded."),
+    _column("Currency", "text", 10, "Currency of the value."),
+)
+
 TASKS = (
     _column("Task", "text", 34, "Task of the work schedule."),
     _column("Planned start", "date", 12, "Planned start."),

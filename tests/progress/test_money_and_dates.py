@@ -115,6 +115,15 @@ def test_a_slab_on_a_line_takes_what_the_plan_holds_beyond_the_measured_elements
     assert litres.as_built_lower == pytest.approx(1000.0 * column_m3)
 
 
+def test_the_parts_of_a_lines_elements_add_up_to_what_it_earned_for_certain() -> None:
+    told = report(line("A", "B", "C", planned=3.0), replace(line("A", "B", planned=30.0), others=1))
+    lower = {element.global_id: element.completion.lower for element in told.elements}
+    for cost in told.cost_lines:
+        parts = sum(share * cost.planned_quantity * lower[key] for key, share in cost.parts.items())
+        assert parts == pytest.approx(cost.as_built_lower) and parts > 0.0
+    assert [sum(cost.parts.values()) for cost in told.cost_lines][0] == pytest.approx(1.0)
+
+
 def test_of_a_line_with_little_planned_the_measured_elements_earn_no_more_than_their_number() -> None:
     (cost,) = report(replace(line("A", planned=1.0), others=1)).cost_lines
     assert cost.as_built_lower == pytest.approx(0.5)

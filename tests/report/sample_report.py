@@ -325,6 +325,7 @@ def _cost_line(
         as_built_lower=completion.lower * quantity,
         earned_best=None if best is None else cents(best * rate),
         earned_lower=cents(completion.lower * quantity * rate),
+        parts={e.global_id: 1.0 / len(of) for e in of},
     )
 
 

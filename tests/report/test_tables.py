@@ -88,6 +88,19 @@ def test_cached_values_are_what_the_formulas_give():
     assert checked == 4
 
 
+def test_each_element_of_each_cost_line_is_listed_with_what_it_brings():
+    report = sample_report()
+    rows = list(book(values=True)["Cost by element"].iter_rows(min_row=2, values_only=True))
+    assert len(rows) == sum(len(line.elements) for line in report.cost_lines)
+    one = report.cost_lines[0]
+    own = [row for row in rows if row[0] == one.identification]
+    assert sum(row[7] for row in own) == pytest.approx(one.planned_quantity)
+    for row in own:
+        (element,) = (e for e in report.elements if e.global_id == row[3])
+        assert row[9] == pytest.approx(element.completion.lower * one.planned_quantity / len(one.elements))
+        assert row[10] == pytest.approx(row[9] * one.rate)
+
+
 def test_the_money_of_the_lines_adds_up_to_the_total_to_the_cent_on_page_and_in_workbook():
     report = sample_report()
     thirds = [replace(line, planned_quantity=1.0, rate=0.335, earned_best=0.34, earned_lower=0.34, currency="EUR")
@@ -163,6 +176,7 @@ def test_a_report_without_cost_lines_tasks_and_stations_makes_a_workbook(tmp_pat
         "Summary",
         "Elements",
         "Cost",
+        "Cost by element",
         "Tasks",
         "Late",
         "Stations",
@@ -173,7 +187,7 @@ def test_a_report_without_cost_lines_tasks_and_stations_makes_a_workbook(tmp_pat
 def test_every_column_is_explained_on_the_notes_sheet():
     workbook = book()
     explained = {(r[0].value, r[1].value) for r in workbook["Notes"].iter_rows(min_row=2) if r[2].value}
-    for name in ("Elements", "Cost", "Tasks", "Stations"):
+    for name in ("Elements", "Cost", "Cost by element", "Tasks", "Stations"):
         assert {(name, cell.value) for cell in workbook[name][1]} <= explained
 
 
