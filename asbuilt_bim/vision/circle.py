@@ -96,6 +96,21 @@ def fit_circle(
     )
 
 
+def between(one: SpaceCircle, other: SpaceCircle, share: float) -> SpaceCircle:
+    """Return the circle between two of nearly the same place, `share` of the way to the other, whose lean it keeps.
+
+    Both saw the same photos: it isn't taken for surer than they are.
+    """
+    near = 1.0 - share
+    return replace(
+        other,
+        centre_px=frozen(near * one.centre_px + share * other.centre_px),
+        disparity_px=near * one.disparity_px + share * other.disparity_px,
+        radius_m=one.radius_m**near * other.radius_m**share,
+        covariance=frozen(near * one.covariance + share * other.covariance),
+    )
+
+
 def guessed_circles(
     ellipse: Ellipse, disparity_px: float, radius_m: float, camera: RectifiedCamera
 ) -> tuple[SpaceCircle, ...]:

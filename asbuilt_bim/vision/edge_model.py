@@ -97,14 +97,15 @@ def straightened(blur_px: float, bend: FloatArray | float) -> FloatArray | float
     return 0.5 * blur_px**2 * np.minimum(bend, _MOST_BENT / blur_px)
 
 
-def likely_blur(profiles: list[FloatArray]) -> float:
+def likely_blur(profiles: list[FloatArray], gamma: float = DISPLAY_GAMMA) -> float:
     """Return the blur (px) with which edges fit the profiles (N, S, 3) of all photos best.
 
-    It must be right to a tenth: a third of a pixel off moves an edge between dark and bright by a fifth.
+    It must be right to a tenth: a third of a pixel off moves an edge between dark and bright by a fifth. `gamma` is as
+    in `linear_light`.
     """
     costs = np.zeros(len(_BLURS_PX))
     for some in profiles:
-        shifts, ends, middle = some.shape[1] // 3, _ends_of(some), np.zeros(1)
+        shifts, ends, middle = some.shape[1] // 3, _ends_of(some, gamma), np.zeros(1)
         each = np.stack([_compared(some, ends, shifts, float(blur), middle)[1].min(axis=1) for blur in _BLURS_PX])
         # on a cover, or between two reds, any blur fits
         has_edge = ends.contrast > _TWO_SIDES
@@ -114,6 +115,17 @@ def likely_blur(profiles: list[FloatArray]) -> float:
     before, at, after = np.log(costs[best - 1 : best + 2] + 1e-9)
     aside = 0.5 * (before - after) / max(before - 2.0 * at + after, 1e-9)
     return float(_BLURS_PX[best] * 1.25 ** np.clip(aside, -1.0, 1.0))
+
+
+def misfits(profiles: FloatArray, blur_px: float, gamma: float) -> FloatArray:
+    """Return the mean square (N,) by which profiles (N, S, 3) miss the edges that fit them best, wherever these lie.
+
+    NaN where both ends show one colour. `gamma` is as in `linear_light`.
+    """
+    ends = _ends_of(profiles, gamma)
+    fits, cost = _compared(profiles, ends, profiles.shape[1] // 3, blur_px, np.zeros(1))
+    apart = profiles - fits[np.arange(len(fits)), np.argmin(cost, axis=1)].transpose(0, 2, 1)
+    return np.where(ends.contrast > _TWO_SIDES, np.mean(np.square(apart), axis=(1, 2)), np.nan)
 
 
 def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArray, reach_px: float) -> FloatArray:
@@ -129,22 +141,24 @@ def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArra
 class _Ends:
     """What N profiles (N, S, 3) show at their ends, `count` samples each: linear colours (N, 3) of both sides.
 
-    `uneven` (N, 3) is what the planes differ by there, `contrast` (N,) what both sides do.
+    `uneven` (N, 3) is what the planes differ by there, `contrast` (N,) what both sides do. With a `gamma` of 1 grey
+    levels count as light.
     """
 
     count: int
+    gamma: float
     inside: FloatArray
     outside: FloatArray
     uneven: FloatArray
     contrast: FloatArray
 
 
-def _ends_of(profiles: FloatArray) -> _Ends:
+def _ends_of(profiles: FloatArray, gamma: float = DISPLAY_GAMMA) -> _Ends:
     count = max(2, profiles.shape[1] // 4)
     first, last = profiles[:, :count], profiles[:, -count:]
     inside, outside = first.mean(axis=1), last.mean(axis=1)
     return _Ends(
-        count=count, inside=linear_light(inside), outside=linear_light(outside),
+        count=count, gamma=gamma, inside=linear_light(inside, gamma), outside=linear_light(outside, gamma),
         uneven=first.var(axis=1) + last.var(axis=1), contrast=np.linalg.norm(inside - outside, axis=1),
     )  # fmt: skip
 
@@ -155,19 +169,19 @@ def _compared(
     """Return the edge at every place, as windows (N, K, 3, S), and how far (N, K) each is from the profiles."""
     count = profiles.shape[1]
     one, other = _unmixed(ends, count // 2, blur_px, about_px)
-    edge = _edge_between(one, other, count // 2 + shifts, blur_px)
+    edge = _edge_between(one, other, count // 2 + shifts, blur_px, ends.gamma)
     windows = np.lib.stride_tricks.sliding_window_view(edge, count, axis=1)[:, ::-1]
     apart = profiles.transpose(0, 2, 1)[:, None] - windows
     cost = np.einsum("nkc,nc->nk", np.einsum("nkcs,nkcs->nkc", apart, apart), 1.0 / (_NOISE**2 + ends.uneven))
     return windows, cost
 
 
-def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float) -> FloatArray:
+def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float, gamma: float) -> FloatArray:
     """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
     pad = int(_KERNEL_END * COLOUR_BLUR_PX / _STEP_PX)
     share = share_of_inside(steps + pad, 1.0, blur_px)
     light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
-    planes = _shown(light)
+    planes = _shown(light, gamma)
     inner = slice(pad, -pad)
     brightness = _bell(steps + pad, _BETWEEN_PIXELS_PX)[inner] @ planes[..., :1]
     return np.concatenate([brightness, _bell(steps + pad, COLOUR_BLUR_PX)[inner] @ planes[..., 1:]], axis=-1)
@@ -215,7 +229,7 @@ def linear_light(planes: FloatArray, gamma: float = DISPLAY_GAMMA) -> FloatArray
     return np.asarray(np.clip(bgr, 0.0, 1.0), dtype=np.float64) ** gamma
 
 
-def _shown(light: FloatArray) -> FloatArray:
+def _shown(light: FloatArray, gamma: float) -> FloatArray:
     """Return the colour planes of linear light (N, S, 3)."""
-    shown = np.clip(light, 0.0, 1.0).astype(np.float32) ** np.float32(1.0 / DISPLAY_GAMMA)
+    shown = np.clip(light, 0.0, 1.0).astype(np.float32) ** np.float32(1.0 / gamma)
     return np.asarray(cv2.cvtColor(shown, cv2.COLOR_BGR2YCrCb), dtype=np.float64)

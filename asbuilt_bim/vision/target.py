@@ -85,7 +85,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         chosen = max(sure, key=lambda p: p.circle.disparity_px) if sure else likely[0]
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
-        target = refined(looked_at_again(chosen, pair.camera, told_m))
+        target = refined(looked_at_again(chosen, pair.camera, told_m), pair.camera, told_m)
         return _sighting(target, pair.camera, options), (*doubt(pair, target, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
     if wrong_size:
@@ -111,7 +111,7 @@ def _likely(found: list[Pairing], options: TargetOptions) -> list[tuple[float, P
 
 def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -> TargetSighting:
     ellipse, diameter_m = found.left.ellipse, 2.0 * found.circle.radius_m
-    circle = sharpened(found.circle, options)
+    circle = sharpened(found.circle, options, found.lean_px(options) / ellipse.major_px)
     disparity = circle.disparity_px
     depth = camera.f_px * camera.baseline_m / disparity
     ray = np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]), camera.f_px]) / camera.f_px

@@ -63,11 +63,15 @@ class Pairing:
     circle: SpaceCircle
     blur_px: float = 0.0
     second: SpaceCircle | None = None  # of the second look, where there was one (`target_refined`)
+    levels: SpaceCircle | None = None  # and where that took the blur for one of grey levels
 
     def disparity_sigma_px(self, circle: SpaceCircle, options: TargetOptions) -> float:
         """Return how sure a circle's disparity is: its outlines' scatter, and what no scatter shows."""
-        lean_px = options.blur_bias_per_px * self.blur_px**2
-        return float(np.sqrt(circle.covariance[2, 2] + options.bias_sigma_px**2 + lean_px**2))
+        return float(np.sqrt(circle.covariance[2, 2] + options.bias_sigma_px**2 + self.lean_px(options) ** 2))
+
+    def lean_px(self, options: TargetOptions) -> float:
+        """Return by how much what is behind leans on the outlines, which no scatter shows."""
+        return options.blur_bias_per_px * self.blur_px**2
 
     def has_about(self, left: Ellipse, right: Ellipse) -> bool:
         """Say whether both outlines are nearly these: followed, they would lead here."""
@@ -219,17 +223,18 @@ def size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
     return abs(diameter - options.diameter_m) <= options.diameter_tolerance * options.diameter_m + unsure
 
 
-def sharpened(circle: SpaceCircle, options: TargetOptions) -> SpaceCircle:
+def sharpened(circle: SpaceCircle, options: TargetOptions, lean: float = 0.0) -> SpaceCircle:
     """Return a circle that takes the told diameter for what it is: one more observation of what the outlines show.
 
     It weighs little where they are sharp; in dusk or far away it halves what the distance errs by. A diameter that is
-    in doubt isn't used: then the disc is another, or the rig was knocked, and the photos speak for themselves.
+    in doubt isn't used: then the disc is another, or the rig was knocked, and the photos speak for themselves. An
+    outline that may `lean` all round, relative to the radius, says as much less of how far away that size is.
     Reference: Kalman 1960, for one observation.
     """
     if options.diameter_m is None or in_doubt(circle, options):
         return circle
     spread = circle.covariance[:, 3]
-    gain = spread / (spread[3] + _MADE_TO**2)
+    gain = spread / (spread[3] + _MADE_TO**2 + lean**2)
     change = gain * np.log(0.5 * options.diameter_m / circle.radius_m)
     return replace(
         circle,

@@ -1,12 +1,12 @@
 """The target's circle where the lens is out of focus: two ways to place its outline, that err apart, and their mean.
 
 `edge_model` takes what is behind a disc for one colour at each edge, `soft_edges` for unknown. Before what changes
-within a blur's reach the first errs with it, the second by noise; each is as good as the other on average (rms 0.33 %
-of the distance on 199 blurred development pairs), and their mean is better than either.
+within a blur's reach the first errs with it, the second by noise: by 0.35 and 0.28 % of the distance on 218
+development discs whose light was blurred (rms, correlation 0.5). Of their mean the second makes 70 %.
 
 Both take it that light was blurred. A resampler, a noise filter or a viewer that saves a copy blurs grey levels: a disc
-before something brighter then comes out too large. So a second look that is off the told size takes the blur for one of
-grey levels too, and keeps what comes nearer.
+before something brighter then comes out too large, or too near. So the second look takes the blur for either kind, and
+each circle counts by how likely its kind is (`blur_kind`).
 """
 
 from __future__ import annotations
@@ -17,43 +17,49 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import frozen
-from asbuilt_bim.vision.circle import SpaceCircle, outlines_of
-from asbuilt_bim.vision.disc import FIRST_SUPPORT, followed
-from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX
+from asbuilt_bim.vision.blur_kind import GREY_LEVELS, off, share_of_levels, spread
+from asbuilt_bim.vision.circle import SpaceCircle, between, outlines_of
+from asbuilt_bim.vision.disc import FIRST_SUPPORT, followed, some_profiles
+from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX, likely_blur
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target_odds import SURE_ODDS, log_odds
-from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, circle_of, diameter_sigma, size_fits
+from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, circle_of, size_fits
 
 _ROUNDS = 3
 _SLACK = 2.0
 """Of the outline that was found: within less its own points are the only ones left, and it stays where it is."""
-_GREY_LEVELS = 1.0  # gamma
-_SIZE_SPREAD, _SCATTER_SHOWN = 0.0093, 0.5
-"""Of the told diameter: what a second look's differs from it by, rms of 215 blurred development discs. It grows with
-the size's own sigma, by half of it: 26 of which that is 1.5 % and more differ by 1.3 %, where it is 2.3."""
-_MOST_OFF = 3.0  # of these spreads
+_SECONDS_SHARE = 0.7
+_MOST_OFF = 3.0  # of a second look's usual spreads
 
 
 def looked_at_again(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pairing:
     """Return a pairing with its second look, where it is worth one and follows a circle; as it is where not.
 
-    Of 44 development discs whose grey levels were blurred 28 are taken so, and 14 of 235 whose light was: of the first
-    the distance errs by 0.26 % then (rms) and not 0.54, of the others by 0.43 and not 0.41.
+    A look that is off the told size by more than its usual spread takes the blur for one of grey levels, too.
     """
-    if not _is_soft(found) or found.second is not None:
+    if not _is_soft(found) or found.second is not None or found.levels is not None:
         return found
     light = _second_circle(found, camera, DISPLAY_GAMMA)
-    if told_m is None or (light is not None and _off(light, told_m) <= _spread(light, told_m)):
+    if told_m is None or (light is not None and off(light, told_m) <= spread(light, told_m)):
         return replace(found, second=light)
-    levels = _second_circle(found, camera, _GREY_LEVELS)
-    if levels is not None and (light is None or _off(levels, told_m) < _off(light, told_m)):
-        return replace(found, second=levels)
-    return replace(found, second=light)
+    return replace(found, second=light, levels=_of_levels(found, light, camera))
 
 
-def refined(found: Pairing) -> Pairing:
-    """Return a pairing with the mean of both looks' circles; as it is where there was no second one."""
-    return found if found.second is None else replace(found, circle=_mean(found.circle, found.second))
+def refined(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pairing:
+    """Return a pairing with the mean of both looks' circles; as it is where there was no second one.
+
+    Where no size is told nothing says which kind the blur is, and it is taken for light's.
+    """
+    light, levels = found.second, found.levels
+    if light is None:
+        return found if levels is None else replace(found, circle=between(found.circle, levels, 0.5))
+    of_light = between(found.circle, light, _SECONDS_SHARE)
+    if told_m is not None and levels is None:
+        levels = _of_levels(found, light, camera)
+    if told_m is None or levels is None:
+        return replace(found, circle=of_light)
+    share = share_of_levels(found, light, levels, camera, told_m)
+    return replace(found, circle=_either(of_light, levels, share))
 
 
 def stands(found: Pairing, options: TargetOptions) -> bool:
@@ -65,15 +71,26 @@ def stands(found: Pairing, options: TargetOptions) -> bool:
     """
     if not _is_soft(found):
         return True
-    if found.second is None or not size_fits(found.second, options):
+    second = _nearer(found, options.diameter_m)
+    if second is None or not size_fits(second, options):
         return False
     if options.diameter_m is None or log_odds(found, None) > SURE_ODDS:
         return True
-    return _off(found.second, options.diameter_m) <= _MOST_OFF * _spread(found.second, options.diameter_m)
+    return off(second, options.diameter_m) <= _MOST_OFF * spread(second, options.diameter_m)
+
+
+def _of_levels(found: Pairing, light: SpaceCircle | None, camera: RectifiedCamera) -> SpaceCircle | None:
+    """Return the second look's circle where grey levels were blurred; how much they were isn't what light would be."""
+    guides = outlines_of(light or found.circle, camera)
+    if guides[0] is None or guides[1] is None:
+        return None
+    patches = (found.left.patch, found.right.patch)
+    profiles = [some_profiles(patch, e, found.blur_px) for patch, e in zip(patches, guides, strict=True) if e]
+    return _second_circle(replace(found, blur_px=likely_blur(profiles, GREY_LEVELS)), camera, GREY_LEVELS)
 
 
 def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> SpaceCircle | None:
-    """Return the circle of the second way; None where it follows none."""
+    """Return the circle of the second way; None where it follows none. `gamma` is as in `place_soft_edges`."""
     circle = found.circle
     for _ in range(_ROUNDS):
         guides = outlines_of(circle, camera)
@@ -88,29 +105,22 @@ def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> Spa
     return circle
 
 
-def _off(circle: SpaceCircle, told_m: float) -> float:
-    return abs(2.0 * circle.radius_m / told_m - 1.0)
+def _nearer(found: Pairing, told_m: float | None) -> SpaceCircle | None:
+    """Return the second look's circle that comes nearer the told size, of those kinds of blur that were looked at."""
+    light, levels = found.second, found.levels
+    if light is None or levels is None or told_m is None:
+        return light or levels
+    return levels if off(levels, told_m) < off(light, told_m) else light
 
 
-def _spread(circle: SpaceCircle, told_m: float) -> float:
-    """Return by how much of its size a disc's second circle is usually off it."""
-    return max(_SIZE_SPREAD, _SCATTER_SHOWN * diameter_sigma(circle) / told_m)
+def _either(light: SpaceCircle, levels: SpaceCircle, share: float) -> SpaceCircle:
+    """Return the mean of the circles of both kinds of blur; that it isn't known which is right makes it less sure."""
+    mean = between(light, levels, share)
+    apart = np.array([*(levels.centre_px - light.centre_px), levels.disparity_px - light.disparity_px, 0.0])
+    unknown = share * (1.0 - share) * np.outer(apart, apart)
+    return replace(mean, covariance=frozen(mean.covariance + unknown))
 
 
 def _is_soft(found: Pairing) -> bool:
     """Say whether what is behind bends an edge: where the lens blurs less than JPEG's halved colours do, these do."""
     return found.blur_px >= COLOUR_BLUR_PX
-
-
-def _mean(one: SpaceCircle, other: SpaceCircle) -> SpaceCircle:
-    """Return the circle between two of nearly the same place; it leans as the second one does.
-
-    Both saw the same photos: their mean isn't taken for surer than they are.
-    """
-    return replace(
-        other,
-        centre_px=frozen(0.5 * (one.centre_px + other.centre_px)),
-        disparity_px=0.5 * (one.disparity_px + other.disparity_px),
-        radius_m=float(np.sqrt(one.radius_m * other.radius_m)),
-        covariance=frozen(0.5 * (one.covariance + other.covariance)),
-    )

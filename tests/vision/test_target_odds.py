@@ -86,5 +86,8 @@ def test_the_told_diameter_sharpens_the_distance_where_it_isnt_in_doubt() -> Non
     assert CIRCLE.disparity_px < better.disparity_px < 40.4 and 0.15 < better.radius_m < CIRCLE.radius_m
     assert better.covariance[2, 2] < 0.5 * CIRCLE.covariance[2, 2]
     assert sharpened(CIRCLE, TargetOptions()) is CIRCLE
+    leaning = sharpened(CIRCLE, TOLD, lean=0.02)
+    half_way_px = 0.5 * (CIRCLE.disparity_px + better.disparity_px)
+    assert CIRCLE.disparity_px < leaning.disparity_px < half_way_px
     knocked = replace(CIRCLE, radius_m=0.16, covariance=0.01 * CIRCLE.covariance)
     assert sharpened(knocked, TOLD) is knocked

@@ -36,24 +36,27 @@ def seen(blur_px: float, gamma: float = LIGHT) -> Pairing:
     )
 
 
-def second(found: Pairing, told_m: float | None = TOLD.diameter_m) -> SpaceCircle:
-    circle = looked_at_again(found, CAMERA, told_m).second
+def second(found: Pairing) -> SpaceCircle:
+    circle = looked_at_again(found, CAMERA, None).second
     assert circle is not None
     return circle
 
 
 def test_a_sharp_disc_needs_no_second_look() -> None:
     found = seen(0.5)
-    assert looked_at_again(found, CAMERA, 0.30) is found and refined(found) is found
+    assert looked_at_again(found, CAMERA, 0.30) is found and refined(found, CAMERA, 0.30) is found
     assert stands(found, TargetOptions(diameter_m=0.2))
 
 
 def test_a_blurred_discs_circle_is_the_mean_of_both_ways_and_right() -> None:
     found = looked_at_again(seen(2.2), CAMERA, TOLD.diameter_m)
     assert found.second is not None and found.second.disparity_px != found.circle.disparity_px
-    both = refined(found).circle
-    assert both.disparity_px == pytest.approx(0.5 * (found.second.disparity_px + found.circle.disparity_px))
-    assert CAMERA.f_px * CAMERA.baseline_m / both.disparity_px == pytest.approx(5.0, rel=0.005)
+    both = refined(found, CAMERA, None).circle
+    mean_px = 0.7 * found.second.disparity_px + 0.3 * found.circle.disparity_px
+    assert both.disparity_px == pytest.approx(mean_px)
+    told = refined(found, CAMERA, TOLD.diameter_m).circle
+    assert told.disparity_px == pytest.approx(mean_px, rel=0.002)
+    assert CAMERA.f_px * CAMERA.baseline_m / told.disparity_px == pytest.approx(5.0, rel=0.005)
     assert 2.0 * found.second.radius_m == pytest.approx(0.30, rel=0.028) and stands(found, TOLD)
 
 
@@ -62,13 +65,31 @@ def test_what_was_looked_at_twice_is_not_looked_at_again() -> None:
     assert looked_at_again(found, CAMERA, TOLD.diameter_m) is found
 
 
-def test_grey_levels_that_were_blurred_are_told_from_light_by_the_size() -> None:
-    found = seen(2.2, GREY_LEVELS)
-    as_light, as_it_is = second(found, told_m=None), second(found)
-    assert 2.0 * as_light.radius_m > 1.02 * 0.30
-    assert 2.0 * as_it_is.radius_m == pytest.approx(0.30, rel=0.015)
-    of_light = seen(2.2)
-    assert second(of_light).radius_m == second(of_light, told_m=None).radius_m
+def test_a_disc_whose_grey_levels_were_blurred_has_the_told_size_when_it_is_told() -> None:
+    found = looked_at_again(seen(2.2, GREY_LEVELS), CAMERA, TOLD.diameter_m)
+    assert found.second is not None and 2.0 * found.second.radius_m > 1.02 * 0.30
+    assert 2.0 * refined(found, CAMERA, None).circle.radius_m > 1.01 * 0.30
+    assert 2.0 * refined(found, CAMERA, TOLD.diameter_m).circle.radius_m == pytest.approx(0.30, rel=0.007)
+    assert stands(found, TOLD)
+
+
+def test_a_disc_that_is_seen_only_where_grey_levels_were_blurred_is_taken_so() -> None:
+    found = looked_at_again(seen(2.2, GREY_LEVELS), CAMERA, TOLD.diameter_m)
+    only = replace(found, second=None)
+    assert found.levels is not None and stands(only, TOLD)
+    mean_px = 0.5 * (found.levels.disparity_px + found.circle.disparity_px)
+    assert refined(only, CAMERA, TOLD.diameter_m).circle.disparity_px == pytest.approx(mean_px)
+
+
+def test_a_circle_is_less_sure_where_both_kinds_of_blur_are_likely(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = looked_at_again(seen(2.2, GREY_LEVELS), CAMERA, TOLD.diameter_m)
+    assert found.second is not None and found.levels is not None
+    far = replace(found, levels=replace(found.levels, disparity_px=found.second.disparity_px + 1.0))
+    sigmas = []
+    for share in (0.0, 0.5, 1.0):
+        monkeypatch.setattr(target_refined, "share_of_levels", lambda *_, share=share: share)
+        sigmas.append(float(np.sqrt(refined(far, CAMERA, TOLD.diameter_m).circle.covariance[2, 2])))
+    assert sigmas[1] > 0.45 and max(sigmas[0], sigmas[2]) < 0.3
 
 
 def test_a_blurred_thing_that_a_second_look_sees_of_another_size_is_no_target(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +98,7 @@ def test_a_blurred_thing_that_a_second_look_sees_of_another_size_is_no_target(mo
     assert find_target(pair, TOLD)[0] is not None
     monkeypatch.setattr(target_refined, "SURE_ODDS", 99.0)
     assert find_target(pair, TOLD)[0] is not None
-    monkeypatch.setattr(target_refined, "_SIZE_SPREAD", 1e-5)
+    monkeypatch.setattr("asbuilt_bim.vision.blur_kind.SIZE_SPREAD", 1e-5)
     assert find_target(pair, TOLD)[0] is None
 
 
