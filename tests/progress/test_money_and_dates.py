@@ -121,7 +121,7 @@ def test_the_parts_of_a_lines_elements_add_up_to_what_it_earned_for_certain() ->
     for cost in told.cost_lines:
         parts = sum(share * cost.planned_quantity * lower[key] for key, share in cost.parts.items())
         assert parts == pytest.approx(cost.as_built_lower) and parts > 0.0
-    assert [sum(cost.parts.values()) for cost in told.cost_lines][0] == pytest.approx(1.0)
+    assert next(sum(cost.parts.values()) for cost in told.cost_lines) == pytest.approx(1.0)
 
 
 def test_of_a_line_with_little_planned_the_measured_elements_earn_no_more_than_their_number() -> None:
