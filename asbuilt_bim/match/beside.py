@@ -23,9 +23,8 @@ from asbuilt_bim.register.pose import PlacedStation
 REACH_M = 0.6
 """Moves looked for. Further off, columns of one grid are taken for each other."""
 BAND_M = 0.02
-"""A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one."""
-LEAST_M = 0.02
-"""A smaller move is a building's own tolerance."""
+"""A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one. So no smaller move
+makes one fit that did not: it is a building's own tolerance."""
 PARALLEL_COS = float(np.cos(np.radians(5.0)))
 UPRIGHT = 0.1  # of a normal's upward part
 LEAST_MORE, LEAST_MORE_SHARE, LEAST_ELEMENTS = 3, 0.25, 3
@@ -130,9 +129,7 @@ def _level_move(votes: Sequence[_Votes]) -> tuple[FloatArray, int, int]:
     elements = {votes[one].elements[votes[one].nearest(move)] for one in more}
     gained = len(fits) - len(unmoved)
     is_clear = gained >= max(LEAST_MORE, LEAST_MORE_SHARE * len(votes)) and len(elements) >= LEAST_ELEMENTS
-    if not is_clear or float(np.hypot(*move)) < LEAST_M:
-        return np.zeros(2), len(fits), len(unmoved)
-    return move, len(fits), len(unmoved)
+    return (move if is_clear else np.zeros(2)), len(fits), len(unmoved)
 
 
 def _refined(votes: Sequence[_Votes], move: FloatArray) -> FloatArray:
@@ -163,7 +160,7 @@ def _rise(votes: Sequence[_Votes], level: FloatArray) -> tuple[float, int]:
     step = float(steps[best])
     more = suited[best] - (np.abs(ends) < BAND_M).sum(axis=0)
     is_clear = more.min() >= LEAST_MORE and more.sum() >= LEAST_MORE_SHARE * ends.size
-    if abs(step) < LEAST_M or not is_clear:
+    if not is_clear:
         return 0.0, 0
     return float(np.mean(ends[np.abs(ends - step) < BAND_M])), int(more.sum())
 

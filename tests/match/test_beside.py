@@ -28,13 +28,14 @@ def told(
     own: Sequence[Sequence[float]] = ((0, 0, 0),) * 6,
     cut_m: float = 0.0,
     faces: Sequence[int] = (0, 1),
+    elements: Sequence[int] = range(6),
 ) -> tuple[Rejection, ...]:
     """Return what is said where every element is measured so far off: all by `move`, each by its `own`.
 
     Of each face `cut_m` are not poured yet; elements are measured on `faces`.
     """
     seen = []
-    for number, one in enumerate(SITE):
+    for number, one in ((number, SITE[number]) for number in elements):
         for index in faces:
             face = one.faces[index]
             assert isinstance(face.frame, PlaneFrame)
@@ -73,11 +74,14 @@ def test_elements_that_are_off_each_in_its_own_way_are_no_moved_survey() -> None
 
 def test_two_elements_that_are_off_alike_are_no_moved_survey() -> None:
     assert told((0.0, 0.0, 0.0), own=[(0.08, 0.08, 0.0)] * 2 + [(0.0, 0.0, 0.0)] * 4) == ()
+    assert told((0.08, 0.08, 0.0), elements=(0, 1)) == ()
+    assert told((0.08, 0.08, 0.0), elements=(0, 1, 2)) != ()
 
 
 def test_walls_poured_in_part_and_feet_that_are_hidden_are_no_survey_of_another_height() -> None:
     assert told((0.0, 0.0, 0.0), cut_m=0.4) == ()
     assert told((0.0, 0.0, 0.2), cut_m=0.2) == ()  # a kicker of 20 cm before each foot
+    assert told((0.0, 0.0, 0.2), cut_m=0.6) == ()  # and 40 cm not poured yet
 
 
 def test_along_walls_of_one_direction_no_move_is_made_up() -> None:

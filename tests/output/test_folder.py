@@ -68,14 +68,15 @@ def test_a_second_run_keeps_the_first_and_takes_its_stale_copies_away(tmp_path: 
 
 def test_what_a_person_typed_into_a_copy_is_kept_beside_the_new_one(tmp_path: Path) -> None:
     with open_output(tmp_path) as out:
-        publish(out, "one")
-        (tmp_path / "report.html").write_text("my prices")
+        first = publish(out, "one")
+        (tmp_path / "report.html").write_text("my price")  # as long as the page, and as old
+        os.utime(first.folder / "report.html", (NOON.timestamp(), NOON.timestamp()))
         (tmp_path / "tasks.csv").write_text("mine, of no run")
         os.utime(tmp_path / "report.html", (NOON.timestamp(), NOON.timestamp()))
         second = publish(out, "two", minutes=1)
         third = publish(out, "two", minutes=2)
     assert (tmp_path / "report.html").read_text() == "page two"
-    assert (tmp_path / "report.edited-20260302T120000Z.html").read_text() == "my prices"
+    assert (tmp_path / "report.edited-20260302T120000Z.html").read_text() == "my price"
     assert (tmp_path / "tasks.csv").read_text() == "mine, of no run"  # no run writes one here
     assert [w.split(": ")[1] for w in second.warnings] == [
         "was changed since a run wrote it; your version is kept as report.edited-20260302T120000Z.html"
