@@ -10,7 +10,6 @@ import contextlib
 import errno
 import json
 import os
-import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -22,22 +21,8 @@ from asbuilt_bim.durable import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.output.edited import keep_edited
 from asbuilt_bim.output.lock import run_lock
+from asbuilt_bim.output.places import COPIED, COPIED_FOLDERS, CURRENT, RUN_NAME, check_sources, check_strangers
 from asbuilt_bim.strict_json import parse_json
-
-CURRENT = "current.json"
-COPIED = (
-    "result.json",
-    "quantities.csv",
-    "quantities.xlsx",
-    "tasks.csv",
-    "schedule.msp.xml",
-    "schedule.p6.xml",
-    "report.html",
-)
-"""What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""
-COPIED_FOLDERS = ("overlays", "extra")
-_PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
-_RUN_NAME = re.compile(r"runs/[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +84,7 @@ class OutputFolder:
                 raise output_error(self.path, problem) from problem
             raise
         warnings = tuple(self._copy(final, before))
-        runs = sum(1 for run in (self.path / "runs").iterdir() if _RUN_NAME.fullmatch(f"runs/{run.name}"))
+        runs = sum(1 for run in (self.path / "runs").iterdir() if RUN_NAME.fullmatch(run.name))
         return Published(folder=final, runs_kept=runs, warnings=warnings)
 
     def _points_at(self, run: Path) -> bool:
@@ -123,8 +108,7 @@ class OutputFolder:
         wanted = _copies(run)
         gone = set(_copies(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
         for relative in (*wanted, *sorted(gone)):
-            if len(relative.parts) == 1:
-                yield from self._kept(relative)
+            yield from self._kept(relative)
         for relative in wanted:
             target = self.path / relative
             try:
@@ -139,7 +123,7 @@ class OutputFolder:
     def _kept(self, relative: Path) -> Iterator[str]:
         """Keep what a person made of a copy; what can't be moved can't be replaced either, which is said then."""
         with contextlib.suppress(OSError):
-            kept = keep_edited(self.path / relative, self.path / "runs")
+            kept = keep_edited(self.path, relative)
             if kept is not None:
                 yield f"{self.path / relative}: was changed since a run wrote it; your version is kept as {kept.name}"
 
@@ -152,8 +136,9 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
         OutputError: it can't be written, another run holds it, it would touch a source, or holds files of others.
     """
     path = path.absolute()
-    _check_sources(path, sources)
+    check_sources(path, sources)
     try:
+        check_strangers(path)
         (path / "runs").mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as problem:
         raise output_error(path, problem) from problem
@@ -164,17 +149,15 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
                 pass
         except OSError as problem:
             raise output_error(path, problem) from problem
-        if read_current(path) is None:
-            strangers = [name for name in ("report.html", "result.json", "quantities.xlsx") if (path / name).exists()]
-            if strangers:
-                raise OutputError(f"{path / strangers[0]}: is there and of no earlier run; choose another --out folder")
+        read_current(path)  # a damaged one is told before anything is measured
         yield OutputFolder(path=path)
 
 
 def _clear_left_overs(path: Path) -> None:
     """Take away what a killed run had begun: its folder, and copies that weren't whole yet."""
     for left_over in (path / "runs").glob("*.part"):
-        shutil.rmtree(left_over, ignore_errors=True)
+        if RUN_NAME.fullmatch(left_over.stem):
+            shutil.rmtree(left_over, ignore_errors=True)
     halves = [*path.glob(f"{PART}*.part"), *(f for n in COPIED_FOLDERS for f in (path / n).rglob(f"{PART}*.part"))]
     for half in halves:
         with contextlib.suppress(OSError):
@@ -196,7 +179,7 @@ def read_current(path: Path) -> CurrentRun | None:
         raise OutputError(f"{pointer}: can't be read ({problem}); delete it to start anew, the runs stay") from problem
     run = plain.get("run") if isinstance(plain, dict) else None
     known = isinstance(plain, dict) and plain.get("format") == "asbuilt-bim/current" and plain.get("version") == 1
-    if not known or not isinstance(run, str) or not _RUN_NAME.fullmatch(run):
+    if not known or not isinstance(run, str) or not RUN_NAME.fullmatch(run.removeprefix("runs/")):
         raise OutputError(f"{pointer}: isn't a file of this program's; delete it to start anew, the runs stay")
     more = plain.get("more_ifc", [])
     models = (plain.get("ifc", ""), *(more if isinstance(more, list) else ()))
@@ -232,19 +215,6 @@ def _not_copied(target: Path, problem: OSError) -> str:
     else:
         why = f"can't be written ({problem.strerror})"
     return f"{target}: {why}; {'it shows an earlier run' if there else 'it is not there'}"
-
-
-def _check_sources(path: Path, sources: Iterable[Path]) -> None:
-    out = path.resolve()
-    for source in sources:
-        real = source.resolve()
-        if real.parent == out and real.suffix.lower() in _PICTURES:
-            raise OutputError(f"{path}: holds this project's photos; outputs go into a folder of their own (--out out)")
-        written = real.parent == out and real.name in (CURRENT, *COPIED)
-        if written or real.parent in [out / name for name in COPIED_FOLDERS]:
-            raise OutputError(f"{source}: would be overwritten by an output of that name; choose another --out")
-        if real.is_relative_to(out / "runs") or real.name.endswith(".asbuilt.ifc"):
-            raise OutputError(f"{source}: is a result of an earlier run, and can't be a source; name the original file")
 
 
 def _copies(run: Path) -> list[Path]:

@@ -84,6 +84,17 @@ def test_what_a_person_typed_into_a_copy_is_kept_beside_the_new_one(tmp_path: Pa
     assert third.warnings == ()
 
 
+def test_what_a_person_drew_on_a_picture_is_kept_beside_the_new_one(tmp_path: Path) -> None:
+    with open_output(tmp_path) as out:
+        publish(out, "one", overlays=("A1.jpg", "A2.jpg"))
+        for name in ("A1.jpg", "A2.jpg"):  # the second is of no later run: its copy goes
+            (tmp_path / "overlays" / name).write_text(f"a circle round a crack on {name}")
+        warnings = publish(out, "two", minutes=1).warnings
+    kept = sorted(path.read_text() for path in (tmp_path / "overlays").glob("*.edited-*.jpg"))
+    assert kept == ["a circle round a crack on A1.jpg", "a circle round a crack on A2.jpg"]
+    assert (tmp_path / "overlays/A1.jpg").read_text() == "picture" and len(warnings) == 2
+
+
 def test_two_runs_in_one_second_do_not_share_a_folder(tmp_path: Path) -> None:
     with open_output(tmp_path) as out:
         assert publish(out, "one").folder != publish(out, "two").folder
@@ -237,10 +248,33 @@ def test_sources_are_never_overwritten(tmp_path: Path) -> None:
         pass
 
 
-def test_a_folder_with_another_programs_report_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "report.html").write_text("someone's")
-    with pytest.raises(OutputError, match="of no earlier run"), open_output(tmp_path):
+@pytest.mark.parametrize("name", ["report.html", "project.yaml", "runs/mine/notes.txt"])
+def test_a_folder_that_holds_files_of_others_and_no_run_is_refused_as_it_is(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / name).write_text("someone's")
+    told = f"holds {Path(name).parts[0]}" if "/" not in name else "holds runs"
+    with pytest.raises(OutputError, match=told) as refused, open_output(tmp_path):
         pass
+    assert f"--out {tmp_path / 'out'}" in str(refused.value)
+    assert files(tmp_path) == {name: b"someone's"}
+
+
+def test_a_folder_is_still_ours_without_its_pointer_and_with_what_the_system_hides(tmp_path: Path) -> None:
+    (tmp_path / ".DS_Store").write_text("hidden")
+    (tmp_path / "runs").mkdir()
+    with open_output(tmp_path) as out:
+        publish(out, "one")
+    (tmp_path / "current.json").unlink()
+    with open_output(tmp_path) as out:
+        publish(out, "two", minutes=1)
+    assert (tmp_path / "report.html").read_text() == "page two"
+
+
+def test_a_folder_of_others_among_the_runs_is_not_cleared_away(tmp_path: Path) -> None:
+    (tmp_path / "runs/20260302T120000Z-01234567.part").mkdir(parents=True)
+    (tmp_path / "runs/film.part").mkdir()
+    with open_output(tmp_path):
+        assert [path.name for path in (tmp_path / "runs").glob("*.part")] == ["film.part"]
 
 
 @pytest.mark.parametrize(
