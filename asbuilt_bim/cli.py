@@ -46,6 +46,13 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
 @click.option("--quiet", is_flag=True, help="Say only what was left out and what went wrong.")
+@click.option(
+    "--keep-runs",
+    type=click.IntRange(min=1),
+    default=None,
+    metavar="N",
+    help="Take away all but the newest N runs in FOLDER; all are kept by default.",
+)
 @click.pass_context
 def run(context: click.Context, /, **options: Any) -> None:
     """Measure the stations of PROJECT.yaml and report what has been built."""

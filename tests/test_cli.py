@@ -190,12 +190,40 @@ def test_a_visit_without_one_good_station_still_gives_a_report(project: Path, tm
     result = invoke("run", tmp_path / "p/project.yaml", "--out", tmp_path / "out", "--workers", 1)
     assert result.exit_code == 1, result.output
     assert "NOT ONE station could be used" in result.stderr
-    assert "the report holds what was known before" in result.stderr
+    assert "not one station could be used, so nothing is known of any element" in result.stderr
     assert "No element was seen late" not in result.stdout
     document = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))
     assert {element["state"] for element in document["elements"]} == {"unknown"}
     assert {element["completion"]["best"] for element in document["elements"]} == {None}
     assert document["whole"]["completion"]["upper"] == 1.0
+
+
+def test_a_run_that_saw_nothing_does_not_take_the_place_of_one_that_did(
+    project: Path, first_run: tuple[Path, Result], tmp_path: Path
+) -> None:
+    shutil.copytree(project.parent, tmp_path / "p", ignore=shutil.ignore_patterns("photos"))
+    out = tmp_path / "p/out"
+    before = {name: (out / name).read_bytes() for name in OUTPUTS}
+    runs = set((out / "runs").iterdir())
+    result = invoke("run", tmp_path / "p/project.yaml", "--out", out, "--workers", 1)
+    assert result.exit_code == 1, result.output
+    assert {name: (out / name).read_bytes() for name in OUTPUTS} == before
+    (own,) = set((out / "runs").iterdir()) - runs
+    told = result.stderr + result.stdout
+    assert "stay those of the earlier run, visit of 2026-03-16: this run saw nothing" in told and str(own) in told
+    assert (own / "report.html").is_file() and "Earlier report: " in told
+    assert "nothing is known of any element" in result.stderr
+    assert "completion" not in result.stdout  # no table of unknowns as if it were the state
+
+
+def test_runs_are_kept_until_it_is_asked_to_take_old_ones_away(
+    project: Path, first_run: tuple[Path, Result], tmp_path: Path
+) -> None:
+    shutil.copytree(first_run[0], tmp_path / "out")
+    kept = invoke("run", project, "--out", tmp_path / "out", "--workers", 1)
+    assert re.search(r"\d runs are kept in \S+: \d+ MB; --keep-runs N", kept.stdout)
+    invoke("run", project, "--out", tmp_path / "out", "--workers", 1, "--keep-runs", 2)
+    assert len([run for run in (tmp_path / "out/runs").iterdir() if run.is_dir()]) == 2
 
 
 def test_what_is_wrong_with_the_whole_visit_is_said_once_and_quiet_or_not(capsys: pytest.CaptureFixture[str]) -> None:

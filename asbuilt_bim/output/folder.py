@@ -22,6 +22,7 @@ from asbuilt_bim.errors import OutputError
 from asbuilt_bim.output.edited import keep_edited
 from asbuilt_bim.output.lock import run_lock
 from asbuilt_bim.output.places import COPIED, COPIED_FOLDERS, CURRENT, RUN_NAME, check_sources, check_strangers
+from asbuilt_bim.output.pruned import bytes_of, kept_runs
 from asbuilt_bim.strict_json import parse_json
 
 
@@ -35,11 +36,13 @@ class CurrentRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Published:
-    """A run that is current now; `warnings` name the copies that could not be replaced."""
+    """A run that is `current` now, or else kept beside it; `warnings` name the copies that could not be replaced."""
 
     folder: Path
     runs_kept: int
     warnings: tuple[str, ...]
+    current: bool = True
+    bytes_kept: int = 0  # of all runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +55,19 @@ class OutputFolder:
         """Return the current run, None where there is none yet."""
         return read_current(self.path)
 
-    def publish(self, write: Callable[[Path], object], *, when: datetime, digest: str, ifc: Sequence[str]) -> Published:
-        """Have `write` fill a new run folder, then make it current.
+    def publish(
+        self,
+        write: Callable[[Path], object],
+        *,
+        when: datetime,
+        digest: str,
+        ifc: Sequence[str],
+        beside: bool = False,
+        keep_runs: int | None = None,
+    ) -> Published:
+        """Have `write` fill a new run folder, then make it current; `beside`: keep it beside the current one.
+
+        `keep_runs` takes away all but so many of the newest runs, never the current one or this one.
 
         Raises:
             OutputError: something could not be written; the earlier run is still current and the new folder is gone.
@@ -67,15 +81,8 @@ class OutputFolder:
             flush_tree(staging)
             staging.rename(final)
             flush(final.parent)
-            pointer = {
-                "format": "asbuilt-bim/current",
-                "version": 1,
-                "run": f"runs/{final.name}",
-                "ifc": ifc[0],
-                **({"more_ifc": list(ifc[1:])} if len(ifc) > 1 else {}),
-                "written": when.astimezone(UTC).isoformat(timespec="seconds"),
-            }
-            replace_bytes(self.path / CURRENT, (json.dumps(pointer, indent=1) + "\n").encode())
+            if not beside:
+                replace_bytes(self.path / CURRENT, _pointer(final.name, when, ifc))
         except BaseException as problem:
             shutil.rmtree(staging, ignore_errors=True)
             if not self._points_at(final):
@@ -83,9 +90,10 @@ class OutputFolder:
             if isinstance(problem, OSError):
                 raise output_error(self.path, problem) from problem
             raise
-        warnings = tuple(self._copy(final, before))
-        runs = sum(1 for run in (self.path / "runs").iterdir() if RUN_NAME.fullmatch(run.name))
-        return Published(folder=final, runs_kept=runs, warnings=warnings)
+        warnings = () if beside else tuple(self._copy(final, before))
+        runs = kept_runs(self.path / "runs", keep_runs, {final, before.folder} if beside and before else {final})
+        size = sum(bytes_of(run) for run in runs)
+        return Published(folder=final, runs_kept=len(runs), warnings=warnings, current=not beside, bytes_kept=size)
 
     def _points_at(self, run: Path) -> bool:
         try:
@@ -203,6 +211,19 @@ def output_error(
     return OutputError(
         f"{place}: can't be written ({getattr(problem, 'strerror', None) or problem}); choose another --out"
     )
+
+
+def _pointer(run: str, when: datetime, ifc: Sequence[str]) -> bytes:
+    """Return what `current.json` says of a run."""
+    pointer = {
+        "format": "asbuilt-bim/current",
+        "version": 1,
+        "run": f"runs/{run}",
+        "ifc": ifc[0],
+        **({"more_ifc": list(ifc[1:])} if len(ifc) > 1 else {}),
+        "written": when.astimezone(UTC).isoformat(timespec="seconds"),
+    }
+    return (json.dumps(pointer, indent=1) + "\n").encode()
 
 
 def _not_copied(target: Path, problem: OSError) -> str:

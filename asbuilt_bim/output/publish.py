@@ -39,10 +39,12 @@ def publish_run(
     writers: Sequence[Plugin] = (),
     *,
     colour: bool = False,
+    keep_runs: int | None = None,
 ) -> Published:
     """Write a run's files into a run folder of its own and make it current; `writers` are other packages'.
 
-    `colour` paints the elements of the IFC copy by state.
+    `colour` paints the elements of the IFC copy by state; `keep_runs` takes away all but so many of the newest runs. A
+    run that knows nothing at all (not one station of any visit could be used) is kept beside an earlier one that does.
 
     Raises:
         OutputError: something can't be written; the earlier run stays current.
@@ -62,9 +64,20 @@ def publish_run(
         last = _write_views(folder, project.ifc, colour)
         warnings.extend(run_writers(writers, last, folder))
 
+    earlier, last = previous_result(out), reports[-1]
     published = out.publish(
-        write, when=when, digest=_digest(made_from, reports), ifc=[_from(out.path, path) for path in project.ifc]
+        write,
+        when=when,
+        digest=_digest(made_from, reports),
+        ifc=[_from(out.path, path) for path in project.ifc],
+        beside=earlier is not None and not earlier.knows_nothing and last.knows_nothing,
+        keep_runs=keep_runs,
     )
+    if earlier is not None and not published.current:
+        warnings.append(
+            f"{out.path / 'report.html'} and the files beside it stay those of the earlier run, visit of "
+            f"{earlier.visit_date.isoformat()}: this run saw nothing. What it has to say is in {published.folder}"
+        )
     return replace(published, warnings=(*warnings, *published.warnings))
 
 

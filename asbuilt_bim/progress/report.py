@@ -278,3 +278,8 @@ class ProgressReport:
     def nothing_seen(self) -> bool:
         """Say whether not one station of the visit counts: all that is told is what was known before."""
         return not self.placed
+
+    @property
+    def knows_nothing(self) -> bool:
+        """Say whether no visit, this one or an earlier, has seen anything of any element."""
+        return self.nothing_seen and not self.whole.completion.coverage > 0.0

@@ -15,9 +15,9 @@ from asbuilt_bim.errors import DesignError, OutputError, ResultError
 from asbuilt_bim.ifc.reader import inspect_file
 from asbuilt_bim.output.folder import Published, open_output, read_current
 from asbuilt_bim.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
-from asbuilt_bim.pipeline import run_project
+from asbuilt_bim.pipeline import RunResult, run_project
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project.read import read_project
+from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.changes import changes
 from asbuilt_bim.report.document import read_result
 from asbuilt_bim.report.task_rows import late_words
@@ -50,6 +50,7 @@ class RunRequest:
     no_cache: bool = False
     colour: bool = False
     quiet: bool = False
+    keep_runs: int | None = None
 
 
 def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
@@ -70,8 +71,30 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
             result = with_revision(run_project(project, place, progress), before)
         watch = Stopwatch()
         with watch.step("write"):
-            published = publish_run(out, result, project, when, writers, colour=request.colour)
+            published = publish_run(
+                out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs
+            )
     cache.prune()
+    incomplete = _warn(result, project, screen)
+    if published.current:
+        report = read_result(published.folder / "result.json")  # as written: it knows what it was made from
+        _show(report, before, screen)
+        if result.from_cache:
+            count = sum(len(visit.stations) for visit in project.visits)
+            screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
+        screen.say(time_line({**result.seconds, **watch.seconds}))
+    _say_where(request.out, published, screen)
+    if result.reports[-1].nothing_seen:
+        screen.error(_nothing_seen(result.reports[-1]))
+        return INCOMPLETE
+    if request.strict and incomplete:
+        screen.error("stations were left out, as said above, and --strict was asked for")
+        return INCOMPLETE
+    return 0
+
+
+def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
+    """Say what the rig, the design and the visits are to be warned of; return whether a station was left out."""
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
             screen.say(line)
@@ -82,20 +105,15 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         for note in report.notes:
             if note not in result.design.notes:  # a rig that was refined, or knocked on the way
                 screen.warn(f"visit {visit.date.isoformat()}: {note}")
-    _show(read_result(published.folder / "result.json"), before, screen)  # as written: it knows what it was made from
-    if result.from_cache:
-        count = sum(len(visit.stations) for visit in project.visits)
-        screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
-    screen.say(time_line({**result.seconds, **watch.seconds}))
-    _say_where(request.out, published, screen)
-    if result.reports[-1].nothing_seen:
-        day = project.visits[-1].date.isoformat()
-        screen.error(f"visit {day}: not one station could be used, so the report holds what was known before, no more")
-        return INCOMPLETE
-    if request.strict and incomplete:
-        screen.error("stations were left out, as said above, and --strict was asked for")
-        return INCOMPLETE
-    return 0
+    return incomplete
+
+
+def _nothing_seen(report: ProgressReport) -> str:
+    """Say what a report is worth of whose visit not one station counts."""
+    known = "nothing is known of any element"
+    if not report.knows_nothing:
+        known = "the report holds what was known before, no more"
+    return f"visit {report.visit_date.isoformat()}: not one station could be used, so {known}"
 
 
 def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: datetime, *, colour: bool = False) -> int:
@@ -167,5 +185,8 @@ def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen)
 def _say_where(folder: Path, published: Published, screen: Screen) -> None:
     for warning in published.warnings:
         screen.warn(warning)
-    kept = f" ({published.runs_kept} runs are kept in {folder / 'runs'})" if published.runs_kept > 1 else ""
-    screen.say(f"Report: {folder / 'report.html'}{kept}")
+    kept = ""
+    if published.runs_kept > 1:
+        size = f"{published.bytes_kept / 1e6:.0f} MB; --keep-runs N takes away all but the newest N"
+        kept = f" ({published.runs_kept} runs are kept in {folder / 'runs'}: {size})"
+    screen.say(f"{'Report' if published.current else 'Earlier report'}: {folder / 'report.html'}{kept}")

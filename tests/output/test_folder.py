@@ -101,6 +101,24 @@ def test_two_runs_in_one_second_do_not_share_a_folder(tmp_path: Path) -> None:
         assert out.current() is not None
 
 
+def test_old_runs_are_taken_away_whole_and_never_the_current_one(tmp_path: Path) -> None:
+    with open_output(tmp_path) as out:
+        runs = [publish(out, str(minute), minutes=minute).folder.name for minute in range(4)]
+        (tmp_path / "runs/my notes").mkdir()
+        (tmp_path / "runs/my notes/plan.txt").write_text("mine")
+        last = out.publish(fill("4"), when=NOON + timedelta(minutes=4), digest=DIGEST, ifc=["x"], keep_runs=2)
+        left = sorted(path.name for path in (tmp_path / "runs").iterdir() if path.is_dir())
+        assert left == [runs[3], last.folder.name, "my notes"] and last.runs_kept == 2
+        assert last.bytes_kept == sum(len(data) for run in left[:2] for data in files(tmp_path / "runs" / run).values())
+        for minute in (5, 6):
+            later = NOON + timedelta(minutes=minute)
+            beside = out.publish(fill("5"), when=later, digest=DIGEST, ifc=["x"], beside=True, keep_runs=1)
+            assert beside.folder.is_dir() and beside.runs_kept == 2 and not beside.current
+        current = out.current()
+    assert current is not None and current.folder == last.folder and last.folder.is_dir()
+    assert (tmp_path / "report.html").read_text() == "page 4"
+
+
 @pytest.mark.parametrize(
     "problem", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt(), OutputError("x")]
 )
