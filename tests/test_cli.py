@@ -99,6 +99,9 @@ def test_a_run_with_other_options_says_that_they_are_others(
     result = invoke("run", other, "--out", tmp_path / "out", "--workers", 1)
     assert result.exit_code == 0, result.output
     assert "options: another than before" in result.output
+    assert "options: another than before" in (tmp_path / "out/changes.txt").read_text(encoding="utf-8")
+    assert invoke("report", tmp_path / "out").exit_code == 0
+    assert "options: another than before" in (tmp_path / "out/changes.txt").read_text(encoding="utf-8")
 
 
 def test_every_output_can_be_made_again_from_the_result_and_the_ifc(
@@ -224,6 +227,18 @@ def test_runs_are_kept_until_it_is_asked_to_take_old_ones_away(
     assert re.search(r"\d runs are kept in \S+: \d+ MB; --keep-runs N", kept.stdout)
     invoke("run", project, "--out", tmp_path / "out", "--workers", 1, "--keep-runs", 2)
     assert len([run for run in (tmp_path / "out/runs").iterdir() if run.is_dir()]) == 2
+
+
+def test_where_the_list_of_changes_is_cut_it_says_how_many_there_are_and_where(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import asbuilt_bim.terminal.commands as commands
+
+    monkeypatch.setattr(commands, "changes", lambda *_: tuple(f"element {number}" for number in range(17)))
+    commands._show(sample_report(), sample_report(), Screen(), tmp_path / "changes.txt")
+    told = capsys.readouterr().out
+    assert "element 14" in told and "element 15" not in told
+    assert f"... and 2 more; all 17 stand in {tmp_path / 'changes.txt'}" in told
 
 
 def test_what_is_wrong_with_the_whole_visit_is_said_once_and_quiet_or_not(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from asbuilt_bim.errors import OutputError
 
 CURRENT = "current.json"
+CHANGES = "changes.txt"
 COPIED = (
     "result.json",
     "quantities.csv",
@@ -16,6 +17,7 @@ COPIED = (
     "tasks.csv",
     "schedule.msp.xml",
     "schedule.p6.xml",
+    CHANGES,
     "report.html",
 )
 """What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""

@@ -16,11 +16,13 @@ from asbuilt_bim.ifc.copies import write_copies
 from asbuilt_bim.ifc.source import file_digest, files_digest
 from asbuilt_bim.instruments import identities
 from asbuilt_bim.output.folder import OutputFolder, Published
+from asbuilt_bim.output.places import CHANGES
 from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.plugins import Plugin
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import NOTE, revision_notes
 from asbuilt_bim.project.read import Project
+from asbuilt_bim.report.changes import write_changes
 from asbuilt_bim.report.document import CARRIED, VISITS, read_before, read_result, write_result
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
 from asbuilt_bim.report.states import STATE_COLOURS
@@ -52,6 +54,7 @@ def publish_run(
     made_from = provenance(result, project, when)
     reports = [replace(report, provenance=made_from) for report in result.reports]
     warnings: list[str] = []
+    earlier = previous_result(out)
 
     def write(folder: Path) -> None:
         _write_pictures(folder, result.pictures)
@@ -62,15 +65,16 @@ def publish_run(
                 write_result(report, folder / name / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
         last = _write_views(folder, project.ifc, colour)
+        if earlier is not None:
+            write_changes(earlier, last, folder / CHANGES)
         warnings.extend(run_writers(writers, last, folder))
 
-    earlier, last = previous_result(out), reports[-1]
     published = out.publish(
         write,
         when=when,
         digest=_digest(made_from, reports),
         ifc=[_from(out.path, path) for path in project.ifc],
-        beside=earlier is not None and not earlier.knows_nothing and last.knows_nothing,
+        beside=earlier is not None and not earlier.knows_nothing and reports[-1].knows_nothing,
         keep_runs=keep_runs,
     )
     if earlier is not None and not published.current:
@@ -102,7 +106,7 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
     def write(folder: Path) -> None:
         for name in ("pictures", VISITS, CARRIED):
             _copy_folder(current.folder / name, folder / name)
-        for name in ("result.json", "rig.yaml"):
+        for name in ("result.json", "rig.yaml", CHANGES):
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
         _write_views(folder, sources, colour)

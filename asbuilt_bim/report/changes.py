@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from datetime import date
+from pathlib import Path
 
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.cost_changes import cost_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
-from asbuilt_bim.report.wording import area, percent
+from asbuilt_bim.report.wording import area, percent, plain
 
 SAME_SHARE = 0.005  # half a percent: below, the words would read the same
 SAME_AREA_M2 = 0.005  # half of the last decimal shown
@@ -27,6 +28,19 @@ def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
         *cost_changes(before, after),
         *_elements(before, after),
     )
+
+
+def write_changes(before: ProgressReport, after: ProgressReport, path: Path) -> None:
+    """Write all that changed from an earlier run's result to a later one's, one line a change; no name breaks a line.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    made = before.provenance.created if before.provenance else "a time unknown"
+    head = f"Against the earlier run in this folder, of {made}, visit of {before.visit_date.isoformat()}:"
+    lines = changes(before, after) or ("Nothing has changed.",)
+    text = "".join(f"{plain(line)}\n" for line in (head, *(" ".join(line.split()) for line in lines)))
+    path.write_bytes(text.encode("utf-8", "backslashreplace"))
 
 
 def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:

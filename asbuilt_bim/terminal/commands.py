@@ -14,6 +14,7 @@ from asbuilt_bim.durable import place_problem
 from asbuilt_bim.errors import DesignError, OutputError, ResultError
 from asbuilt_bim.ifc.reader import inspect_file
 from asbuilt_bim.output.folder import Published, open_output, read_current
+from asbuilt_bim.output.places import CHANGES
 from asbuilt_bim.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.pipeline import RunResult, run_project
 from asbuilt_bim.progress.report import ProgressReport
@@ -78,7 +79,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     incomplete = _warn(result, project, screen)
     if published.current:
         report = read_result(published.folder / "result.json")  # as written: it knows what it was made from
-        _show(report, before, screen)
+        _show(report, before, screen, request.out / CHANGES)
         if result.from_cache:
             count = sum(len(visit.stations) for visit in project.visits)
             screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
@@ -128,7 +129,7 @@ def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: date
         raise ResultError(no_run(folder))
     with open_output(folder) as out:
         published = publish_again(out, ifc, when, colour=colour)
-    _show(read_result(published.folder / "result.json"), None, screen)
+    _show(read_result(published.folder / "result.json"), None, screen, folder / CHANGES)
     _say_where(folder, published, screen)
     return 0
 
@@ -167,7 +168,8 @@ def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: boo
     return 0
 
 
-def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen) -> None:
+def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen, whole: Path) -> None:
+    """Show the end of a run; `whole` is the file that holds all changes."""
     screen.say()
     screen.say(summary(report, screen.width))
     if plan := late_words(report):
@@ -179,7 +181,7 @@ def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen)
     for line in lines[:MAX_CHANGES]:
         screen.say(f"  {line}")
     if len(lines) > MAX_CHANGES:
-        screen.say(f"  ... and {len(lines) - MAX_CHANGES} more changes")
+        screen.say(f"  ... and {len(lines) - MAX_CHANGES} more; all {len(lines)} stand in {whole}")
 
 
 def _say_where(folder: Path, published: Published, screen: Screen) -> None:

@@ -1,9 +1,10 @@
 from dataclasses import replace
 from datetime import date
+from pathlib import Path
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.report.changes import changes
+from asbuilt_bim.report.changes import changes, write_changes
 from tests.report.sample_report import renamed, sample_report
 
 
@@ -129,3 +130,17 @@ def test_elements_that_a_narrower_scope_leaves_out_are_not_called_gone_from_the_
     assert changes(report, narrower)[0] == "scope or options: another than before"
     assert "column C-01: no longer in the scope" in changes(report, narrower)
     assert any("column C-01: new in the scope" in line for line in changes(narrower, report))
+
+
+def test_all_changes_stand_in_a_file_a_line_each_whatever_the_names_hold(tmp_path: Path) -> None:
+    before = sample_report()
+    after = renamed(renamed(before, 0, name="Wall\n\x1b[31m1", state="unknown"), 1, state="unknown")
+    write_changes(before, after, tmp_path / "changes.txt")
+    lines = (tmp_path / "changes.txt").read_text(encoding="utf-8").splitlines()
+    assert (
+        lines[0].startswith("Against the earlier run in this folder, of ") and before.visit_date.isoformat() in lines[0]
+    )
+    assert len(lines) == 1 + len(changes(before, after)) == 3
+    assert "\x1b" not in lines[1] and "Wall" in lines[1]
+    write_changes(before, before, tmp_path / "changes.txt")
+    assert "Nothing has changed." in (tmp_path / "changes.txt").read_text(encoding="utf-8")
