@@ -194,6 +194,24 @@ class StationRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WantedView:
+    """A side of an element to photograph next, in world metres."""
+
+    element: str  # GlobalId
+    face_id: str
+    begun: bool  # the plan has begun it by now, or says nothing of it
+    open_m2: float  # of the element's design area, between its bounds
+    unseen_m2: float  # of this side
+    look_x_m: float  # the middle of what is unseen of it
+    look_y_m: float
+    look_z_m: float
+    stand_x_m: float | None  # None where the design leaves no 3 m free before any side
+    stand_y_m: float | None
+    nearest_station: str  # of this visit, "" where none was placed
+    nearest_m: float | None  # from there, as seen from above
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RigRecord:
     """How the rig stood at some stations of the visit, against its calibration: fitted to their own photos."""
 
@@ -268,6 +286,7 @@ class ProgressReport:
     provenance: Provenance | None = None  # the edge fills it in
     schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
+    wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
 
     @property
     def placed(self) -> frozenset[str]:

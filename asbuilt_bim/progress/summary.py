@@ -19,6 +19,7 @@ from asbuilt_bim.progress.report import ElementProgress, GroupProgress, Progress
 from asbuilt_bim.progress.rollup import group
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.tasks import task_progress
+from asbuilt_bim.progress.wanted_views import wanted_views
 
 NO_STOREY = "(no storey)"
 
@@ -72,6 +73,7 @@ def summarise(
         unobserved=tuple(s.face_id for s in surfaces if s.built_area_m2 + s.open_area_m2 <= 0.0),
         notes=design.notes,
         schedule=design.schedule,
+        wanted_views=wanted_views(design, progress, by_id, stations, visit_date),
     )
 
 

@@ -14,6 +14,7 @@ from asbuilt_bim.progress.report import ElementProgress, ProgressReport, Station
 from asbuilt_bim.report import wording
 from asbuilt_bim.report.cost_groups import cost_groups
 from asbuilt_bim.report.elevation import element_drawings
+from asbuilt_bim.report.next_rows import MOST_SHOWN, next_rows
 from asbuilt_bim.report.overlay import decode_picture, encode_picture, narrowed
 from asbuilt_bim.report.overlay_layout import OverlayLayout, overlay_layout
 from asbuilt_bim.report.plan import storey_plans
@@ -78,6 +79,8 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: Pro
             cost_groups=cost_groups(report),
             before=before,
             since=since_rows(before, report) if before else (),
+            next_rows=next_rows(report),
+            most_shown=MOST_SHOWN,
             order=ORDER,
             target_colour=TARGET_COLOUR,
         )

@@ -1,0 +1,150 @@
+"""What to photograph next: the sides that would bring the bounds together most, and where to stand before each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.report import ElementProgress, StationRecord, WantedView
+from asbuilt_bim.progress.surface import SurfaceState
+
+MOST = 30
+"""So many a day can be photographed; the rest comes up at the next visit."""
+WORTH_IT = 0.1
+"""Of an element, between its bounds: what is less open is known well enough."""
+DISTANCES_M = 6.0, 4.5, 3.0
+"""Before a side, the best first: 3 to 8 m is where it is measured well."""
+_BEFORE_IT_M = 0.02  # a sight begins so far before the face: what touches it hides none of it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Screens:
+    """The upright design surfaces that hide others, seen from above: segments (N, 2, 2) and heights (N, 2) in m."""
+
+    element: tuple[str, ...]
+    segments_m: FloatArray
+    heights_m: FloatArray
+
+
+def wanted_views(
+    design: BimModel,
+    elements: Mapping[str, ElementProgress],
+    surfaces: Mapping[str, SurfaceState],
+    stations: Sequence[StationRecord],
+    day: date,
+) -> tuple[WantedView, ...]:
+    """Return a view an element, those that should be begun by the plan first, then by what they leave open in m2.
+
+    `elements` are by GlobalId, `surfaces` by face id; `stations` are the visit's.
+    """
+    begun = _begun(design, day)
+    open_m2 = {key: (e.completion.upper - e.completion.lower) * e.design_area_m2 for key, e in elements.items()}
+    asked = [e for e in design.elements if _is_open(elements[e.global_id]) and e.faces]
+    asked.sort(key=lambda e: (e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id))
+    if not asked:
+        return ()
+    screens, places = _screens(design), {s.name: s.world_from_left for s in stations if s.world_from_left is not None}
+    views = (_view(e, open_m2[e.global_id], surfaces, screens, places, e.global_id in begun) for e in asked[:MOST])
+    return tuple(view for view in views if view is not None)
+
+
+def _is_open(element: ElementProgress) -> bool:
+    return element.completion.upper - element.completion.lower >= WORTH_IT and element.design_area_m2 > 0.0
+
+
+def _begun(design: BimModel, day: date) -> set[str]:
+    """Return the elements that the plan has begun by a day, or says nothing of."""
+    later = {e for t in design.tasks if t.schedule_start and t.schedule_start.date() > day for e in t.elements}
+    now = {e for t in design.tasks if t.schedule_start and t.schedule_start.date() <= day for e in t.elements}
+    return {element.global_id for element in design.elements} - (later - now)
+
+
+def _view(
+    element: BimElement,
+    open_m2: float,
+    surfaces: Mapping[str, SurfaceState],
+    screens: _Screens,
+    places: Mapping[str, FloatArray],
+    begun: bool,
+) -> WantedView | None:
+    """Return the view of the side of which most is unseen; of several the one that there is room before."""
+    sides = [face for face in element.faces if face.role != "reveal" and surfaces[face.face_id].unknown_uv_m]
+    sides.sort(key=lambda face: -surfaces[face.face_id].unknown_area_m2)
+    found = [(face, *_stand(face, surfaces[face.face_id], screens)) for face in sides]
+    if not found:
+        return None
+    face, middle, stand = next((one for one in found if one[2] is not None), found[0])
+    nearest, metres = "", None
+    if stand is not None and places:
+        away = {name: float(np.linalg.norm(place[:2, 3] - stand[:2])) for name, place in places.items()}
+        nearest = min(away, key=lambda name: (away[name], name))
+        metres = away[nearest]
+    return WantedView(
+        element=element.global_id,
+        face_id=face.face_id,
+        begun=begun,
+        open_m2=open_m2,
+        unseen_m2=surfaces[face.face_id].unknown_area_m2,
+        look_x_m=float(middle[0]),
+        look_y_m=float(middle[1]),
+        look_z_m=float(middle[2]),
+        stand_x_m=None if stand is None else float(stand[0]),
+        stand_y_m=None if stand is None else float(stand[1]),
+        nearest_station=nearest,
+        nearest_m=metres,
+    )
+
+
+def _stand(face: DesignFace, surface: SurfaceState, screens: _Screens) -> tuple[FloatArray, FloatArray | None]:
+    """Return the middle of the largest unseen piece (3,), and a place (3,) before it that the design leaves free."""
+    largest = max(surface.unknown_uv_m, key=polygon.rings_area)
+    uv = polygon.centroid((largest,))
+    middle = face.frame.from_uv(uv)
+    others = np.array([element != face.element for element in screens.element], dtype=np.bool_)
+    level = (screens.heights_m[:, 0] <= middle[2]) & (middle[2] <= screens.heights_m[:, 1])
+    walls = screens.segments_m[others & level]
+    eye = face.frame.from_uv(uv, _BEFORE_IT_M)
+    for distance in DISTANCES_M:
+        stand = face.frame.from_uv(uv, distance)
+        if not _crosses(eye[:2], stand[:2], walls):
+            return middle, stand
+    return middle, None
+
+
+def _crosses(start_m: FloatArray, end_m: FloatArray, segments_m: FloatArray) -> bool:
+    """Say whether a sight from above (2,), (2,) crosses one of the segments (N, 2, 2)."""
+    a, b = segments_m[:, 0], segments_m[:, 1]
+    starts, ends = _side(a, b, start_m), _side(a, b, end_m)
+    before, behind = _side(start_m, end_m, a), _side(start_m, end_m, b)
+    return bool(np.any((starts * ends < 0.0) & (before * behind < 0.0)))
+
+
+def _side(a: FloatArray, b: FloatArray, point: FloatArray) -> FloatArray:
+    """Return on which side of a to b points lie: the cross product, positive to the left."""
+    along, away = b - a, point - a
+    side: FloatArray = along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0]
+    return side
+
+
+def _screens(design: BimModel) -> _Screens:
+    """Return what hides: planes by their widths, mantles by two diameters."""
+    names: list[str] = []
+    segments: list[FloatArray] = []
+    heights: list[tuple[float, float]] = []
+    for face in (face for element in design.elements for face in element.faces):
+        u0, v0, u1, v1 = polygon.bounds(face.rings_uv_m)
+        corners = face.frame.from_uv([[u0, v0], [u1, v1]])
+        radius = getattr(face.frame, "radius_m", 0.0)
+        turns = [0.0, np.pi * radius / 2.0] if radius else []
+        ends = [face.frame.from_uv([[u, v0], [u + np.pi * radius, v0]]) for u in turns] or [corners]
+        for pair in ends:
+            names.append(face.element)
+            segments.append(pair[:, :2])
+            heights.append((float(corners[:, 2].min()), float(corners[:, 2].max())))
+    return _Screens(element=tuple(names), segments_m=np.array(segments), heights_m=np.array(heights))

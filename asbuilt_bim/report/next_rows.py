@@ -1,0 +1,66 @@
+"""What to photograph next, in words: the element, the side, where to stand, and what is near there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, WantedView
+
+MOST_SHOWN = 12
+_TOWARDS = ("+x", "+x +y", "+y", "-x +y", "-x", "-x -y", "-y", "+x -y")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NextRow:
+    """A view to take."""
+
+    element: ElementProgress
+    begun: bool
+    open_m2: float
+    unseen_m2: float
+    side: str  # "side towards +y"
+    stand: str
+
+
+def next_rows(report: ProgressReport) -> tuple[NextRow, ...]:
+    """Return the rows, the most valuable first; `MOST_SHOWN` of them fit the page."""
+    elements = {element.global_id: element for element in report.elements}
+    faces = {face.face_id: face for face in report.faces}
+    return tuple(
+        NextRow(
+            element=elements[view.element],
+            begun=view.begun,
+            open_m2=view.open_m2,
+            unseen_m2=view.unseen_m2,
+            side=_side(view, faces[view.face_id]),
+            stand=_stand(view),
+        )
+        for view in report.wanted_views
+        if view.element in elements and view.face_id in faces
+    )
+
+
+def _side(view: WantedView, face: DesignFaceRecord) -> str:
+    """Name a side by the axes of the IFC's world that it looks along."""
+    if view.stand_x_m is not None and view.stand_y_m is not None:
+        x, y = view.stand_x_m - view.look_x_m, view.stand_y_m - view.look_y_m
+    elif face.kind == "plane":
+        x, y, _ = np.cross(face.frame_m[1], face.frame_m[2]).tolist()
+    else:
+        return "mantle"
+    word = "mantle" if face.kind == "cylinder" else face.role
+    return f"{word} towards {_TOWARDS[round(math.atan2(y, x) / (math.pi / 4.0)) % 8]}"
+
+
+def _stand(view: WantedView) -> str:
+    """Say where to stand."""
+    if view.stand_x_m is None or view.stand_y_m is None:
+        return "the design leaves no 3 m free before it: go near, or look along it"
+    away = math.hypot(view.stand_x_m - view.look_x_m, view.stand_y_m - view.look_y_m)
+    place = f"{away:.1f} m before it, at x {view.stand_x_m:.1f}, y {view.stand_y_m:.1f}"
+    return place + (
+        f"; {view.nearest_m:.1f} m from station {view.nearest_station}" if view.nearest_m is not None else ""
+    )
