@@ -23,7 +23,7 @@ _MODEL_TOLERANCE_PX = 3.0
 _ROW_BAND_SHARE = 0.12  # of the height: a rig knocked further no longer has rows to speak of
 BEHIND_LIMIT = 0.2
 """Share of features with a negative disparity: chance matches stay below a few per cent."""
-_UPRIGHT = 0.1  # correlation of disparity with the row
+UPRIGHT = 0.1  # correlation of disparity with the row
 _NEIGHBOURS, _NEIGHBOUR_SHARE = 6, 0.08  # of the width: nearby features differ by less, even across an edge in depth
 
 
@@ -135,18 +135,15 @@ def _behind(what: str, matches: PairMatches) -> Rejection | None:
     """Say what is wrong where the scene would lie behind the rig: photos swapped, or the right camera turned outwards.
 
     In a photo taken upright lower things are nearer. Swapping turns disparity's sign, so that they would be further;
-    a turned camera shifts all disparities alike.
+    a turned camera shifts all disparities alike, and photos upside down turn both the sign and what is below.
     """
     share = float(np.mean(matches.disparity_px < -1.0))
     if share <= BEHIND_LIMIT:
         return None
-    down, disparity = matches.left_px[:, 1] - matches.left_px[:, 1].mean(), matches.disparity_px
-    rises = float(down @ (disparity - disparity.mean())) > _UPRIGHT * float(np.linalg.norm(down)) * float(
-        np.linalg.norm(disparity - disparity.mean())
-    )
     reason, remedy = "left and right look swapped", "exchange the left and the right photo"
-    if rises:
-        reason, remedy = "the rig was knocked: its right camera was turned outwards", "calibrate the rig again"
+    if nearer_below(matches) > UPRIGHT:
+        reason = "the rig was knocked: its right camera was turned outwards, or both photos are upside down"
+        remedy = "give the photos as the cameras stored them, or calibrate the rig again"
     return Rejection(
         what=what,
         reason=f"{reason} (a part of the scene would lie behind the rig)",
@@ -154,6 +151,14 @@ def _behind(what: str, matches: PairMatches) -> Rejection | None:
         limit=f"{100 * BEHIND_LIMIT:.0f} %",
         remedy=remedy,
     )
+
+
+def nearer_below(matches: PairMatches) -> float:
+    """Return how disparity goes with the row downwards, as a correlation: above 0 where lower things are nearer."""
+    down, disparity = matches.left_px[:, 1] - matches.left_px[:, 1].mean(), matches.disparity_px
+    away = disparity - disparity.mean()
+    scale = float(np.linalg.norm(down) * np.linalg.norm(away))
+    return float(down @ away) / scale if scale > 0.0 else 0.0
 
 
 def _features(image: ByteImage, valid: BoolArray, scale: float) -> tuple[FloatArray, ByteImage]:

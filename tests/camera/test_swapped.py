@@ -15,11 +15,11 @@ from asbuilt_bim.geometry.transform import apply, rigid
 from tests.camera.virtual import rig
 
 
-def seen(by: StereoRig, count: int = 200) -> tuple[FloatArray, FloatArray]:
+def seen(by: StereoRig, count: int = 200, *, nearer_below: bool = True) -> tuple[FloatArray, FloatArray]:
     """A site's points in pixels of the original left and right photo: the ground nearer than what stands on it."""
     draw = np.random.default_rng(3)
     points = draw.uniform([-2.0, -1.2, 5.0], [2.0, 1.2, 9.0], (count, 3))
-    points[:, 2] -= points[:, 1]
+    points[:, 2] -= points[:, 1] if nearer_below else -points[:, 1]
     noise = draw.normal(0.0, 0.3, (2, count, 2))
     return by.left.project(points) + noise[0], by.right.project(apply(by.right_from_left, points)) + noise[1]
 
@@ -49,6 +49,19 @@ def test_exchanged_photos_are_told_from_a_knock_with_every_lens(lens: LensModel)
     assert "exchange" in found.remedy
 
 
+@pytest.mark.parametrize("lens", ["five", "rational", "fisheye"])
+def test_photos_upside_down_are_told_from_a_knock_with_every_lens(lens: LensModel) -> None:
+    own = rig(lens)
+    left, right = (np.array([own.left.width_px, own.left.height_px]) - 1.0 - pixels for pixels in seen(own))
+    for pair, told in ((left, right), "both photos are upside down: "), ((right, left), "upside down, and swapped"):
+        matches, camera = matched(own, *pair)
+        found = swapped_rejection("station G1", matches, own, camera)
+        assert found is not None
+        assert told in found.reason
+        assert "as the cameras stored them" in found.remedy
+        assert ("exchange" in found.remedy) == ("swapped" in told)
+
+
 def test_a_good_pair_is_not_called_exchanged() -> None:
     own = rig()
     matches, camera = matched(own, *seen(own))
@@ -61,6 +74,13 @@ def test_a_camera_turned_about_any_axis_is_not_called_exchanged(axis: int, turn_
     own = rig()
     turn = rigid(turn_rad * np.eye(3)[axis], [0.0, 0.0, 0.0])
     matches, camera = matched(own, *seen(replace(own, right_from_left=turn @ own.right_from_left)))
+    assert swapped_rejection("station G1", matches, own, camera) is None
+
+
+def test_both_mistakes_are_not_told_of_a_scene_that_stands_upright_as_given_which_a_knock_may_show() -> None:
+    own = rig()
+    left, right = (np.array([own.left.width_px, own.left.height_px]) - 1.0 - p for p in seen(own, nearer_below=False))
+    matches, camera = matched(own, right, left)
     assert swapped_rejection("station G1", matches, own, camera) is None
 
 
