@@ -29,9 +29,9 @@ class TaskSaid:
 def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -> TaskSaid:
     """Write what was measured into a task's time; return what our set has to say about it.
 
-    Three cases are told apart. Measured above 0: Completion, at most 1. Measured 0: origin and status time, Completion
-    empty, because IfcPositiveRatioMeasure can't be 0. Unknown: nothing on the task. Other schedules are told the same,
-    but for what is finished: that is whole to them, and here as it was measured.
+    Completion is the lower bound, of every task, at most 1; where that is 0 it stays empty, because an
+    IfcPositiveRatioMeasure can't be 0, with origin and status time. Unknown: nothing on the task. Other schedules are
+    told the same, but for what is finished: that is whole to them, and here what of it is certain.
     """
     told = verdict(progress)
     if told.share is None:
@@ -45,8 +45,7 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
         said.values[_NO_TIME] = "NONE"
     for name in FIELDS:
         _keep(said, name, getattr(holder, name, None))
-    best = progress.progress.completion.best
-    share = min(best, 1.0) if told.finished and best is not None else told.share
+    share = min(progress.progress.completion.lower, 1.0)
     if hasattr(holder, "DataOrigin"):
         holder.DataOrigin = "MEASURED"
     holder.StatusTime = marker.moment(visit)
@@ -111,13 +110,13 @@ def _keep(said: TaskSaid, name: str, value: Any) -> None:
 
 
 def _basis(told: TaskVerdict, share: float, progress: TaskProgress) -> str:
-    group = progress.progress
-    why = [f"{group.unknown} of its elements are unknown"] if group.unknown else []
+    group, best = progress.progress, progress.progress.completion.best
+    why = ["seen complete"] if told.finished else []
+    why += [f"{group.unknown} of its elements are unknown"] if group.unknown else []
     why += [f"{progress.others} more not measured here"] if progress.others else []
-    bound = f"the lower bound: {', '.join(why)}" if told.knowledge == "part measured" else "the best estimate"
-    return f"Completion is {bound}" + (
-        "" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty"
-    )
+    why += [f"the best estimate is {best * 100:.1f} %"] if best is not None else []
+    empty = "" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty"
+    return f"Completion is the lower bound{': ' if why else ''}{', '.join(why)}{empty}"
 
 
 def _remove_unused(file: Any, things: Any) -> None:

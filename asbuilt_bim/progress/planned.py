@@ -12,7 +12,7 @@ from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
 
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
-"""What a task's number is: the best estimate, a lower bound, a zero that was seen, or nothing."""
+"""What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,10 +36,10 @@ class LateElement:
 
 
 def verdict(task: TaskProgress) -> TaskVerdict:
-    """Return what a schedule may be told of a task; the same rule as in the IFC copy.
+    """Return what a schedule may be told of a task: the lower bound, of every task; in the IFC copy the same.
 
-    Where some of its elements are unknown the lower bound is what counts, and the note says so. Nothing is told of an
-    unknown task: what the schedule holds of it stays as it is.
+    A best estimate beside a lower bound in one column would be read as the same thing. A finished task is whole.
+    Nothing is told of an unknown task: what the schedule holds of it stays as it is.
     """
     progress, done = task.progress, task.progress.completion
     if done.best is None and not (task.others and done.coverage > 0.0):
@@ -47,17 +47,17 @@ def verdict(task: TaskProgress) -> TaskVerdict:
     if task.actual_finish is not None and done.best is not None:
         seen = f"Seen complete: all {len(progress.elements)} elements. Measured {done.best * 100:.1f} %."
         return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=seen)
-    if done.best is None or progress.unknown:
-        count = len(progress.elements) + task.others
-        why = [f"{progress.unknown} of {count} elements are unknown"] if progress.unknown else []
-        why += [f"{task.others} of {count} are not measured here"] if task.others else []
-        bounds = f"at least {done.lower * 100:.1f} % (lower bound), possibly {done.upper * 100:.1f} %"
-        text = f"Part measured: {bounds}; {', '.join(why)}."
-        return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=text)
-    if done.best <= 0.0:
+    if done.best is not None and done.best <= 0.0 and not progress.unknown:
         return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note="Measured: nothing is built yet.")
-    text = f"Measured {done.best * 100:.1f} % ({done.lower * 100:.1f} to {done.upper * 100:.1f} %)."
-    return TaskVerdict(knowledge="measured", share=min(done.best, 1.0), finished=False, note=text)
+    bounds = f"at least {done.lower * 100:.1f} % (lower bound), possibly {done.upper * 100:.1f} %"
+    if done.best is not None and not progress.unknown:
+        text = f"Measured: {bounds}; best estimate {done.best * 100:.1f} %."
+        return TaskVerdict(knowledge="measured", share=done.lower, finished=False, note=text)
+    count = len(progress.elements) + task.others
+    why = [f"{progress.unknown} of {count} elements are unknown"] if progress.unknown else []
+    why += [f"{task.others} of {count} are not measured here"] if task.others else []
+    text = f"Part measured: {bounds}; {', '.join(why)}."
+    return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=text)
 
 
 def _unknown_note(task: TaskProgress) -> str:

@@ -296,6 +296,16 @@ def test_a_lower_bound_that_a_task_is_told_by_is_rounded_down(tmp_path: Path) ->
     assert (row["CompletionLower"], row["CompletionTold"]) == ("0.3550", "0.3550")
 
 
+def test_a_task_of_known_elements_is_told_by_its_lower_bound_as_one_of_unknown_ones_is(tmp_path: Path) -> None:
+    known = task("known", 0.64, 0.6, 0.7)
+    write_tasks_csv(report_of(known), tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8-sig", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert (row["Known"], row["CompletionBest"], row["CompletionTold"]) == ("measured", "0.6400", "0.6000")
+    assert row["Note"] == "Measured: at least 60.0 % (lower bound), possibly 70.0 %; best estimate 64.0 %."
+    assert msp(report_of(known), tmp_path)["known"].findtext("PercentComplete") == "60"
+
+
 def test_late_elements_are_named_on_the_page_and_on_a_sheet(tmp_path: Path) -> None:
     report = sample_report()
     page = page_html(report, {})
