@@ -28,7 +28,7 @@ def _unmeasured(line: CostLine) -> str:
 def _takes_off(line: CostLine) -> str:
     return (
         f"cost item {_name(line)}: takes {abs(line.planned_quantity * line.rate):.2f} off when all of it is built; "
-        "what wasn't seen of it is not taken off, and certain totals may be too high by as much"
+        "what wasn't seen of it is taken off certain totals, too"
     )
 
 

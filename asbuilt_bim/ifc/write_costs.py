@@ -23,7 +23,8 @@ def write_costs(marker: Marker, lines: tuple[CostProgress, ...], visit: date) ->
     """Add an IfcCostSchedule (USERDEFINED, object type ASBUILT) beside each planned one, with one item a line.
 
     A tender beside a budget isn't added to it here either: programs add up a schedule's items. The item's quantity is
-    the LOWER bound, which is what can be certified; the best estimate stands in our set. IFC2X3 can't hold one.
+    what can be certified, the LOWER bound, of an item that takes money off the UPPER one; the best estimate stands in
+    our set. IFC2X3 can't hold one.
     """
     if marker.schema == "IFC2X3":
         return
@@ -57,7 +58,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     unit = _unit_of(marker.find(line.global_id))
     count: float | int = line.as_built_lower
     if line.measure == "count" and marker.schema == "IFC4X3":
-        count = math.floor(count + 1e-9)  # whole pieces only there
+        count = math.ceil(count - 1e-9) if line.takes_off else math.floor(count + 1e-9)  # whole pieces only there
     quantity = file.create_entity(ifc_class, Name="AsBuiltLower", Unit=unit, **{attribute: count})
     rate = file.create_entity(
         "IfcCostValue", Name="Rate", AppliedValue=file.create_entity("IfcMonetaryMeasure", line.rate)
@@ -76,7 +77,8 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     if products:
         marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=products, RelatingControl=item)
     planned = f"{line.planned_quantity:g} {line.unit}"
-    whole = f" ({line.as_built_lower:g}, rounded down to whole pieces)" if count != line.as_built_lower else ""
+    bound, way = ("upper bound (it takes money off)", "up") if line.takes_off else ("lower bound", "down")
+    whole = f" ({line.as_built_lower:g}, rounded {way} to whole pieces)" if count != line.as_built_lower else ""
     best = "not known" if line.as_built_best is None else f"{line.as_built_best:g} {line.unit}"
     marker.properties(
         item,
@@ -85,7 +87,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
             "CompletionLower": line.completion.lower,
             "CompletionUpper": line.completion.upper,
             "Coverage": line.completion.coverage,
-            "Basis": f"lower bound of the as-built quantity{whole}; best {best} of {planned}",
+            "Basis": f"{bound} of the as-built quantity{whole}; best {best} of {planned}",
         },
     )
     return item

@@ -36,11 +36,14 @@ def cost_progress(
 def earned(line: CostLine, completion: Completion, parts: Mapping[str, float]) -> CostProgress:
     """Return what a completion earns of a cost line, in cents; from the shares as the result holds them.
 
-    A sheet that calculates with what it shows then comes to the same cent.
+    A sheet that calculates with what it shows then comes to the same cent. Of a line that takes money off all that may
+    be built is certain to be taken off at most: the sum of certain values is then no more than what has been earned.
     """
     best = None if completion.best is None else round(completion.best, SHARE_DECIMALS)
     as_built = None if best is None else best * line.planned_quantity
-    lower = round(completion.lower, SHARE_DECIMALS) * line.planned_quantity
+    takes_off = line.planned_quantity * line.rate < 0.0
+    certain = completion.upper if takes_off else completion.lower
+    lower = round(certain, SHARE_DECIMALS) * line.planned_quantity
     return CostProgress(
         global_id=line.global_id,
         name=line.name,

@@ -130,6 +130,16 @@ class CostProgress:
         """Return what the line is worth when it is finished, in cents."""
         return cents(self.planned_quantity * self.rate)
 
+    @property
+    def takes_off(self) -> bool:
+        """Say whether the line takes money off: a deduction, a credit."""
+        return self.planned_quantity * self.rate < 0.0
+
+    @property
+    def certain(self) -> float:
+        """Return the share (0..1) that a certificate counts: the lower bound, or the upper of what is taken off."""
+        return self.completion.upper if self.takes_off else self.completion.lower
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FaceRecord:

@@ -10,16 +10,25 @@ from asbuilt_bim.report.cost_groups import cost_groups
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostPart:
-    """An element's part of a cost line; the parts of a line add up to it before it is rounded to the cent."""
+    """An element's part of a cost line; the parts of a line add up to it before it is rounded to the cent.
+
+    What isn't measured of a line that takes money off is taken off it, too, and stands in no part.
+    """
 
     line: CostProgress
     element: ElementProgress
     planned_quantity: float  # in the line's own unit
 
     @property
+    def certain(self) -> float:
+        """Return the share (0..1) of the element that a certificate counts for this line."""
+        completion = self.element.completion
+        return completion.upper if self.line.takes_off else completion.lower
+
+    @property
     def as_built_lower(self) -> float:
         """Return what of it is certain, in the line's own unit."""
-        return self.planned_quantity * self.element.completion.lower
+        return self.planned_quantity * self.certain
 
     @property
     def earned_lower(self) -> float:

@@ -122,7 +122,7 @@ def _part(part: CostPart, storeys: dict[str, str]) -> tuple[Cell, ...]:
         element.state,
         line.unit,
         part.planned_quantity,
-        element.completion.lower,
+        part.certain,
         part.as_built_lower,
         part.earned_lower,
         line.currency or NO_CURRENCY,

@@ -59,6 +59,7 @@ ELEMENTS = (
     _column("Notes", "text", 40, "Remarks."),
 )
 
+_OFF = "Of a line that takes money off the upper bound."
 COST = (
     _column("Identification", "text", 14, "The line's identification in the cost schedule."),
     _column("Name", "text", 34, "The line's name."),
@@ -69,7 +70,7 @@ COST = (
     _column("Currency", "text", 10, "Currency of rate and values."),
     _column("Planned value", "money", 14, "= planned quantity x rate, to the cent; totals are sums of these."),
     _column("Completion best", "percent", 12, f"Weighted by what the line measures. {_BEST}"),
-    _column("Completion lower", "percent", 12, f"Weighted by what the line measures. {_LOWER}"),
+    _column("Completion lower", "percent", 12, f"Weighted by what the line measures. {_LOWER} {_OFF}"),
     _column("As-built quantity best", "quantity", 13, "= completion best x planned quantity."),
     _column("As-built quantity lower", "quantity", 13, "= completion lower x planned quantity."),
     _column("Earned value best", "money", 14, "= as-built quantity best x rate, to the cent."),
@@ -92,7 +93,7 @@ COST_PARTS = (
     _column("State", "text", 13, "The element's state."),
     _column("Unit", "text", 7, "The line's own unit."),
     _column("Planned quantity", "quantity", 12, "The element's part of the line's, by what the line measures."),
-    _column("Completion lower", "percent", 12, f"The element's. {_LOWER}"),
+    _column("Completion lower", "percent", 12, f"The element's. {_LOWER} {_OFF}"),
     _column("As-built quantity lower", "quantity", 13, "= planned quantity x completion lower."),
     _column("Earned value lower", "money", 14, "That x rate. Parts add up to their line before it is rounded."),
     _column("Currency", "text", 10, "Currency of the value."),

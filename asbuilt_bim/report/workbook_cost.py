@@ -44,7 +44,7 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
         line.currency or NO_CURRENCY,
         Formula(f"=ROUND(E{n}*F{n},2)", line.planned_value),
         line.completion.best,
-        line.completion.lower,
+        line.certain,
         best,
         Formula(f"=J{n}*E{n}", line.as_built_lower),
         earned,

@@ -85,7 +85,7 @@ def test_two_lines_of_one_schedule_on_the_same_elements_are_named(builder: Model
     assert notes == ["cost items concrete and concrete again: both pay for the same elements by volume; both count"]
 
 
-def test_an_item_that_takes_money_off_is_named_since_certain_totals_rest_on_what_was_seen(
+def test_an_item_that_takes_money_off_is_named_since_its_certain_value_counts_what_was_not_seen(
     builder: ModelBuilder, tmp_path: Path
 ) -> None:
     made = column(builder)
@@ -93,8 +93,8 @@ def test_an_item_that_takes_money_off_is_named_since_certain_totals_rest_on_what
     builder.cost("deduction", [made], "IfcQuantityCount", 2.0, -15.0)
     notes = [note for note in design(builder, tmp_path).notes if "off" in note]
     assert notes == [
-        "cost item deduction: takes 30.00 off when all of it is built; what wasn't seen of it is not taken off, and "
-        "certain totals may be too high by as much"
+        "cost item deduction: takes 30.00 off when all of it is built; what wasn't seen of it is taken off "
+        "certain totals, too"
     ]
 
 

@@ -234,23 +234,26 @@ def test_a_task_without_a_time_gets_one_and_loses_it_again(tmp_path: Path) -> No
     assert _without_ids(ifcopenshell.open(str(tmp_path / "b.ifc"))) == _without_ids(ifcopenshell.open(str(path)))
 
 
+@pytest.mark.parametrize(("rate", "whole", "way"), [(120.0, 2, "down"), (-120.0, 3, "up")])
 @pytest.mark.parametrize("schema", ["IFC4", "IFC4X3"])
-def test_pieces_are_counted_whole_where_the_schema_wants_it_and_never_upwards(schema: str, tmp_path: Path) -> None:
+def test_pieces_are_counted_whole_where_the_schema_wants_it_upwards_only_where_they_take_money_off(
+    schema: str, rate: float, whole: int, way: str, tmp_path: Path
+) -> None:
     builder = ModelBuilder(schema=schema)
     columns = [builder.box("IfcColumn", f"{i}", (2.0 * i, 0.0, 0.0), (0.4, 0.4, 3.0)) for i in range(7)]
-    builder.cost("columns", columns, "IfcQuantityCount", 7, 120.0)
+    builder.cost("columns", columns, "IfcQuantityCount", 7, rate)
     source, target = builder.write(tmp_path / "m.ifc"), tmp_path / "w.ifc"
     write_asbuilt(source, report_on(read_design(source), {}), target)
     written = ifcopenshell.open(str(target))
     ours = next(one for one in written.by_type("IfcCostItem") if one.ObjectType == "ASBUILT")
-    assert ours.CostQuantities[0].CountValue == (2 if schema == "IFC4X3" else pytest.approx(2.8))
+    assert ours.CostQuantities[0].CountValue == (whole if schema == "IFC4X3" else pytest.approx(2.8))
     (basis,) = [
         value.NominalValue.wrappedValue
         for relation in ours.IsDefinedBy
         for value in relation.RelatingPropertyDefinition.HasProperties
         if value.Name == "Basis"
     ]
-    assert ("(2.8, rounded down to whole pieces)" in basis) is (schema == "IFC4X3")
+    assert (f"(2.8, rounded {way} to whole pieces)" in basis) is (schema == "IFC4X3")
     assert _complaints(target) <= _complaints(source)
 
 

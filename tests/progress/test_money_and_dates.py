@@ -16,6 +16,8 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.report.convert import report_from_plain, report_to_plain
+from asbuilt_bim.report.cost_groups import cost_groups
+from asbuilt_bim.report.cost_parts import cost_parts
 from tests.match.small_site import box, element, model
 
 DAY, LATER = date(2026, 3, 2), date(2026, 3, 16)
@@ -122,6 +124,27 @@ def test_the_parts_of_a_lines_elements_add_up_to_what_it_earned_for_certain() ->
         parts = sum(share * cost.planned_quantity * lower[key] for key, share in cost.parts.items())
         assert parts == pytest.approx(cost.as_built_lower) and parts > 0.0
     assert next(sum(cost.parts.values()) for cost in told.cost_lines) == pytest.approx(1.0)
+
+
+def test_of_a_deduction_all_that_may_be_built_is_certain_to_be_taken_off_at_most() -> None:
+    for planned, rate in ((3.0, -200.0), (-3.0, 200.0)):
+        told = report(replace(line("A", "B", "C", planned=planned), rate=rate))
+        (off,) = told.cost_lines
+        assert off.takes_off and off.certain == off.completion.upper > off.completion.lower
+        assert off.as_built_lower == pytest.approx(off.completion.upper * planned)
+        assert (
+            off.earned_lower == cents(round(off.completion.upper, 9) * planned * rate) < (off.earned_best or 0.0) < 0.0
+        )
+        parts = cost_parts(told)
+        assert sum(part.earned_lower for part in parts) == pytest.approx(off.earned_lower, abs=0.01)
+    (mixed,) = report(replace(line("A", planned=30.0), others=1, rate=-1.0)).cost_lines
+    assert mixed.earned_lower == -30.0  # a slab that nobody measures may stand
+
+
+def test_a_certain_total_with_a_deduction_for_what_nobody_saw_is_no_more_than_what_is_earned_if_it_stands() -> None:
+    work, off = line("A", planned=3.0), replace(line("C", planned=1.0), rate=-20.0, name="deduction", global_id="D")
+    (group,) = cost_groups(report(work, off))
+    assert group.earned_lower == pytest.approx(3.0 * 200.0 - 20.0)
 
 
 def test_of_a_line_with_little_planned_the_measured_elements_earn_no_more_than_their_number() -> None:

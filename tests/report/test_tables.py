@@ -88,6 +88,23 @@ def test_cached_values_are_what_the_formulas_give():
     assert checked == 4
 
 
+def test_a_deduction_stands_in_the_cost_sheet_with_its_upper_bound(tmp_path):
+    report = sample_report()
+    first = report.cost_lines[0]
+    share = first.completion.upper
+    off = replace(
+        first, rate=-first.rate, as_built_lower=share * first.planned_quantity,
+        earned_lower=cents(-share * first.planned_quantity * first.rate),
+    )  # fmt: skip
+    write_workbook(replace(report, cost_lines=(off,)), tmp_path / "q.xlsx")
+    sheet = openpyxl.load_workbook(tmp_path / "q.xlsx", data_only=True)["Cost"]
+    assert (sheet["J2"].value, sheet["N2"].value) == (pytest.approx(share), off.earned_lower)
+    parts = openpyxl.load_workbook(tmp_path / "q.xlsx", data_only=True)["Cost by element"]
+    uppers = {element.global_id: element.completion.upper for element in report.elements}
+    for row in parts.iter_rows(min_row=2, values_only=True):
+        assert row[8] == pytest.approx(uppers[row[3]])
+
+
 def test_each_element_of_each_cost_line_is_listed_with_what_it_brings():
     report = sample_report()
     rows = list(book(values=True)["Cost by element"].iter_rows(min_row=2, values_only=True))
