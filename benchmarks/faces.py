@@ -1,6 +1,6 @@
 """Areas of faces against the truth: twins of the paper's two experiments, by the width of the narrow side.
 
-python benchmarks/faces.py --check --json figures.json     56 pairs, 8 of them path-traced
+python benchmarks/faces.py --check --json figures.json     64 pairs, 8 of them path-traced
 python benchmarks/faces.py --networks --json figures.json  the same pairs with the shipped networks' masks and depth
 python benchmarks/faces.py --quick                         three pairs; lines with a small n are not judged
 """

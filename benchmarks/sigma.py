@@ -1,6 +1,6 @@
 """Does sigma hold? What the images leave open, what the calibration does, and both, against the errors made.
 
-python benchmarks/sigma.py --check --json figures.json     56 pairs, 120 virtual calibrations, 24 rigs
+python benchmarks/sigma.py --check --json figures.json     64 pairs, 120 virtual calibrations, 24 rigs
 python benchmarks/sigma.py --faces faces.json              the image part from a run of benchmarks/faces.py
 python benchmarks/sigma.py --quick                         the calibration part alone, on fewer rigs
 """

@@ -29,7 +29,7 @@ from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
 from asbuilt_bim.vision.target import TargetOptions, TargetSighting, find_target
 
-RAYCAST_SEEDS = (*range(100, 146), 154, 155)
+RAYCAST_SEEDS = (*range(100, 146), *range(154, 164))
 CYCLES_SEEDS = tuple(range(146, 154))
 TARGET_DIAMETER_M = 0.30
 

@@ -29,9 +29,8 @@ class TaskSaid:
 def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -> TaskSaid:
     """Write what was measured into a task's time; return what our set has to say about it.
 
-    Completion is the lower bound, of every task, at most 1; where that is 0 it stays empty, because an
-    IfcPositiveRatioMeasure can't be 0, with origin and status time. Unknown: nothing on the task. Other schedules are
-    told the same, but for what is finished: that is whole to them, and here what of it is certain.
+    Completion is what every schedule is told: the lower bound, of a finished task 1. Where that is 0 it stays empty,
+    because an IfcPositiveRatioMeasure can't be 0, with origin and status time. Unknown: nothing on the task.
     """
     told = verdict(progress)
     if told.share is None:
@@ -45,14 +44,13 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
         said.values[_NO_TIME] = "NONE"
     for name in FIELDS:
         _keep(said, name, getattr(holder, name, None))
-    share = min(progress.progress.completion.lower, 1.0)
     if hasattr(holder, "DataOrigin"):
         holder.DataOrigin = "MEASURED"
     holder.StatusTime = marker.moment(visit)
     holder.ActualStart = marker.moment(progress.actual_start)
     holder.ActualFinish = marker.moment(progress.actual_finish)
-    holder.Completion = share if share > 0.0 else None
-    said.values["Basis"] = _basis(told, share, progress)
+    holder.Completion = told.share if told.share > 0.0 else None
+    said.values["Basis"] = _basis(told, told.share, progress)
     return said
 
 
@@ -111,8 +109,9 @@ def _keep(said: TaskSaid, name: str, value: Any) -> None:
 
 def _basis(told: TaskVerdict, share: float, progress: TaskProgress) -> str:
     group, best = progress.progress, progress.progress.completion.best
-    why = ["seen complete"] if told.finished else []
-    why += [f"{group.unknown} of its elements are unknown"] if group.unknown else []
+    if told.finished:
+        return f"Completion is 1: seen complete; at least {group.completion.lower * 100:.1f} % is certain"
+    why = [f"{group.unknown} of its elements are unknown"] if group.unknown else []
     why += [f"{progress.others} more not measured here"] if progress.others else []
     why += [f"the best estimate is {best * 100:.1f} %"] if best is not None else []
     empty = "" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty"

@@ -125,11 +125,11 @@ def test_strip_gives_the_design_back(schema: str, tmp_path: Path) -> None:
 def test_measured_zero_unknown_and_part_measured_are_three_things(schema: str, tmp_path: Path) -> None:
     file = ifcopenshell.open(str(_written(schema, tmp_path)[1]))
     times = {task.Name: task.TaskTime for task in file.by_type("IfcTask")}
-    assert times["pour full"].Completion == pytest.approx(0.9)  # the lower bound, of every task
+    assert times["pour full"].Completion == 1.0  # finished, as in every other schedule
     assert times["pour full"].ActualFinish is not None
     said = _psets(file, "IfcTask", "pour full")["AsBuilt_Progress"]
-    assert said["Basis"] == "Completion is the lower bound: seen complete, the best estimate is 100.0 %"
-    assert said["CompletionLower"] == pytest.approx(times["pour full"].Completion)
+    assert said["Basis"] == "Completion is 1: seen complete; at least 90.0 % is certain"
+    assert said["CompletionLower"] == pytest.approx(0.9)
     assert times["pour full"].ActualFinish == "2026-03-02T00:00:00"
     assert times["pour full"].ScheduleStart == "2026-02-01T00:00:00"
     assert times["pour none"].Completion is None and times["pour none"].DataOrigin == "MEASURED"
@@ -229,7 +229,7 @@ def test_a_task_without_a_time_gets_one_and_loses_it_again(tmp_path: Path) -> No
     builder.task("pour", [column], time=False)
     path = builder.write(tmp_path / "m.ifc")
     write_asbuilt(path, report_on(read_design(path), BEST), tmp_path / "w.ifc")
-    assert ifcopenshell.open(str(tmp_path / "w.ifc")).by_type("IfcTask")[0].TaskTime.Completion == 0.9
+    assert ifcopenshell.open(str(tmp_path / "w.ifc")).by_type("IfcTask")[0].TaskTime.Completion == 1.0
     strip_asbuilt(tmp_path / "w.ifc", tmp_path / "b.ifc")
     assert _without_ids(ifcopenshell.open(str(tmp_path / "b.ifc"))) == _without_ids(ifcopenshell.open(str(path)))
 
