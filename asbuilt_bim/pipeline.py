@@ -18,8 +18,9 @@ from asbuilt_bim.match.beside import beside_design
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.options import Options
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.reissued import reissued, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.progress.revision import revision_notes
+from asbuilt_bim.progress.revision import reissued_notes, revision_notes
 from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import classify_surface
 from asbuilt_bim.project.missing import refuse_missing
@@ -100,6 +101,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     with watch.step("rig"):
         rig, calibration = rig_of(project, place.cache, progress)
     known, past = 0, read_past(project.history, project.visits[0].date)
+    others = reissued(past[-1], design) if past else {}
+    past = tuple(with_new_ids(report, others) for report in past)
     history = reduce(remember, past, EMPTY_HISTORY)
     reports: list[ProgressReport] = []
     left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
@@ -110,7 +113,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         with watch.step("register, match, judge"):
             rejections = (*stray, *seen.rejections)
             report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
-            revised = revision_notes(past[-1], report) if past else ()
+            revised = (*reissued_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
             report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
             names = [station.name for station in visit.stations if station.name not in report.placed]
             left_out += _left_out(names, visit.date)

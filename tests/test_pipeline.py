@@ -3,6 +3,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import ifcopenshell
+import ifcopenshell.guid
 import pytest
 
 from asbuilt_bim.pipeline import RunResult, run_project
@@ -160,6 +162,25 @@ def test_a_visit_under_history_is_handed_on_with_the_run(
     again = run_project(last, Workplace(workers=1, cache=cache), Heard())
     assert [report.visit_date for report in again.past] == [project.visits[0].date]
     assert again.reports[0].earlier_visits == (project.visits[0].date,)
+
+
+def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_ids(
+    result: RunResult, project: Project, cache: Cache, tmp_path: Path
+) -> None:
+    write_result(result.reports[0], tmp_path / "first.json")
+    file = ifcopenshell.open(str(project.ifc[0]))
+    for rooted in file.by_type("IfcRoot"):
+        rooted.GlobalId = ifcopenshell.guid.new()
+    file.write(str(tmp_path / "again.ifc"))
+    last = replace(project, visits=project.visits[1:], history=(tmp_path / "first.json",))
+    same, again = (
+        run_project(replace(last, ifc=(path,)), Workplace(workers=1, cache=cache), Heard()).reports[0]
+        for path in (project.ifc[0], tmp_path / "again.ifc")
+    )
+    assert again.whole.completion == same.whole.completion
+    assert {e.global_id for e in again.elements}.isdisjoint(e.global_id for e in same.elements)
+    (note,) = [note for note in again.notes if note.startswith("revised design")]
+    assert f"{len(same.elements)} have other GlobalIds" in note
 
 
 def test_a_station_left_out_of_a_visit_under_history_is_named_in_every_later_report(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from asbuilt_bim.progress.history import frame_of, stands_still
@@ -63,6 +63,17 @@ def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[str, 
         f"{since}: {len(elements)} {what}: {_names(elements)}" + (f"; {so}" if so else "")
         for elements, what, so in told
         if elements
+    )
+
+
+def reissued_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the note on elements that have other GlobalIds now; `before` bears the new ones already."""
+    found = [element for element in before.elements if element.global_id in set(ids.values())]
+    if not found:
+        return ()
+    return (
+        f"{NOTE} (against the result of {before.visit_date.isoformat()}): {len(found)} have other GlobalIds and stand "
+        f"where they stood: {_names(found)}; what was seen of them counts",
     )
 
 

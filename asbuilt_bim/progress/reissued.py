@@ -1,0 +1,100 @@
+"""Elements that an export gave other GlobalIds, known again by where they stand: what was seen of them counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.progress.history import STILL_M, frame_of
+from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, FaceRecord, ProgressReport
+
+
+def reissued(report: ProgressReport, design: BimModel) -> dict[str, str]:
+    """Return old GlobalId -> new one of the elements that a design holds under another GlobalId than a result.
+
+    Both have to be of one kind, with one box round their exposed faces in the world (to `STILL_M`), and neither may
+    have a second one of which that holds: two solids don't stand in one place, and where a file says so neither is
+    taken for the other.
+    """
+    there, known = {e.global_id for e in design.elements}, {e.global_id for e in report.elements}
+    fresh = {e.global_id: e.kind for e in design.elements if e.global_id not in known}
+    lost = {e.global_id: e.kind for e in report.elements if e.global_id not in there}
+    if not fresh or not lost:
+        return {}
+    old = _boxes((f.element, frame_of(f), f.exposed_uv_m) for f in report.faces if f.element in lost)
+    own = [element for element in design.elements if element.global_id in fresh]
+    new = _boxes((face.element, face.frame, face.exposed_uv_m) for element in own for face in element.faces)
+    if not old:
+        return {}
+    keys, boxes = list(old), np.array(list(old.values()))
+    kinds = np.array([lost[key] for key in keys])
+    pairs = [
+        (keys[index], key)
+        for key, box in new.items()
+        for index in np.flatnonzero((np.abs(boxes - box).max(axis=1) < STILL_M) & (kinds == fresh[key]))
+    ]
+    was, now = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+    return {a: b for a, b in pairs if was.count(a) == 1 and now.count(b) == 1}
+
+
+def with_new_ids(report: ProgressReport, ids: Mapping[str, str]) -> ProgressReport:
+    """Return a result whose elements, and faces of them, bear the GlobalIds that they have now."""
+    if not ids:
+        return report
+    return replace(
+        report,
+        elements=tuple(_element(one, ids) for one in report.elements),
+        faces=tuple(_face(one, ids) for one in report.faces),
+        stations=tuple(replace(s, faces=tuple(_measured(f, ids) for f in s.faces)) for s in report.stations),
+        unobserved=tuple(_renamed(face, ids) for face in report.unobserved),
+    )
+
+
+def _element(element: ElementProgress, ids: Mapping[str, str]) -> ElementProgress:
+    return replace(element, global_id=ids.get(element.global_id, element.global_id))
+
+
+def _face(face: DesignFaceRecord, ids: Mapping[str, str]) -> DesignFaceRecord:
+    element, face_id = ids.get(face.element, face.element), _renamed(face.face_id, ids)
+    surface = replace(face.surface, element=element, face_id=face_id)
+    return replace(face, element=element, face_id=face_id, surface=surface)
+
+
+def _measured(face: FaceRecord, ids: Mapping[str, str]) -> FaceRecord:
+    return replace(
+        face,
+        elements=tuple(ids.get(one, one) for one in face.elements),
+        design_faces=tuple(_renamed(one, ids) for one in face.design_faces),
+    )
+
+
+def _renamed(face_id: str, ids: Mapping[str, str]) -> str:
+    """Return a face's id, which begins with its element's GlobalId, under the new one."""
+    element, dash, digest = face_id.rpartition("-")
+    return f"{ids.get(element, element)}{dash}{digest}"
+
+
+def _boxes(faces: Iterable[tuple[str, PlaneFrame | CylinderFrame, Region]]) -> dict[str, FloatArray]:
+    """Return each element's box (6,) in the world, low and high, round its exposed faces; none where it has none."""
+    points: dict[str, list[FloatArray]] = {}
+    for element, frame, region in faces:
+        for rings in region:
+            points.setdefault(element, []).append(_corners(frame, rings[0]))
+    return {key: np.r_[np.vstack(found).min(axis=0), np.vstack(found).max(axis=0)] for key, found in points.items()}
+
+
+def _corners(frame: PlaneFrame | CylinderFrame, ring: FloatArray) -> FloatArray:
+    """Return points (N, 3) that a ring reaches to; a mantle, wherever its seam is, reaches all round."""
+    if isinstance(frame, PlaneFrame):
+        return frame.from_uv(ring)
+    ends = frame.origin_m + np.array([ring[:, 1].min(), ring[:, 1].max()])[:, None] * frame.axis
+    around = np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]) * frame.radius_m
+    corners: FloatArray = (ends[:, None] + around[None]).reshape(-1, 3)
+    return corners
