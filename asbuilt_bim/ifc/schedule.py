@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from datetime import date, datetime
 from typing import Any
 
 import ifcopenshell.util.date
@@ -11,6 +10,7 @@ import ifcopenshell.util.date
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
 from asbuilt_bim.ifc.identity import id_fault, with_ids
+from asbuilt_bim.ifc.planned_dates import planned_dates
 from asbuilt_bim.ifc.ties import tied
 
 _LINKS: dict[str, LinkKind] = {
@@ -30,15 +30,17 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
     Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
     (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
-    tasks, faults = [], []
+    tasks, faults, worked_out = [], [], list[str]()
     making = ((task, tied(_products(task), elements)) for task in file.by_type("IfcTask"))
     found = {task: made for task, made in making if made.elements}
     known, strangers = with_ids(found, each_once=True)
     for task in known:
         made = found[task]
-        start, finish, fault = _planned(task)
-        if fault:
-            faults.append(f"task {task.Name or task.GlobalId}: {fault}")
+        planned = planned_dates(task)
+        if planned.fault:
+            faults.append(f"task {task.Name or task.GlobalId}: {planned.fault}")
+        if planned.worked_out and planned.finish:
+            worked_out.append(f"{task.Name or task.GlobalId} {planned.finish:%Y-%m-%d %H:%M}")
         tasks.append(
             Task(
                 global_id=task.GlobalId,
@@ -46,15 +48,24 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
                 identification=str(getattr(task, "Identification", None) or getattr(task, "TaskId", None) or ""),
                 elements=made.elements,
                 others=made.others,
-                schedule_start=start,
-                schedule_finish=finish,
+                schedule_start=planned.start,
+                schedule_finish=planned.finish,
                 outline=_outline(task),
                 links=tuple(_links(task)),
             )
         )
     stand = _standing(found)
     more = [f"and {len(faults) - MAX_NAMED} more tasks whose dates don't count"] if len(faults) > MAX_NAMED else []
-    return tuple(tasks), (*strangers, *stand, *faults[:MAX_NAMED], *more)
+    return tuple(tasks), (*strangers, *stand, *_said_of(worked_out), *faults[:MAX_NAMED], *more)
+
+
+def _said_of(worked_out: list[str]) -> list[str]:
+    """Say which planned finishes the file doesn't hold."""
+    if not worked_out:
+        return []
+    named = ", ".join(worked_out[:MAX_NAMED]) + (", ..." if len(worked_out) > MAX_NAMED else "")
+    count = "1 task has" if len(worked_out) == 1 else f"{len(worked_out)} tasks have"
+    return [f"{count} a start and a duration and no finish: it is worked out by the calendar ({named})"]
 
 
 def _standing(tasks: Iterable[Any]) -> list[str]:
@@ -125,50 +136,3 @@ def _products(task: Any) -> Iterable[Any]:
             yield relation.RelatingProduct
     for relation in task.OperatesOn or ():
         yield from relation.RelatedObjects
-
-
-def task_times(task: Any) -> tuple[Any, ...]:
-    """Return what holds a task's dates: its IfcTaskTime, or in IFC2X3 the IfcScheduleTimeControl of its schedules."""
-    if hasattr(task, "TaskTime"):
-        return (task.TaskTime,) if task.TaskTime is not None else ()
-    controls = (getattr(relation, "TimeForTask", None) for relation in task.HasAssignments or ())
-    return tuple({control.id(): control for control in controls if control is not None}.values())
-
-
-def _planned(task: Any) -> tuple[datetime | None, datetime | None, str]:
-    """Return when a task is planned, and why its dates don't count where they don't; then both are None."""
-    all_times = task_times(task)
-    if len({(moment(times.ScheduleStart), moment(times.ScheduleFinish)) for times in all_times}) > 1:
-        return None, None, f"it stands in {len(all_times)} schedules with other dates in each; it has no plan here"
-    for times in all_times:
-        written = times.ScheduleStart, times.ScheduleFinish
-        start, finish = (moment(one) for one in written)
-        for name, one, found in (("start", written[0], start), ("finish", written[1], finish)):
-            if one is not None and found is None:
-                return None, None, f"its {name} {str(one)[:40]!r} is no date; it has no plan here: correct the schedule"
-        if start and finish and finish < start:
-            days = f"its finish {finish.date()} is before its start {start.date()}"
-            return None, None, f"{days}; it has no plan here: correct the schedule"
-        return start, finish, ""
-    return None, None, ""
-
-
-def moment(value: Any) -> datetime | None:
-    """Return an IFC date, date and time, or text as a datetime; None where it is none."""
-    if value is None:
-        return None
-    try:
-        if getattr(value, "TimeComponent", None) is not None:
-            return _date_and_time(value.DateComponent, value.TimeComponent)
-        moment = ifcopenshell.util.date.ifc2datetime(value)
-    except (ValueError, TypeError, AttributeError):
-        return None
-    if isinstance(moment, datetime):
-        return moment.replace(tzinfo=None)
-    return datetime(moment.year, moment.month, moment.day) if isinstance(moment, date) else None
-
-
-def _date_and_time(day: Any, clock: Any) -> datetime:
-    """Return an IFC2X3 date and time; minute and second may be left out there, and the library fails on that."""
-    minute, second = clock.MinuteComponent or 0, int(clock.SecondComponent or 0)
-    return datetime(day.YearComponent, day.MonthComponent, day.DayComponent, clock.HourComponent, minute, second)

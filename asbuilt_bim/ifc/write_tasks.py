@@ -8,7 +8,7 @@ from typing import Any
 
 from asbuilt_bim.ifc.marker import Marker
 from asbuilt_bim.ifc.marks import Value
-from asbuilt_bim.ifc.schedule import task_times
+from asbuilt_bim.ifc.planned_dates import task_times
 from asbuilt_bim.progress.planned import TaskVerdict, verdict
 from asbuilt_bim.progress.report import TaskProgress
 
