@@ -25,7 +25,7 @@ COPIED_FOLDERS = ("overlays", "extra")
 RUN_NAME = re.compile(r"[0-9]{8}T[0-9]{6}Z-[0-9a-f]{8}(-[0-9]+)?")
 """A run's folder in `runs`."""
 _PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
-_OF_THE_SYSTEM = ("desktop.ini", "thumbs.db")
+_OF_THE_SYSTEM = ("desktop.ini", "thumbs.db", "@eadir")
 _NAMED = 3
 
 

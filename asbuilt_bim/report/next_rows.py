@@ -10,7 +10,7 @@ import numpy as np
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, WantedView
 
 MOST_SHOWN = 12
-_TOWARDS = ("+x", "+x +y", "+y", "-x +y", "-x", "-x -y", "-y", "+x -y")
+_TOWARDS = ("+x", "+x/+y", "+y", "-x/+y", "-x", "-x/-y", "-y", "+x/-y")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
