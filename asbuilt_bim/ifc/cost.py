@@ -21,7 +21,10 @@ MAX_NUMBER = 1e15
 def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[tuple[CostLine, ...], tuple[str, ...]]:
     """Return the cost lines that pay for elements of the design, and notes on the items that can't be used."""
     if file.schema == "IFC2X3":
-        note = "IFC2X3 cost items hold neither quantities nor rates: cost comes from the workbook only"
+        note = (
+            "IFC2X3 cost items hold neither quantities nor rates: no cost line is read, and nothing is priced; an IFC4 "
+            "file can hold them, or price the workbook's elements by hand"
+        )
         return (), (note,) if file.by_type("IfcCostItem") else ()
     lines: dict[int, CostLine] = {}
     notes: list[str] = []

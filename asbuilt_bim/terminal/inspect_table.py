@@ -38,7 +38,7 @@ def fact_tables(name: str, facts: FileFacts) -> list[Table]:
     _row(table, "tasks", f"{facts.tasks_tied} of {facts.tasks} tied to walls or columns" if facts.tasks else "none")
     costs = f"{facts.cost_items} items in {facts.cost_schedules} schedules" if facts.cost_items else "none"
     if not facts.cost_has_values:
-        costs += "; IFC2X3 holds neither quantities nor rates: cost comes from the workbook only"
+        costs += "; IFC2X3 holds neither quantities nor rates: no cost line is read, and nothing is priced"
     _row(table, "costs", costs)
     kinds = _table("Walls and columns in the file", "Class", "Type", "Material", "Concrete", "Lies in", "Number")
     for kind, count in facts.kinds[:MAX_ROWS]:

@@ -77,7 +77,7 @@ def test_kinds_zones_tasks_and_costs_are_counted_in_every_schema(schema: str, tm
     assert (facts.cost_items, facts.cost_has_values) == ((0, False) if schema == "IFC2X3" else (1, True))
     text = _text(tmp_path / "kinds.ifc")
     assert "1 of 2 tied" in text and "Kalkzandsteen" in text
-    assert ("cost comes from the workbook only" in text) == (schema == "IFC2X3")
+    assert ("no cost line is read, and nothing is priced" in text) == (schema == "IFC2X3")
 
 
 def test_own_quantities_stand_beside_the_geometry_and_wrong_ones_are_counted(tmp_path: Path) -> None:
