@@ -52,6 +52,21 @@ def test_a_disc_with_a_quarter_of_its_width_covered_is_still_measured() -> None:
     assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.01)
 
 
+@pytest.mark.parametrize(("place", "pitch"), [((0.3, 0.2, 4.0), 0.0), ((0.3, 0.2, 5.0), 50.0)])
+def test_a_disc_with_thirty_per_cent_of_its_area_covered_by_a_board_is_measured(
+    place: tuple[float, float, float], pitch: float
+) -> None:
+    """A segment of 30 % of a circle's area is 34.2 % of its width and has 39.6 % of its outline."""
+    sighting, _ = find_target(pair_of([disc(place, pitch_deg=pitch, hidden_share=0.342)]), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(place[2], rel=0.005)
+
+
+@pytest.mark.parametrize("hidden_share", [0.40, 0.44, 0.48])
+def test_a_disc_with_far_more_covered_than_thirty_per_cent_is_no_target(hidden_share: float) -> None:
+    for place, pitch in (((0.3, 0.2, 5.0), 0.0), ((0.3, 0.2, 7.5), 30.0)):
+        assert find_target(pair_of([disc(place, pitch_deg=pitch, hidden_share=hidden_share)]), TOLD)[0] is None
+
+
 def test_half_a_disc_is_no_target() -> None:
     sighting, (rejection,) = find_target(pair_of([disc((0.3, 0.2, 4.0), hidden_share=0.55)]), TOLD)
     assert sighting is None and "no red disc is in view" in rejection.reason
