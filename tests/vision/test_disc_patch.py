@@ -1,5 +1,7 @@
 """A disc's inside: what covers it reaches its rim, a print on it doesn't, however blurred."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -31,3 +33,11 @@ def test_a_print_that_keeps_off_the_rim_is_a_hole_at_any_blur(height_px: int, bl
 def test_what_reaches_over_the_rim_is_no_hole(blur_px: float) -> None:
     covered = patch_of((22, 29, 64, 35), blur_px)
     assert filled_share(covered, inside_of(covered, DISC))[1] < 0.02
+
+
+@pytest.mark.parametrize("seed", [3, 6])
+def test_a_bar_thinner_than_the_blur_that_noise_cuts_short_before_the_rim_is_no_hole(seed: int) -> None:
+    covered = patch_of((0, 30, 64, 33), 2.3)
+    noise = cv2.GaussianBlur(np.random.default_rng(seed).normal(0.0, 0.1, covered.red.shape), None, 1.0)
+    noisy = replace(covered, red=(covered.red + noise).astype(np.float32))
+    assert filled_share(noisy, inside_of(noisy, DISC))[1] < 0.03
