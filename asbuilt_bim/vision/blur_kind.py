@@ -29,6 +29,9 @@ _WEIGHTS, _BASE = (0.35, 5.0), -1.2
 """Of what size and shape say, and of nothing. Counted by regression they are 0.85, 12 and -1.7 (445 discs, 74 of them
 blurred as grey levels); but what is behind misleads both answers at once, and where they mislead, so do the circles.
 Less than half of that errs least in the distance, on each of four seeds."""
+_NO_DISC_AS_LIGHTS = 2.0
+"""What it says for grey levels that a disc's outline was followed as theirs, since as light's it was none: so it is
+with one of twenty discs whose grey levels were blurred, and with few of the others."""
 _MOST_OFF = 2.0  # of these spreads: what is further off says no more
 _REACH = 2.5  # blurs: an edge's shape is told as far as it reaches
 _BLURS = (0.87, 1.0, 1.15, 1.32)  # of the lens's: taken for the other kind an edge looks as much sharper
@@ -53,6 +56,8 @@ def share_of_levels(
     """Return how likely it is, 0..1, that grey levels were blurred, by the second looks' circles of both kinds."""
     said = answers(found, light, levels, camera, told_m)
     odds = _BASE + sum(weight * answer for weight, answer in zip(_WEIGHTS, said, strict=True))
+    if found.is_of_levels:
+        odds += _NO_DISC_AS_LIGHTS
     return 1.0 / (1.0 + math.exp(-odds))
 
 

@@ -10,7 +10,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, Floa
 from asbuilt_bim.vision.disc_patch import MARGIN, Inside, Patch, cut_patch, filled_share, inside_of
 from asbuilt_bim.vision.disc_sides import Sides, outline_of, sides_of
 from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX, place_edges, profiles_across
-from asbuilt_bim.vision.edges import find_edges
+from asbuilt_bim.vision.edges import DISPLAY_GAMMA, find_edges
 from asbuilt_bim.vision.ellipse import Ellipse, robust_ellipse
 from asbuilt_bim.vision.red import RedBlob, red_blobs, redness
 from asbuilt_bim.vision.soft_edges import place_soft_edges
@@ -137,12 +137,19 @@ def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Elli
 
 
 def followed(
-    patch: Patch, ellipse: Ellipse, blur_px: float, slack: float, least: float, soft_gamma: float | None = None
+    patch: Patch,
+    ellipse: Ellipse,
+    blur_px: float,
+    slack: float,
+    least: float,
+    gamma: float = DISPLAY_GAMMA,
+    is_soft: bool = False,
 ) -> RedDisc | None:
     """Follow a disc's outline along an ellipse that both photos agree on; None where less than `least` of it is there.
 
-    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first. With a
-    `soft_gamma` what is behind is taken for unknown up to the edge (see `place_soft_edges`).
+    Points as far off as `slack` times what an outline may show count still: the ellipse isn't sure at first.
+    `is_soft`: what is behind is taken for unknown up to the edge (see `place_soft_edges`). `gamma` is as in
+    `linear_light`.
     """
     reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     if slack <= _NEAR:
@@ -152,9 +159,9 @@ def followed(
     points, outward = outline_of(ellipse)
     bend = ellipse.bend(len(points))
     placed = (
-        place_soft_edges(patch.planes, points - patch.corner, outward, blur_px, bend, soft_gamma)
-        if soft_gamma is not None
-        else place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend)
+        place_soft_edges(patch.planes, points - patch.corner, outward, blur_px, bend, gamma)
+        if is_soft
+        else place_edges(patch.planes, points - patch.corner, outward, reach, blur_px, bend, gamma)
     )
     sides = sides_of(patch, points, outward, reach, inside.least, blur_px)
     # two reds in one light differ in brightness: a disc before something as red still has an outline

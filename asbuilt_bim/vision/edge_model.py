@@ -64,6 +64,7 @@ def place_edges(
     reach_px: float,
     blur_px: float,
     bend: FloatArray | float = 0.0,
+    gamma: float = DISPLAY_GAMMA,
 ) -> PlacedEdges:
     """Place the edge near each of `points` (N, 2) along its `outward` unit direction (N, 2).
 
@@ -74,7 +75,7 @@ def place_edges(
     """
     profiles = profiles_across(planes, points, outward, reach_px)
     shifts = int(np.ceil(_SEARCH * reach_px / _STEP_PX))
-    ends = _ends_of(profiles)
+    ends = _ends_of(profiles, gamma)
     row, offset = np.arange(len(profiles)), np.zeros(len(profiles))
     for _ in range(_PASSES):
         # which colours both sides have depends on where the edge is: or it would be found where it was looked for

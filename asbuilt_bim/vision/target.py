@@ -9,7 +9,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.vision.disc import find_discs
+from asbuilt_bim.vision.disc import RedDisc, find_discs
 from asbuilt_bim.vision.target_odds import LEAST_ODDS, SURE_ODDS, log_odds
 from asbuilt_bim.vision.target_pairing import (
     Pairing,
@@ -21,7 +21,7 @@ from asbuilt_bim.vision.target_pairing import (
     sharpened,
     size_fits,
 )
-from asbuilt_bim.vision.target_refined import looked_at_again, refined, stands
+from asbuilt_bim.vision.target_refined import looked_at_again, of_grey_levels, refined, stands
 from asbuilt_bim.vision.target_search import sought
 from asbuilt_bim.vision.target_words import absent, doubt, not_it, off_row, several, twin
 
@@ -65,15 +65,8 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     off_all_rows = bool(found) and not level
     is_knocked = off_all_rows and any(is_clear(p) for p in found)
-    ranked = _likely(level, options)
-    is_sure = any(how_likely > SURE_ODDS for how_likely, _ in ranked)
-    if options.diameter_m is not None and not is_sure and not is_knocked:
-        seen = [p for _, p in ranked]
-        ranked = _likely([*seen, *sought(pair, lefts, rights, options.diameter_m)], options)
-    # what isn't sure has to stand a second look
     told_m = options.diameter_m
-    twice = [(odds, p if odds > SURE_ODDS else looked_at_again(p, pair.camera, told_m)) for odds, p in ranked]
-    right_size = [(odds, p) for odds, p in twice if odds > SURE_ODDS or stands(p, options)]
+    right_size = _of_right_size(pair, (lefts, rights), level, is_knocked, options)
     if right_size:
         likely = likeliest([p for _, p in right_size])
         if options.diameter_m is None:
@@ -93,6 +86,35 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     if off_all_rows:
         return None, (off_row(pair, found[0], options),)
     return None, absent(pair, clear_ones(lefts), clear_ones(rights), options)
+
+
+def _of_right_size(
+    pair: RectifiedPair,
+    discs: tuple[tuple[RedDisc, ...], tuple[RedDisc, ...]],
+    level: list[Pairing],
+    is_knocked: bool,
+    options: TargetOptions,
+) -> list[tuple[float, Pairing]]:
+    """Return what is likely the target and stands a second look, with the odds' logarithm, the likeliest first.
+
+    Where none is sure the told size leads to more, and where none stands grey levels may have been blurred, not light.
+    """
+    told_m = options.diameter_m
+    ranked = _likely(level, options)
+    if told_m is None or is_knocked or any(how_likely > SURE_ODDS for how_likely, _ in ranked):
+        return _standing(ranked, pair.camera, options)
+    seen = [*level, *sought(pair, *discs, told_m)]
+    standing = _standing(_likely(seen, options), pair.camera, options)
+    return standing or _standing(_likely(of_grey_levels(seen, pair.camera, told_m), options), pair.camera, options)
+
+
+def _standing(
+    ranked: list[tuple[float, Pairing]], camera: RectifiedCamera, options: TargetOptions
+) -> list[tuple[float, Pairing]]:
+    """Return those that are surely a disc, or stand a second look: what isn't sure has to."""
+    told_m = options.diameter_m
+    twice = [(odds, p if odds > SURE_ODDS else looked_at_again(p, camera, told_m)) for odds, p in ranked]
+    return [(odds, p) for odds, p in twice if odds > SURE_ODDS or stands(p, options)]
 
 
 def _likely(found: list[Pairing], options: TargetOptions) -> list[tuple[float, Pairing]]:

@@ -12,6 +12,7 @@ from asbuilt_bim.vision.circle import SpaceCircle, fit_circle, mirrored, outline
 from asbuilt_bim.vision.disc import FIRST_SUPPORT, MIN_SUPPORT, MOST_HIDDEN, RedDisc, followed, some_profiles
 from asbuilt_bim.vision.disc_patch import Patch
 from asbuilt_bim.vision.edge_model import likely_blur
+from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.ellipse import Ellipse
 
 _CLEAR_SUPPORT = 0.85
@@ -64,6 +65,7 @@ class Pairing:
     blur_px: float = 0.0
     second: SpaceCircle | None = None  # of the second look, where there was one (`target_refined`)
     levels: SpaceCircle | None = None  # and where that took the blur for one of grey levels
+    is_of_levels: bool = False  # the outlines were followed as blurred grey levels show them, too
 
     def disparity_sigma_px(self, circle: SpaceCircle, options: TargetOptions) -> float:
         """Return how sure a circle's disparity is: its outlines' scatter, and what no scatter shows."""
@@ -128,12 +130,16 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: floa
 
 
 def follow(
-    patches: tuple[Patch, Patch], circle: SpaceCircle, camera: RectifiedCamera, held_m: float | None = None
+    patches: tuple[Patch, Patch],
+    circle: SpaceCircle,
+    camera: RectifiedCamera,
+    held_m: float | None = None,
+    gamma: float = DISPLAY_GAMMA,
 ) -> Pairing | None:
     """Follow both outlines along a circle's pictures and fit again, a few times; None where they aren't there.
 
     While the outlines are followed the radius may be `held_m`, so that a cover's edge can't shrink the circle; what is
-    returned is fitted without that.
+    returned is fitted without that. `gamma` is as in `linear_light`: the kind of blur that is looked for.
     """
     blur_px: float | None = None
     left = right = None
@@ -149,9 +155,9 @@ def follow(
             # the same lens at the same distance: one blur for both photos
             about_px = blur_px or 0.0
             profiles = [some_profiles(patch, e, about_px) for patch, e in zip(patches, (guide, other), strict=True)]
-            blur_px = likely_blur(profiles)
-        left = followed(patches[0], guide, blur_px, slack, least)
-        right = followed(patches[1], other, blur_px, slack, least)
+            blur_px = likely_blur(profiles, gamma)
+        left = followed(patches[0], guide, blur_px, slack, least, gamma)
+        right = followed(patches[1], other, blur_px, slack, least, gamma)
         if left is None or right is None:
             return None
         # both tilts are asked while the outlines are not sure

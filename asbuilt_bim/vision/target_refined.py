@@ -23,13 +23,36 @@ from asbuilt_bim.vision.disc import FIRST_SUPPORT, followed, some_profiles
 from asbuilt_bim.vision.edge_model import COLOUR_BLUR_PX, likely_blur
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target_odds import SURE_ODDS, log_odds
-from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, circle_of, size_fits
+from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, circle_of, follow, size_fits
 
 _ROUNDS = 3
 _SLACK = 2.0
 """Of the outline that was found: within less its own points are the only ones left, and it stays where it is."""
 _SECONDS_SHARE = 0.7
 _MOST_OFF = 3.0  # of a second look's usual spreads
+_MAY_BE_OFF = 0.15  # of the told diameter: no outline that is taken for the other kind's leans by more
+
+
+def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, told_m: float) -> list[Pairing]:
+    """Return blurred discs of the told diameter as their outlines lie where grey levels were blurred, and not light.
+
+    Followed as light's, a dark disc before something bright looks larger, by another amount at each stretch of its
+    outline, and may be no disc at all. One look at a place: along the likeliest circle there.
+    """
+    again: list[Pairing] = []
+    tried: list[Pairing] = []
+    for one in sorted(found, key=lambda p: -log_odds(p, told_m)):
+        if not _is_soft(one) or off(one.circle, told_m) > _MAY_BE_OFF:
+            continue
+        if any(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) < p.left.ellipse.major_px for p in tried):
+            continue
+        guess, patches = replace(one.circle, radius_m=0.5 * told_m), (one.left.patch, one.right.patch)
+        other = follow(patches, guess, camera, 0.5 * told_m, GREY_LEVELS)
+        if other is not None:
+            tried.append(one)
+            as_lights_px = _blur_px(other, other.circle, camera, DISPLAY_GAMMA)
+            again.append(replace(other, blur_px=as_lights_px, is_of_levels=True))
+    return again
 
 
 def looked_at_again(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pairing:
@@ -40,7 +63,8 @@ def looked_at_again(found: Pairing, camera: RectifiedCamera, told_m: float | Non
     if not _is_soft(found) or found.second is not None or found.levels is not None:
         return found
     light = _second_circle(found, camera, DISPLAY_GAMMA)
-    if told_m is None or (light is not None and off(light, told_m) <= spread(light, told_m)):
+    is_lights = light is not None and told_m is not None and off(light, told_m) <= spread(light, told_m)
+    if told_m is None or (is_lights and not found.is_of_levels):
         return replace(found, second=light)
     return replace(found, second=light, levels=_of_levels(found, light, camera))
 
@@ -52,14 +76,16 @@ def refined(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pa
     """
     light, levels = found.second, found.levels
     if light is None:
-        return found if levels is None else replace(found, circle=between(found.circle, levels, 0.5))
-    of_light = between(found.circle, light, _SECONDS_SHARE)
+        share = _SECONDS_SHARE if found.is_of_levels else 0.5
+        return found if levels is None else replace(found, circle=between(found.circle, levels, share))
+    of_light = light if found.is_of_levels else between(found.circle, light, _SECONDS_SHARE)
     if told_m is not None and levels is None:
         levels = _of_levels(found, light, camera)
     if told_m is None or levels is None:
         return replace(found, circle=of_light)
+    of_levels = between(found.circle, levels, _SECONDS_SHARE) if found.is_of_levels else levels
     share = share_of_levels(found, light, levels, camera, told_m)
-    return replace(found, circle=_either(of_light, levels, share))
+    return replace(found, circle=_either(of_light, of_levels, share))
 
 
 def stands(found: Pairing, options: TargetOptions) -> bool:
@@ -81,12 +107,17 @@ def stands(found: Pairing, options: TargetOptions) -> bool:
 
 def _of_levels(found: Pairing, light: SpaceCircle | None, camera: RectifiedCamera) -> SpaceCircle | None:
     """Return the second look's circle where grey levels were blurred; how much they were isn't what light would be."""
-    guides = outlines_of(light or found.circle, camera)
-    if guides[0] is None or guides[1] is None:
-        return None
+    start = found.circle if light is None or found.is_of_levels else light
+    blur_px = _blur_px(found, start, camera, GREY_LEVELS)
+    return _second_circle(replace(found, blur_px=blur_px), camera, GREY_LEVELS) if blur_px else None
+
+
+def _blur_px(found: Pairing, circle: SpaceCircle, camera: RectifiedCamera, gamma: float) -> float:
+    """Return how much either kind was blurred, as profiles across a circle's outlines tell it; 0 where none do."""
     patches = (found.left.patch, found.right.patch)
+    guides = outlines_of(circle, camera)
     profiles = [some_profiles(patch, e, found.blur_px) for patch, e in zip(patches, guides, strict=True) if e]
-    return _second_circle(replace(found, blur_px=likely_blur(profiles, GREY_LEVELS)), camera, GREY_LEVELS)
+    return likely_blur(profiles, gamma) if len(profiles) == len(patches) else 0.0
 
 
 def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> SpaceCircle | None:
@@ -96,8 +127,8 @@ def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> Spa
         guides = outlines_of(circle, camera)
         if guides[0] is None or guides[1] is None:
             return None
-        left = followed(found.left.patch, guides[0], found.blur_px, _SLACK, FIRST_SUPPORT, gamma)
-        right = followed(found.right.patch, guides[1], found.blur_px, _SLACK, FIRST_SUPPORT, gamma)
+        left = followed(found.left.patch, guides[0], found.blur_px, _SLACK, FIRST_SUPPORT, gamma, is_soft=True)
+        right = followed(found.right.patch, guides[1], found.blur_px, _SLACK, FIRST_SUPPORT, gamma, is_soft=True)
         again = None if left is None or right is None else circle_of(left, right, camera, start=circle)
         if again is None:
             return None

@@ -166,8 +166,17 @@ def test_a_dark_leaning_disc_whose_rim_is_pale_with_blur_has_no_cover() -> None:
     assert sighting is not None and sighting.depth_m == pytest.approx(6.2, rel=0.01)
 
 
-def _blurred(pair: RectifiedPair) -> RectifiedPair:
-    photos = {side: cv2.GaussianBlur(getattr(pair, side), None, 2.2) for side in ("left", "right")}
+@pytest.mark.parametrize("depth_m", [6.0, 7.0])
+def test_a_covered_dark_disc_before_something_bright_whose_grey_levels_were_blurred_is_found(depth_m: float) -> None:
+    dark = disc((0.3, 0.2, depth_m), yaw_deg=10.0, bgr=(12, 10, 60), hidden_share=0.25)
+    sighting, _ = find_target(_blurred(pair_of([dark], ground=225.0), 3.0), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(depth_m, rel=0.005)
+    assert sighting.diameter_m == pytest.approx(0.30, rel=0.02)
+
+
+def _blurred(pair: RectifiedPair, blur_px: float = 2.2) -> RectifiedPair:
+    """Blur grey levels."""
+    photos = {side: cv2.GaussianBlur(getattr(pair, side), None, blur_px) for side in ("left", "right")}
     return replace(pair, **photos)
 
 
