@@ -6,6 +6,7 @@ and the background's edges don't.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -53,7 +54,7 @@ class Line:
     @property
     def length_px(self) -> float:
         """Return the length in pixels."""
-        return float(np.linalg.norm(self.stop - self.start))
+        return math.dist(self.start, self.stop)
 
     @property
     def direction(self) -> FloatArray:
@@ -132,8 +133,8 @@ def find_edge(
     half_turn = min(3.0, 0.12 * length)
     wide = reach_px + half_turn + 1.5
     across = np.arange(-np.ceil(wide / STEP_PX), np.ceil(wide / STEP_PX) + 1) * STEP_PX
-    left, right, paired = _profiles(both, line, disparity, along, across)
-    votes = _votes(left, left if alone else np.where(paired, right, left), texture_grey)
+    left, right, paired = _profiles(both, line, None if alone else disparity, along, across)
+    votes = _votes(left, np.where(paired, right, left), texture_grey)
     best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px)
     if best is None:
         return None
@@ -144,7 +145,7 @@ def find_edge(
         return None
     shift, slope, sigma, contrast = fit_left
     whole = bool(np.mean(paired) > 0.9)
-    fit_right = _subpixel(right, votes, across, along, centre, length) if whole and not alone else None
+    fit_right = _subpixel(right, votes, across, along, centre, length) if whole else None
     miss, miss_sigma = np.nan, np.inf
     nx = float(line.normal[0])
     if fit_right is not None and abs(nx) > 0.5:
@@ -163,21 +164,23 @@ def find_edge(
 
 
 def _profiles(
-    both: Gradients, line: Line, disparity: FloatArray, along: FloatArray, across: FloatArray
+    both: Gradients, line: Line, disparity: FloatArray | None, along: FloatArray, across: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the gradient across the line (S, T) in the left photo and, read along the plane, in the right one.
 
-    The third answer says where there is a right photo to read.
+    The third answer says where there is a right photo to read; without a `disparity` it isn't read.
     """
     nx, ny = line.normal
     base = line.start + along[:, None] * line.direction
     x = base[:, :1] + across * nx
     y = base[:, 1:] + across * ny
+    left = np.asarray(sample(both.left_x, x, y) * nx + sample(both.left_y, x, y) * ny, dtype=np.float64)
+    if disparity is None:
+        return left, left, np.zeros(left.shape, dtype=bool)
     at = x - (disparity[0] * x + disparity[1] * y + disparity[2])
-    left = sample(both.left_x, x, y) * nx + sample(both.left_y, x, y) * ny
     right = sample(both.right_x, at, y) * nx + sample(both.right_y, at, y) * ny
     paired = (sample(both.valid_right, at, y) > 0.9) & (at > 1.0)
-    return np.asarray(left, dtype=np.float64), np.asarray(right, dtype=np.float64), paired
+    return left, np.asarray(right, dtype=np.float64), paired
 
 
 def agreement(left: FloatArray, right: FloatArray) -> FloatArray:
@@ -219,7 +222,7 @@ def _strongest(
     moved = np.round(turns[:, None] * (along - 0.5 * length) / STEP_PX).astype(np.intp)
     starts = np.arange(len(along)) * len(across) + shifts[0] + moved  # of each profile's window, by turn
     windows = np.lib.stride_tricks.sliding_window_view(votes.ravel(), len(shifts))
-    mean = np.stack([windows[start].mean(axis=0) for start in starts])
+    mean = windows[starts].mean(axis=1)
     score = mean * np.exp(-0.5 * np.square(across[shifts] / prior)) * np.exp(-0.5 * np.square(ends / 2.0))[:, None]
     turn, top = np.unravel_index(int(np.argmax(score)), score.shape)
     if not score[turn, top] > 0.0:

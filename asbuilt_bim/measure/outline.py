@@ -166,14 +166,17 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
             own_px = LEVEL_SIGMA_PX if fit.strength >= HALF_SEEN else HALF_SEEN_SIGMA_PX
         sigma = float(np.hypot(fit.sigma_px, own_px))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="photo", course=side.course, neighbour=neighbour, fit=fit)
+    if crossing is not None:
+        return FaceEdge(
+            line=start, sigma_px=crossing.sigma_px, source="planes", course=side.course, neighbour=neighbour, fit=None
+        )
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, alone=True)
-    if crossing is None and fit is not None and fit.strength >= ALONE_STRENGTH:
+    if fit is not None and fit.strength >= ALONE_STRENGTH:
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit)
     return FaceEdge(
-        line=start, sigma_px=crossing.sigma_px if crossing is not None else MASK_SIGMA_PX,
-        source="planes" if crossing is not None else "mask", course=side.course, neighbour=neighbour, fit=None,
-    )  # fmt: skip
+        line=start, sigma_px=MASK_SIGMA_PX, source="mask", course=side.course, neighbour=neighbour, fit=None
+    )
 
 
 def _neighbour(line: Line, label: int, around: Surroundings) -> int:

@@ -61,3 +61,25 @@ def test_a_faint_shared_edge_lies_half_way_to_where_planes_meet_that_know_it_as_
     assert edge is not None
     assert edge.line.start[0] == pytest.approx(at_px)
     assert edge.sigma_px == pytest.approx(sigma_px, abs=0.005)
+
+
+def test_where_planes_tell_an_edge_that_no_photo_shows_the_left_photo_alone_is_not_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    line = Line(start=np.array([50.0, 90.0]), stop=np.array([50.0, 10.0]))
+    asked: list[bool] = []
+
+    def find_edge(*_: object, alone: bool = False) -> None:
+        asked.append(alone)
+
+    monkeypatch.setattr(outline, "_crossing", lambda *_: Crossing(line=line, sigma_px=0.37))
+    monkeypatch.setattr(outline, "_neighbour", lambda *_: 2)
+    monkeypatch.setattr(outline, "find_edge", find_edge)
+    monkeypatch.setattr(outline, "pixel_plane", lambda *_: np.zeros(3))
+    around = type("A", (), {})()
+    around.labels, around.frame = np.zeros((100, 100), np.int16), np.zeros((100, 100), bool)
+    around.planes, around.camera, around.gradients, around.texture_grey = {1: np.zeros(3)}, None, None, 2.0
+    side = Side(course="upright", line=line, points=np.array([[50.0, 90.0], [50.0, 10.0]]))
+    edge = outline._settle(side, 1, around, 3.5, 1.5)
+    assert edge is not None and (edge.source, edge.sigma_px) == ("planes", 0.37)
+    assert asked == [False]

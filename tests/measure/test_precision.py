@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
@@ -112,6 +113,15 @@ def test_an_edge_that_one_photo_cannot_show_is_found_in_the_left_one_alone() -> 
     alone = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True)
     assert alone is not None and alone.strength > 0.4
     assert not np.isfinite(alone.disparity_miss_px)  # the right photo says nothing of it
+
+
+def test_an_edge_that_is_looked_for_in_the_left_photo_alone_needs_no_right_one() -> None:
+    both = gradients(*before(60.0, 120.0), np.ones((80, 100), dtype=bool))
+    none = np.empty((0, 0), dtype=np.float32)
+    bare = replace(both, right_x=none, right_y=none, valid_right=none)
+    fits = [find_edge(slopes, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True) for slopes in (both, bare)]
+    assert fits[0] is not None and fits[1] is not None
+    assert fits[1].line.start.tolist() == fits[0].line.start.tolist()
 
 
 def two_pieces(source: str) -> tuple[Scene, Instance]:
