@@ -14,7 +14,7 @@ from asbuilt_bim.measure.adjust import PlaneSight
 from asbuilt_bim.measure.crossing import apart, side_by_side
 from asbuilt_bim.measure.edges import Gradients, pixel_plane
 from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
-from asbuilt_bim.measure.raster import nonzero
+from asbuilt_bim.measure.raster import Box, box_of, nonzero, shrunk
 from asbuilt_bim.measure.refine import PlaneFit, refine_plane
 from asbuilt_bim.measure.straight import Surroundings
 from asbuilt_bim.measure.workbench import Workbench
@@ -40,15 +40,20 @@ BORDERS_PX, NARROW_PX = (2, 3), 90
 CONTRADICTS_SIGMAS = 2.0
 NARROW_SHARE = 0.9
 """A face under this share of its neighbour's width in the photo takes top and foot from it."""
+WHOLE: Box = (slice(None), slice(None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Draft:
-    """A face in the making: `piece` of the scene, `instance`, its pixels (H, W), its plane and, later, its outline."""
+    """A face in the making: `piece` of the scene, `instance`, its pixels (H, W), its plane and, later, its outline.
+
+    `texture_grey` is the gradient that an edge must stand out of.
+    """
 
     piece: int
     instance: int
     mask: BoolArray
+    texture_grey: float
     sight: PlaneSight
     refined: bool
     outline: Outline | None = None
@@ -115,7 +120,7 @@ def outline_faces(
             colour=bench.pair.left, marks=bench.marks, left_grey=bench.grey_levels[0], right_grey=bench.grey_levels[1],
             gradients=bench.slopes, labels=scene.labels, planes=known, frame=bench.frame,
             valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]), camera=bench.pair.camera,
-            down=scene.level.view.down, texture_grey=_texture(bench.slopes, draft.mask),
+            down=scene.level.view.down, texture_grey=draft.texture_grey,
             meets=tuple(drafts[j].piece for j in touching), apart=_apart(joint, i, drafts, scene),
         )  # fmt: skip
         ends = None
@@ -138,11 +143,11 @@ def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
     """Let a shared edge go down to the mask's own foot where that is much lower: something hides the neighbour."""
     if ends is None:
         return None
-    _, y, _, height = cv2.boundingRect(mask.astype(np.uint8))
-    if y + height - ends[1, 1] <= HIDDEN_SHARE * height or ends[1, 1] - ends[0, 1] < 1.0:
+    rows, _ = box_of(mask)
+    if rows.stop - ends[1, 1] <= HIDDEN_SHARE * (rows.stop - rows.start) or ends[1, 1] - ends[0, 1] < 1.0:
         return ends
     run = (ends[1] - ends[0]) / (ends[1, 1] - ends[0, 1])
-    return np.stack([ends[0], ends[0] + (y + height - ends[0, 1]) * run])
+    return np.stack([ends[0], ends[0] + (rows.stop - ends[0, 1]) * run])
 
 
 def _touching(bench: Workbench, drafts: Sequence[Draft], i: int) -> list[int]:
@@ -157,7 +162,8 @@ def _touching(bench: Workbench, drafts: Sequence[Draft], i: int) -> list[int]:
 
 
 def _width_px(mask: BoolArray) -> int:
-    return int(cv2.boundingRect(mask.astype(np.uint8))[2])
+    _, columns = box_of(mask)
+    return int(columns.stop - columns.start)
 
 
 def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
@@ -181,11 +187,11 @@ def refined_inside(bench: Workbench, draft: Draft, inside: BoolArray) -> PlaneFi
 
     Reference: Hausman 1978: of two fits of which one uses what the other does, variances subtract.
     """
-    usable = _near(bench, draft, 1.5) & ~bench.marks
+    box, usable = box_of(inside), np.zeros_like(inside)
+    usable[box] = _near(bench, draft, 1.5, box) & ~bench.marks[box]
     fits: list[PlaneFit | None] = []
     for border_px in BORDERS_PX[: 2 if _width_px(inside) < NARROW_PX else 1]:
-        square = np.ones((2 * border_px + 1, 2 * border_px + 1), np.uint8)
-        core = (cv2.erode(inside.astype(np.uint8), square, borderValue=0) > 0) & usable
+        core = shrunk(inside, border_px) & usable
         fits.append(refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px, again=draft.refined))
     first, last = fits[0], fits[-1]
     if first is None or last is None:
@@ -205,7 +211,7 @@ def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
 
 def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draft:
     start = q_of_piece(bench.scene.pieces[piece], bench.scene.level)
-    core = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
+    core = shrunk(mask, 2)
     core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
     fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
     if fit is not None:
@@ -216,16 +222,19 @@ def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draf
         rays, d, sigma = level.rays[known], level.disparity_px[known], level.sigma_px[known]
         q, covariance = fit_q(rays, d, np.clip(sigma, 0.1, 2.0)) if len(d) > 30 else (start, np.eye(3))
         sight = PlaneSight(q_px=q, covariance=covariance * MATCHER_BLOCK_PX)
-    return Draft(piece=piece, instance=instance, mask=mask, sight=sight, refined=fit is not None)
+    texture_grey = _texture(bench.slopes, mask)
+    return Draft(
+        piece=piece, instance=instance, mask=mask, texture_grey=texture_grey, sight=sight, refined=fit is not None
+    )
 
 
-def _off_plane(bench: Workbench, q_px: FloatArray) -> Float32Array:
-    """Return the measured disparity less the plane's (H, W), NaN where not measured."""
+def _off_plane(bench: Workbench, q_px: FloatArray, box: Box = WHOLE) -> Float32Array:
+    """Return the measured disparity less the plane's (H, W), in a box of it, NaN where not measured."""
     p = pixel_plane(q_px, bench.pair.camera).astype(np.float32)
     height, width = bench.disparity_px.shape
-    rows = p[1] * np.arange(height, dtype=np.float32) + p[2]
-    off: Float32Array = bench.disparity_px - rows[:, None]
-    off -= p[0] * np.arange(width, dtype=np.float32)[None, :]
+    rows = p[1] * np.arange(height, dtype=np.float32)[box[0]] + p[2]
+    off: Float32Array = bench.disparity_px[box] - rows[:, None]
+    off -= p[0] * np.arange(width, dtype=np.float32)[None, box[1]]
     return off
 
 
@@ -243,15 +252,15 @@ def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
     return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
 
 
-def _near(bench: Workbench, draft: Draft, most_px: float) -> BoolArray:
-    """Say where the measured disparity agrees with the draft's plane (or nothing was measured)."""
-    level = bench.scene.level
+def _near(bench: Workbench, draft: Draft, most_px: float, box: Box) -> BoolArray:
+    """Say where in a box the measured disparity agrees with the draft's plane (or nothing was measured)."""
     with np.errstate(invalid="ignore"):
-        off = np.abs(_off_plane(bench, draft.sight.q_px)) > most_px
-    return ~(off & level.measured)
+        off = np.abs(_off_plane(bench, draft.sight.q_px, box)) > most_px
+    return ~(off & bench.scene.level.measured[box])
 
 
 def _texture(slopes: Gradients, mask: BoolArray) -> float:
     """Return the gradient that an edge must stand out of: twice the usual one on the face."""
-    x, y = slopes.left_x[mask], slopes.left_y[mask]
+    at = nonzero(mask)
+    x, y = slopes.left_x[at], slopes.left_y[at]
     return float(np.clip(2.0 * np.median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5

@@ -20,6 +20,7 @@ from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.notches import is_notched
 from asbuilt_bim.measure.outline import Outline
 from asbuilt_bim.measure.proof import is_open
+from asbuilt_bim.measure.raster import nonzero
 from asbuilt_bim.measure.uncertainty import image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.segment import Instance
@@ -115,12 +116,13 @@ def _image_sigma(settled: Settled, camera: RectifiedCamera) -> float:
 def _flatness(bench: Workbench, settled: Settled) -> float:
     """Return how far the measured surface scatters about its plane, along the normal, in metres."""
     level = bench.scene.level
-    known = settled.draft.mask & level.measured
-    if np.count_nonzero(known) < 10:
+    rows, columns = nonzero(settled.draft.mask)
+    known = level.measured[rows, columns]
+    rows, columns = rows[known], columns[known]
+    if rows.size < 10:
         return 0.0
-    rays = level.rays[known]
-    expected = rays @ settled.q_px
-    miss = level.disparity_px[known] - expected
+    expected = level.rays[rows, columns] @ settled.q_px
+    miss = level.disparity_px[rows, columns] - expected
     miss = miss[np.abs(miss) < 1.0]
     if miss.size == 0:
         return 0.0

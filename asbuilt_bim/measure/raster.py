@@ -86,11 +86,29 @@ def face_raster(mask: BoolArray, q_px: FloatArray, camera: RectifiedCamera, down
     )  # fmt: skip
 
 
+Box = tuple[slice, slice]
+
+
+def box_of(mask: BoolArray) -> Box:
+    """Return the rows and columns that hold a mask's pixels; none of either for an empty one."""
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    return slice(y, y + height), slice(x, x + width)
+
+
 def nonzero(mask: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return rows and columns of a mask's pixels: `np.nonzero`, looked for within the mask's box only."""
-    x, y, width, height = cv2.boundingRect(mask.astype(np.uint8))
-    rows, columns = np.nonzero(mask[y : y + height, x : x + width])
-    return rows + y, columns + x
+    box = box_of(mask)
+    rows, columns = np.nonzero(mask[box])
+    return rows + box[0].start, columns + box[1].start
+
+
+def shrunk(mask: BoolArray, border_px: int) -> BoolArray:
+    """Return a mask (H, W) less a border of so many pixels; beyond the photo there is nothing."""
+    box, inner = box_of(mask), np.zeros_like(mask)
+    if mask[box].size:
+        square = np.ones((2 * border_px + 1, 2 * border_px + 1), np.uint8)
+        inner[box] = cv2.erode(mask[box].view(np.uint8), square, borderValue=0) > 0
+    return inner
 
 
 def _ends(keys: NDArray[np.intp], values: NDArray[np.intp]) -> FloatArray:

@@ -74,7 +74,7 @@ def straight_sides(
     raster = face_raster(mask, around.planes[label], around.camera, around.down)
     if raster is None:
         return None
-    own = raster.lay(mask.astype(np.uint8), nearest=True) > 0
+    own = raster.lay(mask.view(np.uint8), nearest=True) > 0
     off = raster.lay(around.off_px, nearest=True).astype(np.float32)
     labels = raster.lay(around.labels, nearest=True)
     colour = raster.lay(around.colour).astype(np.uint8)
@@ -86,13 +86,13 @@ def straight_sides(
         return None
     left = raster.lay(around.left_grey).astype(np.float32)
     right = raster.lay(around.right_grey, right=True).astype(np.float32)
-    paired = raster.lay(around.valid_right.astype(np.uint8), right=True, nearest=True) > 0
-    ended = raster.lay(around.frame.astype(np.uint8), nearest=True) > 0
+    paired = raster.lay(around.valid_right.view(np.uint8), right=True, nearest=True) > 0
+    ended = raster.lay(around.frame.view(np.uint8), nearest=True) > 0
     cost = face_cost(own, other, off, left - right, paired, colour, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
     if ends is not None:
         _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -BEHIND_PX), raster, ends)
-    clear = raster.lay(around.marks.astype(np.uint8), nearest=True) == 0
+    clear = raster.lay(around.marks.view(np.uint8), nearest=True) == 0
     across, along = across * clear, along * clear
     region = _without_tabs(straight_region(cost, across, along, own), LOW_M / raster.step_m[1])
     region &= ~_openings(region, off, across, along)
@@ -134,7 +134,7 @@ def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceR
         return
     usual = own[rows_of_it].mean(axis=0) > 0.4
     bare = top + np.flatnonzero(~rows_of_it[top:foot])
-    wide = cv2.boundingRect(own.astype(np.uint8))[2] >= NARROW_PX
+    wide = cv2.boundingRect(own.view(np.uint8))[2] >= NARROW_PX
     if wide and (not bare.size or np.mean(against[np.ix_(bare, np.flatnonzero(usual))]) > MOST_AGAINST):
         return
     own[np.ix_(bare, np.flatnonzero(usual))] = True
@@ -144,10 +144,10 @@ def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceR
 def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
     """Drop what is thinner than concrete: starter bars, props and tripod legs that were labelled with the face."""
     thin, low = THIN_M / raster.step_m[0], LOW_M / raster.step_m[1]
-    if cv2.boundingRect(own.astype(np.uint8))[2] < NARROW_PX:  # a mask's rags would break it up
+    if cv2.boundingRect(own.view(np.uint8))[2] < NARROW_PX:  # a mask's rags would break it up
         low = THIN_M / raster.step_m[1]
     across, along = int(np.clip(round(thin), 3, 61)), int(np.clip(round(low), 3, 121))
-    whole = own.astype(np.uint8)
+    whole = own.view(np.uint8)
     opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, across), np.uint8))
     opened = cv2.morphologyEx(opened, cv2.MORPH_OPEN, np.ones((along, 1), np.uint8))
     count, parts, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
@@ -163,7 +163,7 @@ def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:
 
     A dark or even piece of a face has no disparity: that speaks neither for nor `against` it.
     """
-    _, _, width, height = cv2.boundingRect(region.astype(np.uint8))
+    _, _, width, height = cv2.boundingRect(region.view(np.uint8))
     apart = np.count_nonzero((own & ~region) | (region & ~own & against))
     unproven = np.count_nonzero(region & ~own & ~against)
     rags = RAGGED_PX * 2.0 * (width + height)
