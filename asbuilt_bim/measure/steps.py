@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import cv2
 import numpy as np
 
@@ -46,7 +48,7 @@ def _bridged(cost: Float32Array, own: BoolArray) -> Float32Array:
 def _both_borders(cost: Float32Array, votes: Float32Array, own: BoolArray) -> tuple[IntArray, IntArray]:
     """Return per row the first column of the face and the one after its last."""
     h, w = cost.shape
-    middle = int(np.median(np.nonzero(own)[1]))
+    middle = _middle_column(own)
     sums = np.concatenate([np.zeros((h, 1), np.float32), np.cumsum(cost, axis=1, dtype=np.float32)], axis=1)
     # a border at x lies on the edge between pixels x - 1 and x
     at_edge = np.zeros((h, w + 1), np.float32)
@@ -63,26 +65,27 @@ def _both_borders(cost: Float32Array, votes: Float32Array, own: BoolArray) -> tu
     return left, right
 
 
+def _middle_column(own: BoolArray) -> int:
+    """Return the median of the pixels' columns, rounded down."""
+    upto = np.cumsum(np.count_nonzero(own, axis=0))
+    half = [(upto[-1] - 1) // 2, upto[-1] // 2]  # the two in the middle, of an even number
+    return int(np.searchsorted(upto, half, side="right").sum() // 2)
+
+
 def _cheapest(cost: Float32Array) -> IntArray:
     """Return the path (h,) through costs (h, n) that stays or pays for a step, by dynamic programming."""
-    h, n = cost.shape
+    h = len(cost)
     step = JUMP_COST + JUMP_SHARE * h
-    total = cost[0].astype(np.float64)
-    stays = np.zeros((h, n), dtype=bool)
-    jumps_from = [0] * h
-    for row in range(1, h):  # each row needs the one before: in place, for this loop runs over every row of every face
-        best = int(total.argmin())
-        jump = total[best] + step
-        jumps_from[row] = best
-        np.less_equal(total, jump, out=stays[row])
-        np.minimum(total, jump, out=total)
-        total += cost[row]
-    path = np.zeros(h, dtype=np.int32)
-    place = int(total.argmin())
-    path[-1] = place
-    for row in range(h - 1, 0, -1):
-        place = place if stays[row, place] else jumps_from[row]
-        path[row - 1] = place
+    total = cost.astype(np.float64)  # of the cheapest path to each place, added up row by row
+    for before, here in pairwise(total):  # few steps, for this loop runs over every row of every face
+        here += np.minimum(before, before[before.argmin()] + step)
+    best = total.argmin(axis=1)
+    path = np.full(h, best[-1], dtype=np.int32)
+    jumped = total[:-1] > total[np.arange(h - 1), best[:-1], None] + step
+    row = h - 1
+    while (leaps := np.flatnonzero(jumped[:row, path[row]])).size:  # from the foot up, from leap to leap
+        row = int(leaps[-1])
+        path[: row + 1] = best[row]
     return path
 
 
