@@ -70,15 +70,15 @@ def fit_round(
     for first in range(len(runs)):
         for last in range(first, len(runs)):
             start, stop = runs[first][0], runs[last][1]
-            if stop - start < LEAST_POINTS:
+            straight = sum(line_cost[first : last + 1]) - 1.5 * penalty
+            if stop - start < LEAST_POINTS or straight <= best_gain:  # not even a perfect circle would gain
                 continue
             found = _circle(x_px[start:stop], d_px[start:stop], sigma_px[start:stop], f_px, baseline_m)
             if found is None:
                 continue
             circle, cost, rms = found
-            gain = sum(line_cost[first : last + 1]) - cost - 1.5 * penalty
-            if gain > best_gain:
-                best_gain, best = gain, Arc(start=start, stop=stop, circle=circle, rms_px=rms)
+            if straight - cost > best_gain:
+                best_gain, best = straight - cost, Arc(start=start, stop=stop, circle=circle, rms_px=rms)
     return best
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from asbuilt_bim.geometry import round_piece
 from asbuilt_bim.geometry.polyline import straight_pieces
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle, fit_round
 
@@ -39,3 +40,10 @@ def test_two_faces_that_meet_in_a_corner_are_no_arc(width_px: float) -> None:
     sigma = np.full(len(x), SIGMA_PX)
     runs = straight_pieces(x, d, sigma, PENALTY)
     assert fit_round(x, d, sigma, runs, PENALTY, F_PX, BASELINE_M) is None
+
+
+def test_no_circle_is_fitted_where_straight_pieces_leave_nothing_to_gain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(round_piece, "_circle", lambda *_: pytest.fail("a circle was fitted"))
+    x = np.arange(-60.0, 61.0, 2.0)
+    d = 36.0 + 0.02 * x
+    assert fit_round(x, d, np.full(len(x), SIGMA_PX), [(0, len(x))], PENALTY, F_PX, BASELINE_M) is None
