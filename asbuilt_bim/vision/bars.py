@@ -16,7 +16,7 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray, freeze
 from asbuilt_bim.vision.scene import NOTHING, Scene
 from asbuilt_bim.vision.stereo import grey
-from asbuilt_bim.vision.warp import warp_right
+from asbuilt_bim.vision.warp import right_at
 
 WIDE_M, HIGH_M = 0.30, 0.15
 """A window holds two bars of a usual mesh or cage, and ends half a lift's joint from a pour line."""
@@ -111,7 +111,7 @@ def _of_one_pour(scene: Scene, number: int, found: list[_Votes | None]) -> list[
 def _looks(scene: Scene, pair: RectifiedPair, upright: BoolArray) -> _Looks:
     left, right = (cv2.GaussianBlur(grey(image), (0, 0), SMOOTH_PX) for image in (pair.left, pair.right))
     disparity = scene.level.disparity_px.astype(np.float32)
-    there, _ = warp_right(np.asarray(right, dtype=np.float32), np.nan_to_num(disparity))
+    there = right_at(np.asarray(right, dtype=np.float32), np.nan_to_num(disparity))
     difference = np.where(scene.level.measured, np.abs(left - there), np.float32(np.nan)).astype(np.float32)
     slope = np.asarray(cv2.Sobel(left, cv2.CV_32F, 1, 0, ksize=3, scale=0.125), dtype=np.float32)
     known = difference[upright & scene.level.measured]

@@ -11,7 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, freeze
 from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.warp import warp_right
+from asbuilt_bim.vision.warp import right_at, warp_right
 
 SIXTEENTHS = 16.0
 NEAREST_M = 1.5
@@ -149,7 +149,7 @@ def _exposed(left: Float32Array, right: Float32Array, start: Float32Array, measu
     """
     if not measured.any():
         return right
-    warped, _ = warp_right(right, start)
+    warped = right_at(right, start)
     low, middle, high = np.quantile(left[measured], [0.25, 0.5, 0.75])
     low_right, middle_right, high_right = np.quantile(warped[measured], [0.25, 0.5, 0.75])
     gain = float(np.clip((high - low) / max(high_right - low_right, 1.0), 0.8, 1.25))

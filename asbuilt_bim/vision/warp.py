@@ -10,10 +10,20 @@ from asbuilt_bim.geometry.arrays import Float32Array
 
 def warp_right(right: Float32Array, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
     """Sample the right picture at x - d: values and their slope along x, both (H, W)."""
-    height, width = disparity_px.shape
-    columns = np.arange(width, dtype=np.float32)[None, :] - disparity_px
-    rows = np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], disparity_px.shape)
+    columns, rows = _partners(disparity_px)
     return sample(right, columns, rows), 0.5 * (sample(right, columns + 1.0, rows) - sample(right, columns - 1.0, rows))
+
+
+def right_at(right: Float32Array, disparity_px: Float32Array) -> Float32Array:
+    """Sample the right picture at x - d: values alone (H, W), a third of what `warp_right` costs."""
+    return sample(right, *_partners(disparity_px))
+
+
+def _partners(disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Return the columns and rows (H, W) of the right photo that the left one's pixels are seen at."""
+    height, width = disparity_px.shape
+    columns: Float32Array = np.arange(width, dtype=np.float32)[None, :] - disparity_px
+    return columns, np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], disparity_px.shape)
 
 
 def with_slope(image: Float32Array) -> Float32Array:

@@ -12,8 +12,9 @@ from asbuilt_bim.vision.geometric import GeometricSegmenter
 from asbuilt_bim.vision.scene import read_scene
 from asbuilt_bim.vision.segment import Instance
 from asbuilt_bim.vision.sky import find_sky, without_sky
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map, grey
 from asbuilt_bim.vision.vertical import find_vertical
+from asbuilt_bim.vision.warp import right_at, warp_right
 from tests.measure.box_world import site, true_q
 
 
@@ -39,6 +40,12 @@ def test_disparities_on_a_wall_are_right_to_hundredths_and_their_sigma_says_so(
     assert abs(np.median(miss)) < 0.02
     assert np.std(miss) < 0.12
     assert 0.4 < np.median(np.abs(miss)) / (0.67 * np.median(depth.sigma_px[patch])) < 2.0
+
+
+def test_the_right_photo_is_read_alike_with_and_without_its_slope(pair: RectifiedPair, depth: DepthMap) -> None:
+    right = grey(pair.right)
+    disparity = np.nan_to_num(depth.disparity_px)
+    assert np.array_equal(right_at(right, disparity), warp_right(right, disparity)[0])
 
 
 def test_what_lies_at_the_left_border_of_the_frame_is_measured_too(pair: RectifiedPair, depth: DepthMap) -> None:
