@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, median
 from asbuilt_bim.vision.edges import edge_channels, find_edges
 
 SIGMA_FLOOR_PX = 0.03
@@ -62,14 +62,17 @@ def _side(light: Float32Array, start: FloatArray, end: FloatArray, reach: float)
         return None
     height = (seen - start) @ outward
     weight = np.ones(len(seen))
-    fit = np.zeros(2)
-    design = np.stack([np.ones_like(at), at], axis=-1)
+    level = slope = 0.0
     for _ in range(4):
-        fit = np.linalg.lstsq(design * weight[:, None], height * weight, rcond=None)[0]
-        rest = height - design @ fit
-        scale = max(1.4826 * float(np.median(np.abs(rest))), 0.02)
-        weight = np.sqrt(1.0 / (1.0 + (rest / (2.0 * scale)) ** 2))
-    ends = start + np.array([[0.0], [1.0]]) * (end - start) + (fit[0] + np.array([[-0.5], [0.5]]) * fit[1]) * outward
+        total = float(weight.sum())
+        middle = float(weight @ at) / total
+        aside = weight * (at - middle)
+        slope = float(aside @ height) / float(aside @ at)
+        level = float(weight @ height) / total - slope * middle
+        rest = height - level - slope * at
+        scale = max(1.4826 * median(np.abs(rest)), 0.02)
+        weight = 1.0 / (1.0 + (rest / (2.0 * scale)) ** 2)
+    ends = start + np.array([[0.0], [1.0]]) * (end - start) + (level + np.array([[-0.5], [0.5]]) * slope) * outward
     normal = np.array([ends[1, 1] - ends[0, 1], ends[0, 0] - ends[1, 0]])
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
     # n points of spread 1/sqrt(12) give a line to twice sigma / sqrt(n) at its end; neighbours share pixels.

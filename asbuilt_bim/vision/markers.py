@@ -65,6 +65,8 @@ def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[M
     if family not in FAMILIES:
         raise SurveyError(f"markers.family: {family!r} is not known; use one of {', '.join(FAMILIES)}")
     left, left_twice = _detect(pair.left, pair.valid_left, family)
+    if not left:
+        return ()
     right, right_twice = _detect(pair.right, pair.valid_right, family)
     sightings = []
     for marker_id in sorted(left.keys() - left_twice - right_twice):

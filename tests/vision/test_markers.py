@@ -71,6 +71,11 @@ def test_a_marker_that_reaches_out_of_the_photo_is_left_out() -> None:
     assert find_markers(replace(pair, valid_left=valid)) == ()
 
 
+def test_where_the_left_photo_shows_no_marker_the_right_one_is_not_searched() -> None:
+    pair = replace(pair_of([]), right=np.zeros((0, 0, 3), dtype=np.uint8))
+    assert find_markers(pair) == ()
+
+
 def test_a_turned_marker_keeps_the_order_of_its_print() -> None:
     pair = pair_of([TAGS[21]])
     upside_down = replace(pair, left=pair.left[::-1, ::-1].copy(), right=pair.right[::-1, ::-1].copy())
