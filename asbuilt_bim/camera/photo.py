@@ -109,7 +109,8 @@ def decode(photo: Photo) -> ByteImage:
     if height > _FILL_ROWS and bool((image[-_FILL_ROWS:] == _FILL_GREY).all()):
         raise PhotoError(f"photo {photo.name}: its lower part is missing (it decodes to plain grey); {_REMEDY}")
     decoded = np.asarray(image, dtype=np.uint8)
-    if (lit := float(np.mean(decoded.max(axis=2) >= _DARK_GREY))) < _LEAST_LIT:
+    brightest = np.maximum(np.maximum(decoded[..., 0], decoded[..., 1]), decoded[..., 2])  # a tenth of max(axis=2)
+    if (lit := float(np.mean(brightest >= _DARK_GREY))) < _LEAST_LIT:
         raise PhotoError(
             f"photo {photo.name}: it is nearly black, {lit:.2%} of its pixels are brighter than an eighth of its range "
             f"(at least {_LEAST_LIT:.1%}); where 10, 12 or 14 bits were stored in 16, export it over the whole range; "
