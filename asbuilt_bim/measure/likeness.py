@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, median
 
 ON_PX, OFF_PX = 0.8, 1.0
 OWN, SAME, OPEN, FOREIGN = -0.3, 0.01, 0.02, 0.3
@@ -73,13 +73,10 @@ def bridged(
 def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:
     """Return 0..1: how far a pixel's chroma is from what the face's own pixels have; lightness doesn't count."""
     lab = cv2.cvtColor(cv2.blur(colour, (3, 3)), cv2.COLOR_BGR2Lab)[..., 1:].astype(np.float32)
-    pixels = lab[own]
-    if len(pixels) < 30:
+    if np.count_nonzero(own) < 30:
         return np.zeros(own.shape, np.float32)
-    middle = np.median(pixels, axis=0)
-    scatter = 1.4826 * float(np.median(np.linalg.norm(pixels - middle, axis=1)))
-    a, b = lab[..., 0] - middle[0], lab[..., 1] - middle[1]
+    a, b = (channel - np.float32(median(channel[own])) for channel in (lab[..., 0], lab[..., 1]))
     apart = np.sqrt(a * a + b * b)
-    limit = 2.0 * scatter + SHADE_FREE_AB
+    limit = 2.0 * 1.4826 * median(apart[own]) + SHADE_FREE_AB
     strange: Float32Array = np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)
     return strange

@@ -52,7 +52,7 @@ def find_silhouettes(
 ) -> list[Silhouette]:
     """Look for both sides in both photos where the circle has them (a mask's border frays), at most `reach_px` off."""
     rows = np.flatnonzero(mask.any(axis=1))
-    ends = [np.array([np.flatnonzero(mask[row])[at] for row in rows]) for at in (0, -1)]
+    ends = [mask[rows].argmax(axis=1), mask.shape[1] - 1 - mask[rows, ::-1].argmax(axis=1)]
     camera, view = bench.pair.camera, bench.scene.level.view
     plane = pixel_plane(chord_plane(bench, circle), camera)
     right_plane = -plane / (1.0 - plane[0])

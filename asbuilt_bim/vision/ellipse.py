@@ -157,10 +157,12 @@ def _through_five(rows: FloatArray) -> FloatArray:
 
 def _distances(six: FloatArray, points: FloatArray) -> FloatArray:
     """Return how far (M, N) points (N, 2) lie off each of the conics (M, 6), to first order."""
-    x, y = points.T
-    a, b, c, d, e, _ = six.T[:, :, None]
-    slope = np.sqrt((2.0 * a * x + b * y + d) ** 2 + (b * x + 2.0 * c * y + e) ** 2)
-    distance: FloatArray = np.abs(six @ _design(points).T) / np.maximum(slope, 1e-12)
+    a, b, c, d, e, _ = six.T
+    design = _design(points).T
+    across = np.stack([2.0 * a, b, d], axis=-1) @ design[3:]
+    down = np.stack([b, 2.0 * c, e], axis=-1) @ design[3:]
+    slope = np.sqrt(across * across + down * down)
+    distance: FloatArray = np.abs(six @ design) / np.maximum(slope, 1e-12)
     return distance
 
 
@@ -178,7 +180,9 @@ def _draw(count: int) -> IntArray:
 
 def _design(xy: FloatArray) -> FloatArray:
     x, y = xy[..., 0], xy[..., 1]
-    return np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=-1)
+    rows = np.ones((*x.shape, 6))
+    rows[..., 0], rows[..., 1], rows[..., 2], rows[..., 3], rows[..., 4] = x * x, x * y, y * y, x, y
+    return rows
 
 
 def _conic(six: FloatArray) -> FloatArray:

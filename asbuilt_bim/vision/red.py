@@ -156,11 +156,13 @@ def _parted(bright: ByteImage, dark: ByteImage) -> bool:
 def _joined(outlines: list[FloatArray], areas: IntArray, step: int) -> list[RedBlob | None]:
     """Return what pairs of pieces make together: a bar before a disc cuts it in two, and their hull is the disc's."""
     found: list[RedBlob | None] = []
+    boxes = [(*outline.min(axis=0).tolist(), *outline.max(axis=0).tolist()) for outline in outlines]
     for i, j in combinations(range(len(outlines)), 2):
-        both = np.concatenate([outlines[i], outlines[j]])
+        (x0, y0, x1, y1), (u0, v0, u1, v1) = boxes[i], boxes[j]
         area = float(areas[i] + areas[j])
-        if np.prod(np.ptp(both, axis=0) + 1.0) > area / _LEAST_OF_BOX:
+        if (max(x1, u1) - min(x0, u0) + 1.0) * (max(y1, v1) - min(y0, v0) + 1.0) > area / _LEAST_OF_BOX:
             continue
+        both = np.concatenate([outlines[i], outlines[j]])
         hull = np.asarray(cv2.convexHull(both.astype(np.float32)), dtype=np.float64).reshape(-1, 2)
         if area >= _LEAST_OF_HULL * float(cv2.contourArea(hull.astype(np.float32))):
             found.append(_hull_blob(hull, step))
