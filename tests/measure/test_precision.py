@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
@@ -10,11 +9,13 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.geometry.grow import Piece
+from asbuilt_bim.measure import edges
 from asbuilt_bim.measure.drafts import piece_mask, refined_inside
 from asbuilt_bim.measure.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.refine import pictures, refine_plane
 from asbuilt_bim.vision.scene import Scene
 from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.warp import sample
 
 PLANE = np.array([0.02, 0.0, 20.3])  # of the ray (x, y, 1): nearly from the front
 
@@ -115,13 +116,19 @@ def test_an_edge_that_one_photo_cannot_show_is_found_in_the_left_one_alone() -> 
     assert not np.isfinite(alone.disparity_miss_px)  # the right photo says nothing of it
 
 
-def test_an_edge_that_is_looked_for_in_the_left_photo_alone_needs_no_right_one() -> None:
+def test_where_an_edge_is_looked_for_in_the_left_photo_alone_the_right_one_is_not_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     both = gradients(*before(60.0, 120.0), np.ones((80, 100), dtype=bool))
-    none = np.empty((0, 0), dtype=np.float32)
-    bare = replace(both, right_x=none, right_y=none, valid_right=none)
-    fits = [find_edge(slopes, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True) for slopes in (both, bare)]
-    assert fits[0] is not None and fits[1] is not None
-    assert fits[1].line.start.tolist() == fits[0].line.start.tolist()
+    read: list[np.ndarray] = []
+
+    def noted(image: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        read.append(image)
+        return sample(image, columns, rows)
+
+    monkeypatch.setattr(edges, "sample", noted)
+    assert find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True) is not None
+    assert [image is slope for image, slope in zip(read, (both.left_x, both.left_y), strict=True)] == [True, True]
 
 
 def two_pieces(source: str) -> tuple[Scene, Instance]:
