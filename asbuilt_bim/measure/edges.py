@@ -117,9 +117,10 @@ def find_edge(
     texture_grey: float,
     reach_px: float,
     prior_px: float,
+    least_strength: float,
     alone: bool = False,
 ) -> EdgeFit | None:
-    """Find the edge near `line`, at most `reach_px` off it; None where nothing votes for one.
+    """Find the edge near `line`, at most `reach_px` off it; None where less than `least_strength` of it votes for one.
 
     `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
     face: an edge must stand out of it. `prior_px` is how well the line was known before. `alone`: ask the left photo
@@ -136,7 +137,7 @@ def find_edge(
     left, right, paired = _profiles(both, line, None if alone else disparity, along, across)
     votes = _votes(left, np.where(paired, right, left), texture_grey)
     best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px)
-    if best is None:
+    if best is None or best[2] < least_strength:
         return None
     offset, turn, strength = best
     centre = offset + turn * (along - 0.5 * length)

@@ -154,8 +154,8 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
     crossing = _crossing(side.line, label, neighbour, around, reach_px)
     start = crossing.line if crossing is not None else side.line
     plane = pixel_plane(around.planes[label], around.camera)
-    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px)
-    if fit is not None and fit.strength >= LEAST_STRENGTH:
+    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, LEAST_STRENGTH)
+    if fit is not None:
         if fit.strength < CLEAR_STRENGTH and crossing is not None:
             edge = between(crossing, fit)
             return FaceEdge(
@@ -170,8 +170,8 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
         return FaceEdge(
             line=start, sigma_px=crossing.sigma_px, source="planes", course=side.course, neighbour=neighbour, fit=None
         )
-    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, alone=True)
-    if fit is not None and fit.strength >= ALONE_STRENGTH:
+    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, ALONE_STRENGTH, alone=True)
+    if fit is not None:
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit)
     return FaceEdge(

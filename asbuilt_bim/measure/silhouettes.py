@@ -162,12 +162,11 @@ def _settled(
     slopes: Gradients, line: Line, plane: FloatArray, reach_px: float, prior_px: float
 ) -> tuple[Line, float] | None:
     """Return the edge near `line` and its sigma across: by both photos, else by this one alone; None where neither."""
-    settled: tuple[Line, float] | None = None
-    for alone, least in ((True, ALONE_STRENGTH), (False, LEAST_STRENGTH)):  # the last one that holds
-        fit = find_edge(slopes, line, plane, FACE_GREY, reach_px, prior_px, alone=alone)
-        if fit is not None and fit.strength >= least:
-            settled = fit.line, float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX * alone))
-    return settled
+    for alone, least in ((False, LEAST_STRENGTH), (True, ALONE_STRENGTH)):
+        fit = find_edge(slopes, line, plane, FACE_GREY, reach_px, prior_px, least, alone=alone)
+        if fit is not None:
+            return fit.line, float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX * alone))
+    return None
 
 
 def _as_ray(bench: Workbench, line: Line, sigma_px: float, eye_m: FloatArray, side: int) -> Silhouette:

@@ -101,7 +101,7 @@ def test_an_edge_is_found_though_its_background_is_lighter_in_one_photo_and_dark
 ) -> None:
     left, right = before(60.0, right_background)
     both = gradients(left, right, np.ones((80, 100), dtype=bool))
-    fit = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0)
+    fit = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0)
     assert fit is not None and fit.strength > 0.5
     assert fit.line.start[0] == pytest.approx(60.3, abs=0.06)
 
@@ -109,10 +109,11 @@ def test_an_edge_is_found_though_its_background_is_lighter_in_one_photo_and_dark
 def test_an_edge_that_one_photo_cannot_show_is_found_in_the_left_one_alone() -> None:
     left, right = before(60.0, 120.0)
     both = gradients(left, right, np.ones((80, 100), dtype=bool))
-    together = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0)
+    together = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0)
     assert together is None or together.strength < 0.1
-    alone = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True)
+    alone = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0, alone=True)
     assert alone is not None and alone.strength > 0.4
+    assert find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone.strength + 0.01, alone=True) is None
     assert not np.isfinite(alone.disparity_miss_px)  # the right photo says nothing of it
 
 
@@ -127,7 +128,7 @@ def test_where_an_edge_is_looked_for_in_the_left_photo_alone_the_right_one_is_no
         return sample(image, columns, rows)
 
     monkeypatch.setattr(edges, "sample", noted)
-    assert find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone=True) is not None
+    assert find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0, alone=True) is not None
     assert [image is slope for image, slope in zip(read, (both.left_x, both.left_y), strict=True)] == [True, True]
 
 
