@@ -48,9 +48,10 @@ def pack(depth: DepthMap, sky: BoolArray, beyond_px: Float32Array | None = None)
     middle = np.maximum(count - 1, 0)[..., None] // 2
     median = np.take_along_axis(values, middle, axis=-1)[..., 0]
     sigma = np.take_along_axis(spread, middle, axis=-1)[..., 0]
-    full = _blocks(np.ones((height, width)), scale, 0.0).sum(axis=-1)
+    down, across = (np.minimum(scale, side - np.arange(0, side, scale)) for side in (height, width))
+    full = down[:, None] * across  # pixels of each block: fewer at the right and at the foot
     measured = count >= 0.5 * full
-    heaven = _blocks(sky.astype(np.float64), scale, 0.0).sum(axis=-1) > 0.5 * full
+    heaven = _blocks(sky, scale, 0.0).sum(axis=-1) > 0.5 * full
     coded = np.where(measured, np.clip(np.round(np.where(measured, median, 0.0) * DISPARITY_STEPS), 1, SKY - 1), 0)
     coded = np.where(heaven & ~measured, SKY, coded).astype(np.uint16)
     sigma_coded = np.clip(np.round(np.where(measured, sigma, 0.0) * SIGMA_STEPS), 0, 255).astype(np.uint8)
@@ -92,7 +93,7 @@ def _decoded(coded: NDArray[np.uint16]) -> Float32Array:
     return disparity
 
 
-def _blocks(image: NDArray[np.floating], scale: int, fill: float) -> NDArray[np.float32]:
+def _blocks(image: NDArray[np.floating] | BoolArray, scale: int, fill: float) -> NDArray[np.float32]:
     """Lay an image (H, W) out as blocks (h, w, scale * scale), padded with `fill`."""
     height, width = image.shape
     padded = np.full((-(-height // scale) * scale, -(-width // scale) * scale), fill, dtype=np.float32)

@@ -224,10 +224,12 @@ def _descend(
         return np.asarray(scale * _residual(at[None], left, right, camera, axes)[0], dtype=np.float64)
 
     residual = weighted(parameters)
-    jacobian = np.zeros((len(residual), 6))
+    jacobian, at = np.zeros((len(residual), 6)), None
     for _ in range(_ROUNDS):
-        moved = scale * _residual((parameters + np.diag(_STEPS))[free], left, right, camera, axes)
-        jacobian[:, free] = ((moved - residual) / _STEPS[free, None]).T
+        if at is not parameters:  # after a step that led nowhere all but the damping is as it was
+            at = parameters
+            moved = scale * _residual((parameters + np.diag(_STEPS))[free], left, right, camera, axes)
+            jacobian[:, free] = ((moved - residual) / _STEPS[free, None]).T
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
         tried = parameters + change
