@@ -16,8 +16,11 @@ from asbuilt_bim.bim.model import BimModel, DesignFace
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.elsewhere import Elsewhere, find_elsewhere, storey_rises
 from asbuilt_bim.match.matches import MatchResult
+from asbuilt_bim.match.rise import find_rise
 from asbuilt_bim.match.score import in_world
+from asbuilt_bim.match.upright import PARALLEL_COS, UPRIGHT, Placing, design_planes, measured_planes
 from asbuilt_bim.register.pose import PlacedStation
 
 REACH_M = 0.6
@@ -25,11 +28,14 @@ REACH_M = 0.6
 BAND_M = 0.02
 """A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one. So no smaller move
 makes one fit that did not: it is a building's own tolerance."""
-PARALLEL_COS = float(np.cos(np.radians(5.0)))
-UPRIGHT = 0.1  # of a normal's upward part
 LEAST_MORE, LEAST_MORE_SHARE, LEAST_ELEMENTS = 3, 0.25, 3
 """So many faces more, and so large a share of all, on so many elements, lie on the design after the move."""
 _STEP_M = 0.01
+_REMEDY = (
+    "check the survey's control points, origin, north and height, and whether a revision has moved the building in the "
+    "IFC file, before anyone is paid by these numbers"
+)
+LEAST_TURN_DEG, LEAST_MOVE_M = 0.1, 0.005  # less is not told in words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,8 +44,6 @@ class _Votes:
 
     normals: FloatArray  # (K, 2) level
     offsets_m: FloatArray  # (K,) measured minus design, along the design's normal
-    feet_m: FloatArray  # (K,) the same of the outline's lower end
-    heads_m: FloatArray  # (K,) and of its upper one
     elements: tuple[str, ...]
 
     def nearest(self, move_m: FloatArray) -> int:
@@ -54,21 +58,45 @@ def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ..
     """
     votes = _votes(matched.stations, design)
     level, fit, fit_unmoved = _level_move(votes) if votes else (np.zeros(2), 0, 0)
-    rise, more = _rise(votes, level) if votes else (0.0, 0)
-    moved = np.append(level, rise)
-    if not moved.any():
+    seen, origin = measured_planes(matched.stations)
+    walls = design_planes(design, origin)
+    far = find_elsewhere(seen, walls, storey_rises(design), level)
+    place = Placing(move_m=level) if far is None else far.placing
+    rise, more = find_rise(place.back(seen), walls)
+    if far is not None:
+        return (_elsewhere(far, rise),)
+    if not level.any() and not rise:
         return _nothing_fits(matched)
-    told = ", ".join(f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", moved, strict=True) if abs(part) >= 0.005)
     fits = f"{fit} of {len(votes)} faces lie on it when moved back, {fit_unmoved} as they are"
     if not level.any():
         fits = f"{more} feet and heads more lie on it when moved back"
     return (
         Rejection(
             what="survey",
-            reason=f"what was measured lies beside the design, all of it the same way: by {told}; {fits}",
-            remedy="check the survey's control points, origin and height before anyone is paid by these numbers",
+            reason="what was measured lies beside the design, all of it the same way: by "
+            f"{_moved(np.append(level, rise))}; {fits}",
+            remedy=_REMEDY,
         ),
     )
+
+
+def _elsewhere(far: Elsewhere, rise_m: float) -> Rejection:
+    turn, cos, sin = np.degrees(far.placing.turn_rad), np.cos(far.placing.turn_rad), np.sin(far.placing.turn_rad)
+    moved = np.append(np.array([[cos, -sin], [sin, cos]]) @ far.placing.move_m, far.placing.rise_m + rise_m)
+    told = _moved(moved)
+    if abs(turn) >= LEAST_TURN_DEG:
+        told = f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)" + (told and f" and by {told}")
+    fits = f"{far.fits} of {far.count} faces lie on it when put back, {far.fits_unmoved} as they are"
+    return Rejection(
+        what="survey",
+        reason=f"what was measured is elsewhere than the design, all of it the same way: {told}; {fits}",
+        remedy=_REMEDY,
+    )
+
+
+def _moved(by_m: FloatArray) -> str:
+    parts = [f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", by_m, strict=True) if abs(part) >= LEAST_MOVE_M]
+    return ", ".join(parts)
 
 
 def _nothing_fits(matched: MatchResult) -> tuple[Rejection, ...]:
@@ -88,7 +116,6 @@ def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:
     axes = np.array([[f.u, f.v] for f in frames])
     rings = [np.concatenate([ring for region in face.rings_uv_m for ring in region]) for face in faces]
     low, high = (np.array([getattr(ring, end)(axis=0) for ring in rings]) for end in ("min", "max"))
-    heights = np.array([_ends(f.from_uv(ring)) for f, ring in zip(frames, rings, strict=True)])
     votes = []
     for placed in stations:
         for measured in placed.measurement.faces:
@@ -101,13 +128,10 @@ def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:
             inside = ((at > low - REACH_M) & (at < high + REACH_M)).all(axis=1)
             may = np.flatnonzero(inside & (normals @ seen.frame.normal > PARALLEL_COS) & (np.abs(offsets) < REACH_M))
             if len(may):
-                ends = _ends(seen.frame.from_uv(np.concatenate(measured.outline_uv_m)))
                 votes.append(
                     _Votes(
                         normals=normals[may, :2],
                         offsets_m=offsets[may],
-                        feet_m=ends[0] - heights[may, 0],
-                        heads_m=ends[1] - heights[may, 1],
                         elements=tuple(faces[one].element for one in may),
                     )
                 )
@@ -147,27 +171,5 @@ def _fitting(votes: Sequence[_Votes], move: FloatArray) -> list[int]:
     return [n for n, v in enumerate(votes) if float(np.min(np.abs(v.offsets_m - v.normals @ move))) < BAND_M]
 
 
-def _rise(votes: Sequence[_Votes], level: FloatArray) -> tuple[float, int]:
-    """Return the upward move, 0 where none is clearly better, and how many feet and heads more it suits.
-
-    Feet are hidden and walls are poured in part: only where both ends of faces say the same is it a move.
-    """
-    chosen = [(votes[one], votes[one].nearest(level)) for one in _fitting(votes, level)]
-    ends = np.array([(vote.feet_m[face], vote.heads_m[face]) for vote, face in chosen]).reshape(-1, 2)
-    steps = np.arange(-REACH_M, REACH_M + 0.5 * _STEP_M, _STEP_M)
-    suited = (np.abs(ends - steps[:, None, None]) < BAND_M).sum(axis=1)  # (steps, 2) feet and heads
-    best = np.lexsort((np.abs(steps), -suited.sum(axis=1)))[0]
-    step = float(steps[best])
-    more = suited[best] - (np.abs(ends) < BAND_M).sum(axis=0)
-    is_clear = more.min() >= LEAST_MORE and more.sum() >= LEAST_MORE_SHARE * ends.size
-    if not is_clear:
-        return 0.0, 0
-    return float(np.mean(ends[np.abs(ends - step) < BAND_M])), int(more.sum())
-
-
 def _is_upright(face: DesignFace) -> bool:
     return isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT
-
-
-def _ends(points_m: FloatArray) -> tuple[float, float]:
-    return float(points_m[:, 2].min()), float(points_m[:, 2].max())

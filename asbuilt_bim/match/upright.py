@@ -1,0 +1,140 @@
+"""Upright planes as lines in plan: those that were measured, those that are designed, and which lie on which."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.score import in_world
+from asbuilt_bim.register.pose import PlacedStation
+
+Indices = NDArray[np.intp]
+UPRIGHT = 0.1  # of a normal's upward part
+PARALLEL_COS = float(np.cos(np.radians(5.0)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Upright:
+    """N upright planes; level places are from an origin that the measured and the designed ones share."""
+
+    normals: FloatArray  # (N, 2) level unit vectors
+    middles_m: FloatArray  # (N, 2)
+    halves_m: FloatArray  # (N,) half of the length in plan
+    heights_m: FloatArray  # (N, 2) lower and upper end
+    elements: tuple[str, ...]  # of a design; "" for what was measured
+
+    @property
+    def along(self) -> FloatArray:
+        """Return the level directions (N, 2) in the planes."""
+        return np.stack([-self.normals[:, 1], self.normals[:, 0]], axis=-1)
+
+    def chosen(self, which: BoolArray) -> Upright:
+        """Return those of the planes that `which` (N,) marks."""
+        return Upright(
+            normals=self.normals[which],
+            middles_m=self.middles_m[which],
+            halves_m=self.halves_m[which],
+            heights_m=self.heights_m[which],
+            elements=tuple(element for element, is_one in zip(self.elements, which, strict=True) if is_one),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Placing:
+    """How what was measured is off: moved level and upwards, then turned about the shared origin."""
+
+    turn_rad: float = 0.0  # counter-clockwise, seen from above
+    move_m: FloatArray = field(default_factory=lambda: np.zeros(2))
+    rise_m: float = 0.0
+
+    def back(self, seen: Upright) -> Upright:
+        """Return measured planes turned and moved back to where they are designed."""
+        cos, sin = np.cos(self.turn_rad), np.sin(self.turn_rad)
+        turn = np.array([[cos, -sin], [sin, cos]])
+        return Upright(
+            normals=seen.normals @ turn,
+            middles_m=seen.middles_m @ turn - self.move_m,
+            halves_m=seen.halves_m,
+            heights_m=seen.heights_m - self.rise_m,
+            elements=seen.elements,
+        )
+
+
+def measured_planes(stations: Sequence[PlacedStation]) -> tuple[Upright, FloatArray]:
+    """Return the stations' upright planes, and the origin (2,) in the world that their places are from."""
+    planes = []
+    for placed in stations:
+        for face in placed.measurement.faces:
+            seen = in_world(face, placed.pose)
+            if isinstance(seen.frame, PlaneFrame) and abs(seen.frame.normal[2]) <= UPRIGHT and seen.outline:
+                planes.append((seen.frame, seen.frame.from_uv(np.concatenate(face.outline_uv_m)), ""))
+    origin = np.mean([points.mean(axis=0)[:2] for _, points, _ in planes], axis=0) if planes else np.zeros(2)
+    return _upright(planes, origin), origin
+
+
+def design_planes(design: BimModel, origin: FloatArray) -> Upright:
+    """Return the design's upright planes, from an origin (2,) in the world."""
+    planes = []
+    for element in design.elements:
+        for face in element.faces:
+            if isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT:
+                corners = np.concatenate([ring for region in face.rings_uv_m for ring in region])
+                planes.append((face.frame, face.frame.from_uv(corners), element.global_id))
+    return _upright(planes, origin)
+
+
+def lying(seen: Upright, design: Upright, band_m: float) -> tuple[BoolArray, Indices]:
+    """Return which measured planes lie on a design's (N,), and on which (N,).
+
+    One that lies on it is parallel, no further off than `band_m`, and overlaps by half in length and in height.
+    """
+    one, other, off_m = level_pairs(seen, design, band_m)
+    low, high = seen.heights_m[one].T
+    overlap = np.minimum(high, design.heights_m[other, 1]) - np.maximum(low, design.heights_m[other, 0])
+    stands = overlap >= 0.5 * (high - low)
+    nearest_last = np.argsort(-off_m[stands], kind="stable")
+    lies, on = np.zeros(len(seen.halves_m), dtype=bool), np.zeros(len(seen.halves_m), dtype=np.intp)
+    lies[one[stands]] = True
+    on[one[stands][nearest_last]] = other[stands][nearest_last]
+    return lies, on
+
+
+def level_pairs(seen: Upright, design: Upright, band_m: float) -> tuple[Indices, Indices, FloatArray]:
+    """Return which measured planes (K,) lie in plan on which of the design's (K,), and how far off (K,), at any height.
+
+    Directions and distances of all pairs are two products of matrices; the rest is asked of those few that pass.
+    """
+    foot = np.einsum("mk,mk->m", design.middles_m, design.normals)
+    off = np.abs(seen.middles_m @ design.normals.T - foot)
+    one, other = np.nonzero((seen.normals @ design.normals.T > PARALLEL_COS) & (off < band_m))
+    aside = np.einsum("kd,kd->k", seen.middles_m[one] - design.middles_m[other], design.along[other])
+    half, length = seen.halves_m[one], design.halves_m[other]
+    beside = np.minimum(aside + half, length) - np.maximum(aside - half, -length) >= half
+    one, other = one[beside], other[beside]
+    return one, other, off[one, other]
+
+
+def _upright(planes: Sequence[tuple[PlaneFrame, FloatArray, str]], origin: FloatArray) -> Upright:
+    normals, middles, halves, heights = [], [], [], []
+    for frame, points, _ in planes:
+        normal = frame.normal[:2] / np.linalg.norm(frame.normal[:2])
+        along = np.array([-normal[1], normal[0]])
+        level = points[:, :2] - origin
+        low, high = float((level @ along).min()), float((level @ along).max())
+        normals.append(normal)
+        middles.append(float(np.median(level @ normal)) * normal + 0.5 * (low + high) * along)
+        halves.append(0.5 * (high - low))
+        heights.append((float(points[:, 2].min()), float(points[:, 2].max())))
+    return Upright(
+        normals=np.array(normals).reshape(-1, 2),
+        middles_m=np.array(middles).reshape(-1, 2),
+        halves_m=np.array(halves),
+        heights_m=np.array(heights).reshape(-1, 2),
+        elements=tuple(element for _, _, element in planes),
+    )
