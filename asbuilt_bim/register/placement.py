@@ -13,6 +13,7 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.control_points import ControlPoint, pose_from_control_points
 from asbuilt_bim.register.markers import pose_from_markers
+from asbuilt_bim.register.mirrored import mirrored_survey
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
 
@@ -30,10 +31,15 @@ def register(
 ) -> Placement:
     """Place each station: by its given pose, else by its control points, else by the surveyed markers that it sees.
 
-    `given` and `control_points` are by the station's name.
+    `given` and `control_points` are by the station's name. No station is placed by a mirrored survey.
     """
+    by_markers = [one for one in measured if one.station not in given and one.station not in control_points]
+    found = {one.station: pose_from_markers(one, survey, options) for one in by_markers}
+    mirrored = mirrored_survey(by_markers, [pose for pose, _ in found.values() if pose], survey, options)
+    if mirrored is not None:
+        found = {one: (None, (_not_placed(one),)) for one in found}
     placed: list[PlacedStation] = []
-    rejections: list[Rejection] = []
+    rejections: list[Rejection] = [] if mirrored is None else [mirrored]
     for station in measured:
         if station.station in given:
             pose: StationPose | None = given[station.station]
@@ -41,11 +47,15 @@ def register(
         elif station.station in control_points:
             pose, notes = pose_from_control_points(station, control_points[station.station], options)
         else:
-            pose, notes = pose_from_markers(station, survey, options)
+            pose, notes = found[station.station]
         rejections.extend(notes)
         if pose is not None:
             placed.append(PlacedStation(measurement=station, pose=pose))
     return Placement(stations=tuple(placed), rejections=tuple(rejections))
+
+
+def _not_placed(station: str) -> Rejection:
+    return Rejection(what=f"station {station}", reason="the survey is a mirror image of the site")
 
 
 def given_pose(station: str, world_from_left: ArrayLike, sigma_rad: float, sigma_m: float) -> StationPose:

@@ -196,6 +196,9 @@ def _offset_hint(survey: Sequence[SurveyedMarker], low: FloatArray, high: FloatA
         scaled = middle / factor
         if np.all(np.abs(scaled - target) < FAR_M) and not np.all(np.abs(middle - target) < FAR_M):
             return f"; the numbers look like {unit}"
+    exchanged = middle[[1, 0, 2]]
+    if np.all(np.abs(exchanged - target) < FAR_M):
+        return "; x and y (easting and northing) look exchanged"
     return ""
 
 

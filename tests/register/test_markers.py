@@ -97,7 +97,7 @@ def test_a_mirrored_survey_is_refused() -> None:
     mirrored = [replace(m, corners_m=frozen(m.corners_m * [1.0, -1.0, 1.0])) for m in survey]
     placement = register((station,), mirrored, RegisterOptions())
     assert placement.stations == ()
-    assert "handedness" in placement.rejections[0].remedy
+    assert "x east, y north, z up" in placement.rejections[0].remedy
 
 
 def test_an_id_that_the_survey_lacks_is_named_and_the_station_kept() -> None:
