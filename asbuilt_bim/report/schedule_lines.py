@@ -136,7 +136,7 @@ def _times(
 ) -> ScheduleTimes:
     """Return the dates as they are now. A task that has begun starts when it was first seen, and keeps its duration."""
     share = told.share
-    if not share:  # nothing is known of it, or nothing of it is there
+    if share is None or (share <= 0.0 and task.actual_start is None):  # nothing is known, or nothing is there
         known = planned_h if share is not None else None
         return ScheduleTimes(
             start=task.schedule_start,

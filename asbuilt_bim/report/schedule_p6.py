@@ -14,7 +14,7 @@ from datetime import datetime
 from pathlib import Path
 
 from asbuilt_bim.bim.schedule import WorkCalendar, WorkDay
-from asbuilt_bim.progress.planned import calendar_of
+from asbuilt_bim.progress.planned import TaskVerdict, calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.schedule_lines import (
     ScheduleLine,
@@ -117,7 +117,7 @@ def _write_activity(
         ProjectObjectId=1,
         RemainingDuration=_hours(times.remaining_h),
         StartDate=_moment(times.start),
-        Status=_status(told.share, told.finished),
+        Status=_status(told, times),
         Type="Task Dependent",
     )
     _add_above(element, "WBSObjectId", line, objects)
@@ -133,10 +133,11 @@ def _at_completion(times: ScheduleTimes) -> float | None:
     return None if times.elapsed_h is None or times.remaining_h is None else times.elapsed_h + times.remaining_h
 
 
-def _status(share: float | None, finished: bool) -> str | None:
-    if share is None:
+def _status(told: TaskVerdict, times: ScheduleTimes) -> str | None:
+    """Return how far an activity is: begun where something was seen built, though none of it may be certain yet."""
+    if told.share is None:
         return None
-    return "Completed" if finished else "In Progress" if share > 0.0 else "Not Started"
+    return "Completed" if told.finished else "In Progress" if times.actual_start is not None else "Not Started"
 
 
 def _write_links(project: ET.Element, lines: Sequence[ScheduleLine], objects: dict[str, int]) -> None:

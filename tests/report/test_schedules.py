@@ -306,6 +306,16 @@ def test_a_task_of_known_elements_is_told_by_its_lower_bound_as_one_of_unknown_o
     assert msp(report_of(known), tmp_path)["known"].findtext("PercentComplete") == "60"
 
 
+def test_a_task_seen_begun_of_which_nothing_is_certain_yet_has_begun_in_the_schedules(tmp_path: Path) -> None:
+    begun = replace(task("begun", 0.03, 0.0, 0.06), actual_start=date(2026, 3, 2))
+    told = msp(report_of(begun), tmp_path)["begun"]
+    assert told.findtext("PercentComplete") == "0" and (told.findtext("ActualStart") or "").startswith("2026-03-02")
+    write_p6(report_of(begun), tmp_path / "p6.xml")
+    activity = next(one for one in ET.parse(tmp_path / "p6.xml").getroot().iter() if one.tag.endswith("Activity"))
+    said = {one.tag.rpartition("}")[2]: one.text for one in activity}
+    assert said["Status"] == "In Progress" and (said["ActualStartDate"] or "").startswith("2026-03-02")
+
+
 def test_late_elements_are_named_on_the_page_and_on_a_sheet(tmp_path: Path) -> None:
     report = sample_report()
     page = page_html(report, {})
