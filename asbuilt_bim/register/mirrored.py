@@ -44,7 +44,7 @@ def mirrored_survey(
         return None
     return Rejection(
         what="survey",
-        reason=f"it is a mirror image of the site: of {seen} markers in view {agree} agree in the mirror, {used} as they "
-        "are given; x and y are exchanged (easting and northing), or one axis counts the wrong way",
+        reason=f"it is a mirror image of the site: of {seen} markers in view {agree} agree in the mirror, {used} as "
+        "they are given; x and y are exchanged (easting and northing), or one axis counts the wrong way",
         remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
     )
