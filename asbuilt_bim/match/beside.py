@@ -83,13 +83,12 @@ def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ..
 def _elsewhere(far: Elsewhere, rise_m: float) -> Rejection:
     turn, cos, sin = np.degrees(far.placing.turn_rad), np.cos(far.placing.turn_rad), np.sin(far.placing.turn_rad)
     moved = np.append(np.array([[cos, -sin], [sin, cos]]) @ far.placing.move_m, far.placing.rise_m + rise_m)
-    told = _moved(moved)
-    if abs(turn) >= LEAST_TURN_DEG:
-        told = f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)" + (told and f" and by {told}")
+    told = [f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)"] if abs(turn) >= LEAST_TURN_DEG else []
+    told += [f"by {by}" for by in [_moved(moved)] if by]
     fits = f"{far.fits} of {far.count} faces lie on it when put back, {far.fits_unmoved} as they are"
     return Rejection(
         what="survey",
-        reason=f"what was measured is elsewhere than the design, all of it the same way: {told}; {fits}",
+        reason=f"what was measured is elsewhere than the design, all of it the same way: {' and '.join(told)}; {fits}",
         remedy=_REMEDY,
     )
 
