@@ -10,11 +10,12 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
+from asbuilt_bim.geometry.masks import Box, box_of, nonzero
 from asbuilt_bim.measure.adjust import PlaneSight
 from asbuilt_bim.measure.crossing import apart, side_by_side
 from asbuilt_bim.measure.edges import Gradients, pixel_plane
 from asbuilt_bim.measure.outline import Outline, find_outline, shared_ends
-from asbuilt_bim.measure.raster import Box, box_of, nonzero, shrunk
+from asbuilt_bim.measure.raster import shrunk
 from asbuilt_bim.measure.refine import PlaneFit, refine_plane
 from asbuilt_bim.measure.straight import Surroundings
 from asbuilt_bim.measure.workbench import Workbench

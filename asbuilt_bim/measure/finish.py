@@ -11,6 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.disparity_plane import plane_of
+from asbuilt_bim.geometry.masks import nonzero
 from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
@@ -20,7 +21,6 @@ from asbuilt_bim.measure.hidden import how_seen
 from asbuilt_bim.measure.notches import is_notched
 from asbuilt_bim.measure.outline import Outline
 from asbuilt_bim.measure.proof import is_open
-from asbuilt_bim.measure.raster import nonzero
 from asbuilt_bim.measure.uncertainty import image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.segment import Instance

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.disparity_plane import plane_of
+from asbuilt_bim.geometry.masks import box_of, nonzero
 from asbuilt_bim.geometry.plane import frame_on_plane
 from asbuilt_bim.measure.edges import pixel_plane
 
@@ -84,22 +85,6 @@ def face_raster(mask: BoolArray, q_px: FloatArray, camera: RectifiedCamera, down
         photo_from_raster=photo_from_raster, right_from_raster=along_plane @ photo_from_raster, width=int(size[0]),
         height=int(size[1]), step_m=step,
     )  # fmt: skip
-
-
-Box = tuple[slice, slice]
-
-
-def box_of(mask: BoolArray) -> Box:
-    """Return the rows and columns that hold a mask's pixels; none of either for an empty one."""
-    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
-    return slice(y, y + height), slice(x, x + width)
-
-
-def nonzero(mask: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return rows and columns of a mask's pixels: `np.nonzero`, looked for within the mask's box only."""
-    box = box_of(mask)
-    rows, columns = np.nonzero(mask[box])
-    return rows + box[0].start, columns + box[1].start
 
 
 def shrunk(mask: BoolArray, border_px: int) -> BoolArray:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
-from asbuilt_bim.measure.raster import nonzero
+from asbuilt_bim.geometry.masks import nonzero
 from asbuilt_bim.vision.warp import sample_sharp, with_slope
 
 IndexArray = NDArray[np.intp]

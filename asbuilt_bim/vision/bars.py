@@ -14,6 +14,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray, freeze
+from asbuilt_bim.geometry.masks import box_of
 from asbuilt_bim.vision.scene import NOTHING, Scene
 from asbuilt_bim.vision.stereo import grey
 from asbuilt_bim.vision.warp import right_at
@@ -121,8 +122,7 @@ def _looks(scene: Scene, pair: RectifiedPair, upright: BoolArray) -> _Looks:
 def _votes(scene: Scene, number: int, looks: _Looks, marks: BoolArray) -> _Votes | None:
     """Let the pixels of an upright piece vote, its gaps that bars leave among them; None for one too far away."""
     own = scene.mask(number)
-    x, y, width, height = cv2.boundingRect(own.view(np.uint8))
-    window = (slice(y, y + height), slice(x, x + width))
+    window = box_of(own)
     own, level = own[window], scene.level
     d = scene.pieces[number].at(level.x_px[window])
     middle = float(np.median(d[own & np.isfinite(d)])) if np.any(own & np.isfinite(d)) else 0.0
@@ -147,7 +147,7 @@ def _votes(scene: Scene, number: int, looks: _Looks, marks: BoolArray) -> _Votes
         structure=structure.astype(np.float32),
         below_m=level.y_px[window] * level.baseline_m / np.where(np.isfinite(d), d, middle),
         px_per_m=px_per_m,
-        width_m=width / px_per_m,
+        width_m=own.shape[1] / px_per_m,
     )
 
 

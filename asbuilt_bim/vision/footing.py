@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +15,7 @@ from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.floors import Floor
 from asbuilt_bim.geometry.grow import Piece
 from asbuilt_bim.geometry.level import LevelledMap
+from asbuilt_bim.geometry.masks import box_of
 
 BENEATH_PX = 0.4
 """How far both planes may be off in disparity together: some 2 to 3 rows at the foot."""
@@ -40,8 +40,8 @@ def footed(
         if piece.circle is not None:
             continue
         own = np.asarray(found == number)
-        x, y, width, height = cv2.boundingRect(own.view(np.uint8))
-        box = (slice(y, y + height + BELOW_PX[1]), slice(x, x + width))
+        rows, columns = box_of(own)
+        box = (slice(rows.start, rows.stop + BELOW_PX[1]), columns)
         rays = level.rays[box]
         upright = rays @ level.view.q_upright(piece.slope, piece.offset_px)
         for label, floor in standing:

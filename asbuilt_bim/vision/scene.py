@@ -13,6 +13,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
 from asbuilt_bim.geometry.floors import Floor, grow_floors
 from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_pixels
 from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
+from asbuilt_bim.geometry.masks import box_of, nonzero
 from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.footing import footed
 from asbuilt_bim.vision.roundness import flat_if_flatter
@@ -56,11 +57,8 @@ class Scene:
         return np.asarray(self.labels == piece)
 
     def pixels(self, piece: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return rows and columns of one upright piece's pixels, looked for within its box only."""
-        mask = self.mask(piece)
-        x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
-        rows, columns = np.nonzero(mask[y : y + height, x : x + width])
-        return rows + y, columns + x
+        """Return rows and columns of one upright piece's pixels."""
+        return nonzero(self.mask(piece))
 
 
 def read_scene(pair: RectifiedPair, depth: DepthMap, options: SceneOptions | None = None) -> Scene:
@@ -143,8 +141,8 @@ def _tidy(labels: NDArray[np.int16], uprights: int, least_pixels: int) -> NDArra
         own = np.asarray(labels == number).view(np.uint8)
         if cv2.countNonZero(own) < least_pixels:
             continue
-        x, y, width, height = cv2.boundingRect(own)
-        window = (slice(max(0, y - 8), y + height + 8), slice(max(0, x - 8), x + width + 8))
+        rows, columns = box_of(own.view(bool))
+        window = (slice(max(0, rows.start - 8), rows.stop + 8), slice(max(0, columns.start - 8), columns.stop + 8))
         smooth = cv2.morphologyEx(cv2.morphologyEx(own[window], cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
         mask = _without_crumbs(np.asarray(smooth, dtype=np.uint8), least_pixels)
         # where a floor's plane runs through an upright one, both explain a strip of a few px: it mustn't cut a column

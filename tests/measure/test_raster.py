@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.measure.raster import box_of, nonzero, shrunk
+from asbuilt_bim.geometry.masks import box_of, nonzero
+from asbuilt_bim.measure.raster import shrunk
 
 
 @pytest.mark.parametrize("border_px", [1, 2, 3])
