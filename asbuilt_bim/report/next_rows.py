@@ -10,7 +10,17 @@ import numpy as np
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, WantedView
 
 MOST_SHOWN = 12
-_TOWARDS = ("+x", "+x/+y", "+y", "-x/+y", "-x", "-x/-y", "-y", "+x/-y")
+_TOWARDS = (
+    "+x",
+    "+x/+y",
+    "+y",
+    "\N{MINUS SIGN}x/+y",
+    "\N{MINUS SIGN}x",
+    "\N{MINUS SIGN}x/\N{MINUS SIGN}y",
+    "\N{MINUS SIGN}y",
+    "+x/\N{MINUS SIGN}y",
+)
+"""A line breaks behind a hyphen, but behind no minus sign."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -96,7 +96,7 @@ def test_the_page_names_the_element_the_side_and_the_place() -> None:
     )  # fmt: skip
     report = replace(report, wanted_views=(view, replace(view, stand_x_m=None, stand_y_m=None), *[view] * 12))
     rows = next_rows(report)
-    assert rows[0].side.endswith(" towards -y")
+    assert rows[0].side.endswith(" towards \N{MINUS SIGN}y")
     assert rows[0].stand == "6.0 m before it, at x 10.0, y 14.0; 2.3 m from station A1"
     assert "no 3 m free" in rows[1].stand and " towards " in rows[1].side
     page = page_html(report, {})
