@@ -77,7 +77,8 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         sure = [p for how_likely, p in right_size if how_likely > SURE_ODDS and p in likely]
         chosen = max(sure, key=lambda p: p.circle.disparity_px) if sure else likely[0]
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
-        others = tuple(not_it(pair, p, options) for p in level if is_clear(p) and not size_fits(p.circle, options))
+        clear = [p for p in level if is_clear(p) and _is_apart(p, chosen)]
+        others = tuple(not_it(pair, p, options) for p in clear if not size_fits(p.circle, options))
         target = refined(looked_at_again(chosen, pair.camera, told_m), pair.camera, told_m)
         return _sighting(target, pair.camera, options), (*doubt(pair, target, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
@@ -125,10 +126,14 @@ def _likely(found: list[Pairing], options: TargetOptions) -> list[tuple[float, P
     odds = [(log_odds(p, options.diameter_m), p) for p in found if size_fits(p.circle, options)]
     kept: list[tuple[float, Pairing]] = []
     for how_likely, one in sorted(odds, key=lambda item: -item[0]):
-        is_new = all(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) > p.left.ellipse.major_px for _, p in kept)
-        if how_likely > LEAST_ODDS and is_new:
+        if how_likely > LEAST_ODDS and all(_is_apart(one, p) for _, p in kept):
             kept.append((how_likely, one))
     return kept
+
+
+def _is_apart(one: Pairing, other: Pairing) -> bool:
+    """Say whether one isn't at the other's place: of one outline there may be several fits."""
+    return bool(np.hypot(*(one.circle.centre_px - other.circle.centre_px)) > other.left.ellipse.major_px)
 
 
 def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -> TargetSighting:

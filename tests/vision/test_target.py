@@ -174,6 +174,14 @@ def test_a_covered_dark_disc_before_something_bright_whose_grey_levels_were_blur
     assert sighting.diameter_m == pytest.approx(0.30, rel=0.02)
 
 
+def test_another_fit_of_the_targets_own_outline_is_not_told_as_a_disc_of_another_size() -> None:
+    """Followed as blurred light's, the outline of this one has another size."""
+    dark = disc((0.3, 0.2, 7.5), bgr=(10, 8, 45), hidden_share=0.05)
+    sighting, said = find_target(_blurred(pair_of([dark], ground=230.0), 3.2), TOLD)
+    assert sighting is not None and sighting.depth_m == pytest.approx(7.5, rel=0.005)
+    assert said == ()
+
+
 def _blurred(pair: RectifiedPair, blur_px: float = 2.2) -> RectifiedPair:
     """Blur grey levels."""
     photos = {side: cv2.GaussianBlur(getattr(pair, side), None, blur_px) for side in ("left", "right")}
