@@ -20,7 +20,7 @@ from asbuilt_bim.match.elsewhere import Elsewhere, find_elsewhere, storey_rises
 from asbuilt_bim.match.matches import MatchResult
 from asbuilt_bim.match.rise import find_rise
 from asbuilt_bim.match.score import in_world
-from asbuilt_bim.match.upright import PARALLEL_COS, UPRIGHT, Placing, design_planes, measured_planes
+from asbuilt_bim.match.upright import PARALLEL_COS, UPRIGHT, Placing, Upright, design_planes, lying, measured_planes
 from asbuilt_bim.register.pose import PlacedStation
 
 REACH_M = 0.6
@@ -30,6 +30,9 @@ BAND_M = 0.02
 makes one fit that did not: it is a building's own tolerance."""
 LEAST_MORE, LEAST_MORE_SHARE, LEAST_ELEMENTS = 3, 0.25, 3
 """So many faces more, and so large a share of all, on so many elements, lie on the design after the move."""
+HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
+"""Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
+clutter among them, half and more. Of under a dozen a few say nothing."""
 _STEP_M = 0.01
 _REMEDY = (
     "check the survey's control points, origin, north and height, and whether a revision has moved the building in the "
@@ -66,7 +69,7 @@ def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ..
     if far is not None:
         return (_elsewhere(far, rise),)
     if not level.any() and not rise:
-        return _nothing_fits(matched)
+        return _nothing_fits(matched, seen, walls)
     fits = f"{fit} of {len(votes)} faces lie on it when moved back, {fit_unmoved} as they are"
     if not level.any():
         fits = f"{more} feet and heads more lie on it when moved back"
@@ -98,12 +101,16 @@ def _moved(by_m: FloatArray) -> str:
     return ", ".join(parts)
 
 
-def _nothing_fits(matched: MatchResult) -> tuple[Rejection, ...]:
+def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
+    few = f"none of {count} measured faces fits"
     if matched.matches or count < LEAST_MORE:
-        return ()
+        fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
+        few = f"only {fitting} of {count} measured plane faces fit"
+        if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
+            return ()
     remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
-    return (Rejection(what="survey", reason=f"none of {count} measured faces fits the design", remedy=remedy),)
+    return (Rejection(what="survey", reason=f"{few} the design", remedy=remedy),)
 
 
 def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:

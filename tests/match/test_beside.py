@@ -94,3 +94,15 @@ def test_photos_of_another_site_fit_nothing_and_are_named() -> None:
     own = [(0.3 * n, 2.0 - 0.7 * n, 0.0) for n in range(6)]
     (warning,) = told((0.0, 0.0, 0.0), own=own, faces=(0,))
     assert "none of 6 measured faces fits the design" in warning.reason
+
+
+def test_photos_of_another_site_of_which_a_few_faces_fit_by_chance_are_named() -> None:
+    own = [(0.0, 0.0, 0.0)] + [(0.2 * n, 2.0 - 0.7 * n, 0.0) for n in range(1, 6)]
+    (warning,) = told((0.0, 0.0, 0.0), own=own)
+    assert "only 2 of 12 measured plane faces fit the design" in warning.reason
+
+
+def test_a_few_faces_that_fit_beside_formwork_are_of_this_site() -> None:
+    own = [(0.0, 0.0, 0.0)] * 2 + [(0.2 * n, 2.0 - 0.7 * n, 0.0) for n in range(2, 6)]
+    assert told((0.0, 0.0, 0.0), own=own) == ()
+    assert told((0.0, 0.0, 0.0), own=own[1:] + own[:1], elements=(0, 1, 2, 3, 4)) == ()  # two of ten
