@@ -91,7 +91,8 @@ def _judged(
         return None
     if counts[best] - near_here.sum() < least:
         near = lying(places[best].back(seen), walls, NEAR_M)[0]
-        return (places[best], int(counts[best])) if counts[best] >= ON_OF_NEAR * near.sum() else None
+        is_one_move = not (free and places[best].rise_m)  # a turn, or a storey: both together would be made up
+        return (places[best], int(counts[best])) if is_one_move and counts[best] >= ON_OF_NEAR * near.sum() else None
     rivals = [n for place, n in zip(places, counts, strict=True) if free and _is_apart(place, places[best])]
     is_sure = counts[best] >= SURE_SHARE * len(lies) or counts[best] >= SURE_OF_RIVAL * max(rivals, default=0)
     return (places[best], int(counts[best])) if is_sure else None
