@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
+from asbuilt_bim.output.folder import open_output
+from asbuilt_bim.output.publish import previous_result, publish_run, with_revision
 from asbuilt_bim.pipeline import RunResult, run_project
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.document import result_document, write_result
@@ -164,14 +167,36 @@ def test_a_visit_under_history_is_handed_on_with_the_run(
     assert again.reports[0].earlier_visits == (project.visits[0].date,)
 
 
+def _exported_again(project: Project, path: Path) -> None:
+    """Write the project's IFC file with other GlobalIds."""
+    file = ifcopenshell.open(str(project.ifc[0]))
+    for rooted in file.by_type("IfcRoot"):
+        rooted.GlobalId = ifcopenshell.guid.new()
+    file.write(str(path))
+
+
+def test_changes_against_an_earlier_run_call_no_element_new_that_an_export_gave_a_new_id(
+    result: RunResult, project: Project, cache: Cache, tmp_path: Path
+) -> None:
+    _exported_again(project, tmp_path / "again.ifc")
+    other = replace(project, ifc=(tmp_path / "again.ifc",))
+    when = datetime(2026, 3, 17, 12, 0, tzinfo=UTC)
+    with open_output(tmp_path / "out", other.sources) as out:
+        publish_run(out, result, project, when)
+        before = previous_result(out)
+        again = with_revision(run_project(other, Workplace(workers=1, cache=cache), Heard()), before)
+        published = publish_run(out, again, other, when)
+    (note,) = [note for note in again.reports[-1].notes if note.startswith("revised design")]
+    assert "have other GlobalIds" in note
+    told = (published.folder / "changes.txt").read_text(encoding="utf-8").lower()
+    assert "new in the design" not in told and "no longer in the design" not in told
+
+
 def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_ids(
     result: RunResult, project: Project, cache: Cache, tmp_path: Path
 ) -> None:
     write_result(result.reports[0], tmp_path / "first.json")
-    file = ifcopenshell.open(str(project.ifc[0]))
-    for rooted in file.by_type("IfcRoot"):
-        rooted.GlobalId = ifcopenshell.guid.new()
-    file.write(str(tmp_path / "again.ifc"))
+    _exported_again(project, tmp_path / "again.ifc")
     last = replace(project, visits=project.visits[1:], history=(tmp_path / "first.json",))
     same, again = (
         run_project(replace(last, ifc=(path,)), Workplace(workers=1, cache=cache), Heard()).reports[0]

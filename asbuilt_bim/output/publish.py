@@ -19,8 +19,9 @@ from asbuilt_bim.output.folder import OutputFolder, Published
 from asbuilt_bim.output.places import CHANGES
 from asbuilt_bim.pipeline import RunResult
 from asbuilt_bim.plugins import Plugin
+from asbuilt_bim.progress.reissued import known_again, reissued, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
-from asbuilt_bim.progress.revision import NOTE, revision_notes
+from asbuilt_bim.progress.revision import NOTE, reissued_notes, revision_notes
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.changes import write_changes
 from asbuilt_bim.report.document import CARRIED, VISITS, read_before, read_result, write_result
@@ -55,6 +56,7 @@ def publish_run(
     reports = [replace(report, provenance=made_from) for report in result.reports]
     warnings: list[str] = []
     earlier = previous_result(out)
+    before = known_again(earlier, result.design) if earlier is not None else None
 
     def write(folder: Path) -> None:
         _write_pictures(folder, result.pictures)
@@ -65,8 +67,8 @@ def publish_run(
                 write_result(report, folder / name / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
         last = _write_views(folder, project.ifc, colour)
-        if earlier is not None:
-            write_changes(earlier, last, folder / CHANGES)
+        if before is not None:
+            write_changes(before, last, folder / CHANGES)
         warnings.extend(run_writers(writers, last, folder))
 
     published = out.publish(
@@ -142,7 +144,9 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
     if before.provenance.ifc_digest == result.design.file_digest:
         notes = tuple(note for note in before.notes if note.startswith(NOTE))
     else:
-        notes = revision_notes(before, last)
+        ids = reissued(before, result.design)
+        known = with_new_ids(before, ids)
+        notes = (*reissued_notes(known, ids), *revision_notes(known, last))
     return replace(result, reports=(*result.reports[:-1], replace(last, notes=(*last.notes, *notes))))
 
 

@@ -44,6 +44,11 @@ def reissued(report: ProgressReport, design: BimModel) -> dict[str, str]:
     return {a: b for a, b in pairs if was.count(a) == 1 and now.count(b) == 1}
 
 
+def known_again(report: ProgressReport, design: BimModel) -> ProgressReport:
+    """Return a result as a design names its elements now: what an export gave another GlobalId is no other element."""
+    return with_new_ids(report, reissued(report, design))
+
+
 def with_new_ids(report: ProgressReport, ids: Mapping[str, str]) -> ProgressReport:
     """Return a result whose elements, and faces of them, bear the GlobalIds that they have now."""
     if not ids:

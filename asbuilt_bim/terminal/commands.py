@@ -17,6 +17,7 @@ from asbuilt_bim.output.folder import Published, open_output, read_current
 from asbuilt_bim.output.places import CHANGES
 from asbuilt_bim.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.pipeline import RunResult, run_project
+from asbuilt_bim.progress.reissued import known_again
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.changes import changes
@@ -70,6 +71,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         before = previous_result(out)
         with screen.steps() as progress:
             result = with_revision(run_project(project, place, progress), before)
+        before = known_again(before, result.design) if before is not None else None
         watch = Stopwatch()
         with watch.step("write"):
             published = publish_run(
