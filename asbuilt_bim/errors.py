@@ -89,6 +89,10 @@ class MissingExtraError(AsBuiltError):
     """An optional part isn't installed."""
 
 
+SURVEY = "survey"
+"""What a rejection is of that doubts the places of everything in a visit."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rejection:
     """Says what was left out and why: the value against its limit, and what to do about it."""

@@ -208,8 +208,9 @@ def test_a_run_that_saw_nothing_does_not_take_the_place_of_one_that_did(
     out = tmp_path / "p/out"
     before = {name: (out / name).read_bytes() for name in OUTPUTS}
     runs = set((out / "runs").iterdir())
-    result = invoke("run", tmp_path / "p/project.yaml", "--out", out, "--workers", 1)
+    result = invoke("run", tmp_path / "p/project.yaml", "--out", out, "--workers", 1, "--keep-runs", 1)
     assert result.exit_code == 1, result.output
+    assert runs < set((out / "runs").iterdir())  # a run that saw nothing takes none away
     assert {name: (out / name).read_bytes() for name in OUTPUTS} == before
     (own,) = set((out / "runs").iterdir()) - runs
     told = result.stderr + result.stdout

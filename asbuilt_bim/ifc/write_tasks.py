@@ -9,7 +9,7 @@ from typing import Any
 from asbuilt_bim.ifc.marker import Marker
 from asbuilt_bim.ifc.marks import Value
 from asbuilt_bim.ifc.planned_dates import task_times
-from asbuilt_bim.progress.planned import TaskVerdict, verdict
+from asbuilt_bim.progress.planned import TaskVerdict, percent_down, verdict
 from asbuilt_bim.progress.report import TaskProgress
 
 FIELDS = ("DataOrigin", "StatusTime", "ActualStart", "ActualFinish", "Completion")
@@ -110,7 +110,7 @@ def _keep(said: TaskSaid, name: str, value: Any) -> None:
 def _basis(told: TaskVerdict, share: float, progress: TaskProgress) -> str:
     group, best = progress.progress, progress.progress.completion.best
     if told.finished:
-        return f"Completion is 1: seen complete; at least {group.completion.lower * 100:.1f} % is certain"
+        return f"Completion is 1: seen complete; at least {percent_down(group.completion.lower)} % is certain"
     why = [f"{group.unknown} of its elements are unknown"] if group.unknown else []
     why += [f"{progress.others} more not measured here"] if progress.others else []
     why += [f"the best estimate is {best * 100:.1f} %"] if best is not None else []

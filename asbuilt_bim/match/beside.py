@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel, DesignFace
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import SURVEY, Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.elsewhere import Elsewhere, find_elsewhere, storey_rises
@@ -75,7 +75,7 @@ def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ..
         fits = f"{more} feet and heads more lie on it when moved back"
     return (
         Rejection(
-            what="survey",
+            what=SURVEY,
             reason="what was measured lies beside the design, all of it the same way: by "
             f"{_moved(np.append(level, rise))}; {fits}",
             remedy=_REMEDY,
@@ -90,7 +90,7 @@ def _elsewhere(far: Elsewhere, rise_m: float) -> Rejection:
     told += [f"by {by}" for by in [_moved(moved)] if by]
     fits = f"{far.fits} of {far.count} faces lie on it when put back, {far.fits_unmoved} as they are"
     return Rejection(
-        what="survey",
+        what=SURVEY,
         reason=f"what was measured is elsewhere than the design, all of it the same way: {' and '.join(told)}; {fits}",
         remedy=_REMEDY,
     )
@@ -110,7 +110,7 @@ def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[
         if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
             return ()
     remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
-    return (Rejection(what="survey", reason=f"{few} the design", remedy=remedy),)
+    return (Rejection(what=SURVEY, reason=f"{few} the design", remedy=remedy),)
 
 
 def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:

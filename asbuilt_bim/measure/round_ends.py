@@ -121,8 +121,13 @@ def _best_end(foreign: FloatArray, edges: FloatArray, seen: BoolArray, across: F
     peak = np.abs(across[near] - end.offset_px) <= PEAK_PX
     place = float(np.average(across[near][peak], weights=weight[peak]))
     spread = float(np.sqrt(np.average(np.square(across[near] - place), weights=weight)))
+    is_one = (
+        spread < MASK_SIGMA_PX
+    )  # no surer than the mask's rough end, it was one of several: a foot in its own shade
     return _End(
-        offset_px=place, sigma_px=float(np.hypot(spread, EDGE_SIGMA_PX)), plain=end.parts or (stands_out and end.plain)
+        offset_px=place,
+        sigma_px=float(np.hypot(spread, EDGE_SIGMA_PX)),
+        plain=is_one and (end.parts or (stands_out and end.plain)),
     )
 
 

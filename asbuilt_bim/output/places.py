@@ -44,7 +44,8 @@ def check_sources(path: Path, sources: Iterable[Path]) -> None:
         if written or real.parent in [out / name for name in COPIED_FOLDERS]:
             raise OutputError(f"{source}: would be overwritten by an output of that name; choose another --out")
         if real.is_relative_to(out / "runs") or real.name.endswith(".asbuilt.ifc"):
-            raise OutputError(f"{source}: is a result of an earlier run, and can't be a source; name the original file")
+            copy = "copy it to a place of its own" if real.suffix == ".json" else "name the original file"
+            raise OutputError(f"{source}: is a result of an earlier run in this folder, and can't be a source; {copy}")
 
 
 def check_strangers(path: Path) -> None:

@@ -46,7 +46,8 @@ def publish_run(
 ) -> Published:
     """Write a run's files into a run folder of its own and make it current; `writers` are other packages'.
 
-    `colour` paints the elements of the IFC copy by state; `keep_runs` takes away all but so many of the newest runs. A
+    `colour` paints the elements of the IFC copy by state; `keep_runs` takes away all but so many of the newest runs,
+    unless not one station of the visit could be used. A
     run that knows nothing at all (not one station of any visit could be used) is kept beside an earlier one that does.
 
     Raises:
@@ -77,7 +78,7 @@ def publish_run(
         digest=_digest(made_from, reports),
         ifc=[_from(out.path, path) for path in project.ifc],
         beside=earlier is not None and not earlier.knows_nothing and reports[-1].knows_nothing,
-        keep_runs=keep_runs,
+        keep_runs=None if reports[-1].nothing_seen else keep_runs,
     )
     if earlier is not None and not published.current:
         warnings.append(

@@ -11,6 +11,7 @@ from typing import Literal
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
 
+_EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 """What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
 
@@ -45,11 +46,12 @@ def verdict(task: TaskProgress) -> TaskVerdict:
     if done.best is None and not (task.others and done.coverage > 0.0):
         return TaskVerdict(knowledge="unknown", share=None, finished=False, note=_unknown_note(task))
     if task.actual_finish is not None and done.best is not None:
-        seen = f"Seen complete: all {len(progress.elements)} elements. Measured {done.best * 100:.1f} %."
+        seen = f"Seen complete: all {len(progress.elements)} elements. "
+        seen += f"Best estimate {done.best * 100:.1f} %, at least {percent_down(done.lower)} %."
         return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=seen)
     if done.best is not None and done.best <= 0.0 and not progress.unknown:
         return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note="Measured: nothing is built yet.")
-    bounds = f"at least {done.lower * 100:.1f} % (lower bound), possibly {done.upper * 100:.1f} %"
+    bounds = f"at least {percent_down(done.lower)} % (lower bound), possibly {percent_up(done.upper)} %"
     if done.best is not None and not progress.unknown:
         text = f"Measured: {bounds}; best estimate {done.best * 100:.1f} %."
         return TaskVerdict(knowledge="measured", share=done.lower, finished=False, note=text)
@@ -58,6 +60,16 @@ def verdict(task: TaskProgress) -> TaskVerdict:
     why += [f"{task.others} of {count} are not measured here"] if task.others else []
     text = f"Part measured: {bounds}; {', '.join(why)}."
     return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=text)
+
+
+def percent_down(share: float) -> str:
+    """Return a lower bound in percent, to a tenth, never more than it is."""
+    return f"{math.floor(share * 1000.0 + _EVEN) / 10.0:.1f}"
+
+
+def percent_up(share: float) -> str:
+    """Return an upper bound in percent, to a tenth, never less than it is."""
+    return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
 
 
 def _unknown_note(task: TaskProgress) -> str:

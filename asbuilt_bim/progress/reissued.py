@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -60,6 +61,34 @@ def with_new_ids(report: ProgressReport, ids: Mapping[str, str]) -> ProgressRepo
         stations=tuple(replace(s, faces=tuple(_measured(f, ids) for f in s.faces)) for s in report.stations),
         unobserved=tuple(_renamed(face, ids) for face in report.unobserved),
     )
+
+
+def named_again(before: ProgressReport, after: ProgressReport) -> ProgressReport:
+    """Return a result whose storeys, tasks and cost lines bear the keys of those of one name in a later result.
+
+    Only what has no key in common is asked for its name, and a name that two of either bear says nothing.
+    """
+    storeys = _by_name({g.key: g.name for g in before.storeys}, {g.key: g.name for g in after.storeys})
+    tasks = _by_name(*({t.progress.key: t.progress.name for t in one.tasks} for one in (before, after)))
+    lines = _by_name(*({c.global_id: f"{c.identification} {c.name}" for c in r.cost_lines} for r in (before, after)))
+    return replace(
+        before,
+        storeys=tuple(replace(g, key=storeys.get(g.key, g.key)) for g in before.storeys),
+        tasks=tuple(
+            replace(t, progress=replace(t.progress, key=tasks.get(t.progress.key, t.progress.key)))
+            for t in before.tasks
+        ),
+        cost_lines=tuple(replace(c, global_id=lines.get(c.global_id, c.global_id)) for c in before.cost_lines),
+    )
+
+
+def _by_name(old: Mapping[str, str], new: Mapping[str, str]) -> dict[str, str]:
+    """Return old key -> new key of what has a name alone in common."""
+    lost = {key: name for key, name in old.items() if key not in new}
+    fresh = {key: name for key, name in new.items() if key not in old}
+    often = Counter(lost.values()), Counter(fresh.values())
+    there = {name: key for key, name in fresh.items() if name.strip() and often[1][name] == 1}
+    return {key: there[name] for key, name in lost.items() if name in there and often[0][name] == 1}
 
 
 def _element(element: ElementProgress, ids: Mapping[str, str]) -> ElementProgress:

@@ -7,7 +7,7 @@ from datetime import date, datetime
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import SURVEY, Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
@@ -217,7 +217,7 @@ class WantedView:
     look_z_m: float
     stand_x_m: float | None  # None where the design leaves no 3 m free before any side
     stand_y_m: float | None
-    nearest_station: str  # of this visit, "" where none was placed
+    nearest_station: str  # of this visit and on the element's floor, "" where none was placed
     nearest_m: float | None  # from there, as seen from above
 
 
@@ -307,6 +307,11 @@ class ProgressReport:
     def nothing_seen(self) -> bool:
         """Say whether not one station of the visit counts: all that is told is what was known before."""
         return not self.placed
+
+    @property
+    def survey_doubts(self) -> tuple[Rejection, ...]:
+        """Return what speaks against the survey, or the design, as a whole: every number hangs on them."""
+        return tuple(rejection for rejection in self.rejections if rejection.what == SURVEY)
 
     @property
     def knows_nothing(self) -> bool:

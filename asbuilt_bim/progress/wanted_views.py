@@ -20,6 +20,7 @@ WORTH_IT = 0.1
 """Of an element, between its bounds: what is less open is known well enough."""
 DISTANCES_M = 6.0, 4.5, 3.0
 """Before a side, the best first: 3 to 8 m is where it is measured well."""
+_REACH_UP_M = 2.5  # above an element's foot: a camera further up stands on another floor, however low the element is
 _BEFORE_IT_M = 0.02  # a sight begins so far before the face: what touches it hides none of it
 
 
@@ -80,11 +81,7 @@ def _view(
     if not found:
         return None
     face, middle, stand = next((one for one in found if one[2] is not None), found[0])
-    nearest, metres = "", None
-    if stand is not None and places:
-        away = {name: float(np.linalg.norm(place[:2, 3] - stand[:2])) for name, place in places.items()}
-        nearest = min(away, key=lambda name: (away[name], name))
-        metres = away[nearest]
+    near = _nearest(stand, places, screens.heights_m[[one == element.global_id for one in screens.element]])
     return WantedView(
         element=element.global_id,
         face_id=face.face_id,
@@ -96,9 +93,22 @@ def _view(
         look_z_m=float(middle[2]),
         stand_x_m=None if stand is None else float(stand[0]),
         stand_y_m=None if stand is None else float(stand[1]),
-        nearest_station=nearest,
-        nearest_m=metres,
+        nearest_station=near[0],
+        nearest_m=near[1],
     )
+
+
+def _nearest(
+    stand: FloatArray | None, places: Mapping[str, FloatArray], heights_m: FloatArray
+) -> tuple[str, float | None]:
+    """Return the station nearest to a place (3,) of those on the element's own floor, and how far off it is."""
+    foot, head = float(heights_m[:, 0].min()), float(heights_m[:, 1].max())
+    floor = [name for name, place in places.items() if foot < place[2, 3] < max(head, foot + _REACH_UP_M)]
+    if stand is None or not floor:
+        return "", None
+    away = {name: float(np.linalg.norm(places[name][:2, 3] - stand[:2])) for name in floor}
+    nearest = min(away, key=lambda name: (away[name], name))
+    return nearest, away[nearest]
 
 
 def _stand(face: DesignFace, surface: SurfaceState, screens: _Screens) -> tuple[FloatArray, FloatArray | None]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
 
+from asbuilt_bim.progress.reissued import named_again
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.cost_changes import cost_changes
@@ -19,6 +20,7 @@ SAME_AREA_M2 = 0.005  # half of the last decimal shown
 
 def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
     """Return one line a change: visits and what they rest on, stations, storeys, tasks, cost lines, elements."""
+    before = named_again(before, after)
     return (
         *_visits(before, after),
         *_schedule(before, after),
@@ -51,6 +53,8 @@ def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     yield from (f"visit {day}: new among the earlier visits" for day in sorted(are - were - {after.visit_date}))
     gone = sorted(day for day in were - are if day < after.visit_date)
     yield from (f"visit {day}: no longer among the earlier visits" for day in gone)
+    if before.project_name != after.project_name:
+        yield f"project: {before.project_name} -> {after.project_name}"
     old, new = before.provenance, after.provenance
     if old is None or new is None:
         return

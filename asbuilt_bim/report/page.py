@@ -154,7 +154,8 @@ def _cards(report: ProgressReport, pictures: Mapping[str, bytes]) -> list[Statio
 
 
 def _others(report: ProgressReport) -> list[str]:
-    """Return what was left out besides whole stations; faces and other discs stand with their stations."""
+    """Return what was left out besides stations and the survey; faces and other discs stand with their stations."""
     named = {id(reason) for row in lost_stations(report) for reason in row.reasons}
+    named |= {id(doubt) for doubt in report.survey_doubts}
     rest = [rejection for rejection in report.rejections if id(rejection) not in named]
     return [str(r) for r in rest if subject_of(r)[0] != "face" and ", red disc" not in r.what]

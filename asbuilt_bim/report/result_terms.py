@@ -50,7 +50,7 @@ TERMS = {
     "look_z_m": "The same, world z.",
     "stand_x_m": "A place 3 to 6 m before it that the design leaves free, world x; null where there is none.",
     "stand_y_m": "The same, world y.",
-    "nearest_station": "Station of this visit that is nearest to there, seen from above; empty where none was placed.",
+    "nearest_station": "Station of this visit, on the element's floor, nearest to there; empty where there is none.",
     "nearest_m": "How far that is.",
     "unobserved": "Ids of the design faces that no station saw.",
     "notes": "Remarks in words.",

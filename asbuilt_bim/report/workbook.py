@@ -80,7 +80,7 @@ def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     write_cell(sheet, 0, 0, report.project_name, "text", styles, "title")
     sheet.set_row(0, 22)
     write_cell(sheet, 1, 0, f"As-built quantities, visit of {report.visit_date.isoformat()}", "text", styles)
-    row = 3
+    row = _doubts(sheet, 3, report, styles)
     lost = [s for s in station_rows(report) if s.status != "placed"]
     if lost:
         heading = f"{len(lost)} station(s) count for nothing in these numbers"
@@ -95,6 +95,19 @@ def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
         write_cell(sheet, row, 0, note, "text", styles)
         row += 1
     page_setup(sheet)
+
+
+def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) -> int:
+    """Write what speaks against the survey in a loud colour; return the next free row."""
+    if not report.survey_doubts:
+        return row
+    heading = "Nobody should be paid by these numbers before the survey is clear"
+    for column in range(len(STOREYS)):
+        write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
+    for doubt in report.survey_doubts:
+        row += 1
+        write_cell(sheet, row, 0, str(doubt), "text", styles)
+    return row + 2
 
 
 def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[StationRow], styles: Styles) -> int:

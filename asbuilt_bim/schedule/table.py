@@ -12,6 +12,7 @@ from pathlib import Path
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleRow, at_time, global_ids, moment
 
+DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days")
 COLUMNS = {
     "id": ("id", "identification", "taskid", "activityid", "wbs"),
     "name": ("name", "task", "taskname", "activityname", "activity"),
@@ -47,7 +48,17 @@ def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[st
     if faults:
         more = f"\n  and {len(faults) - MAX_FAULTS} more" if len(faults) > MAX_FAULTS else ""
         raise ScheduleError(f"{path}: can't be used:\n  " + "\n  ".join(faults[:MAX_FAULTS]) + more)
-    return tuple(rows), ()
+    return tuple(rows), _unread(lines[0][1], rows)
+
+
+def _unread(header: list[str], rows: list[ScheduleRow]) -> tuple[str, ...]:
+    """Say that durations aren't read, where a task has a start and no finish: which days are worked, no CSV says."""
+    named = [cell.strip() for cell in header if re.sub(r"[\s_-]", "", cell).casefold() in DURATIONS]
+    lack = sum(1 for row in rows if row.start and not row.finish)
+    if not named or not lack:
+        return ()
+    of = "1 task that has" if lack == 1 else f"{lack} tasks that have"
+    return (f"the column {named[0][:40]!r} isn't read: write the finish of {of} a start and none",)
 
 
 def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:

@@ -10,7 +10,7 @@ import pytest
 from asbuilt_bim.geometry.level import level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure.edges import gradients
-from asbuilt_bim.measure.round_ends import RoundEnds, find_ends, solid_heights
+from asbuilt_bim.measure.round_ends import STEP_PX, RoundEnds, _best_end, find_ends, solid_heights
 from asbuilt_bim.vision.stereo import grey
 
 from .box_world import Quad, Round, World, make_camera, photograph
@@ -104,3 +104,14 @@ def test_a_column_whose_mask_breaks_off_before_the_photo_ends_has_no_proven_foot
     found = ends_of(TOP_M, 0.3, foot_m=0.9)
     assert not found.proven
     assert found.height_sigma_m >= 3.0 * PIXEL_M
+
+
+@pytest.mark.parametrize(("places_px", "plain"), [((4.0,), True), ((-4.0, 4.0), False)])
+def test_a_foot_that_may_be_either_of_two_edges_far_apart_is_not_proven(
+    places_px: tuple[float, ...], plain: bool
+) -> None:
+    across = np.arange(-20.0, 18.0, STEP_PX)
+    edges = 0.1 + 0.6 * np.max([np.abs(across - place) < 0.6 for place in places_px], axis=0)
+    end = _best_end(np.zeros(len(across)), edges, np.ones(len(across), dtype=bool), across)
+    assert end.plain is plain
+    assert (end.sigma_px < 1.0) is plain

@@ -107,7 +107,13 @@ def test_measured_0_part_measured_unknown_and_finished_are_four_different_things
     assert (whole.knowledge, whole.share) == ("measured", 0.6)
     finished = verdict(task(done(0.985), actual_finish=date(2026, 3, 16)))
     assert (finished.share, finished.finished) == (1.0, True)
-    assert "Measured 98.5 %" in finished.note
+    assert finished.note.endswith("Best estimate 98.5 %, at least 98.5 %.")
+
+
+def test_bounds_in_a_note_are_rounded_outwards() -> None:
+    assert "at least 89.1 % (lower bound), possibly 92.6 %" in verdict(task(done(0.9, 0.89182, 0.92505))).note
+    assert "at least 89.0 % (lower bound), possibly 92.5 %" in verdict(task(done(0.9, 0.89, 0.925))).note
+    assert verdict(task(done(1.0, 0.80227, 1.0), actual_finish=date(2026, 3, 16))).note.endswith("at least 80.2 %.")
 
 
 def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None:

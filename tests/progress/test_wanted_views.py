@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import date, datetime
 
+import numpy as np
 import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel, Task
@@ -12,7 +13,7 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.progress.element import progress_of
 from asbuilt_bim.progress.history import EMPTY_HISTORY
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.report import WantedView
+from asbuilt_bim.progress.report import StationRecord, WantedView
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.progress.wanted_views import wanted_views
 from asbuilt_bim.report.next_rows import next_rows
@@ -104,3 +105,18 @@ def test_the_page_names_the_element_the_side_and_the_place() -> None:
         "What to photograph next" in page and "not begun by the plan" in page and "2 more stand in result.json" in page
     )
     assert "What to photograph next" not in page_html(replace(report, wanted_views=()), {})
+
+
+def test_the_nearest_station_is_one_on_the_elements_own_floor() -> None:
+    def station(name: str, x: float, z: float) -> StationRecord:
+        place = np.eye(4)
+        place[:3, 3] = FAR + np.array([x, -6.0, z])
+        return replace(sample_report().stations[0], name=name, world_from_left=place)
+
+    surfaces = {f.face_id: unseen(f) for f in LONG.faces}
+    elements = {"long": progress_of(LONG, list(surfaces.values()), DAY, EMPTY_HISTORY, ProgressOptions())}
+    stations = [station("above", 4.0, 4.7), station("here", 7.0, 1.6), station("below", 4.0, -1.5)]
+    (view,) = wanted_views(model([LONG]), elements, surfaces, stations, DAY)
+    assert view.nearest_station == "here"
+    (lonely,) = wanted_views(model([LONG]), elements, surfaces, stations[:1], DAY)
+    assert (lonely.nearest_station, lonely.nearest_m) == ("", None)

@@ -64,12 +64,12 @@ def test_a_cost_line_with_another_plan_rate_or_certain_value_is_named() -> None:
     report = sample_report()
     first, second, *rest = report.cost_lines
     dearer = replace(first, rate=195.0, planned_quantity=13.0, others=1, earned_lower=first.earned_lower - 10.0)
-    after = replace(report, cost_lines=(dearer, *rest, replace(second, global_id="3CostNew")))
+    after = replace(report, cost_lines=(dearer, *rest, replace(second, name="Formwork, cellar", global_id="3CostNew")))
     was, now = (f"{line.earned_lower:,.2f}".replace(",", "\u202f") for line in (first, dearer))
     assert changes(report, after) == (
         "cost line 01.1 Concrete C30/37, ground floor: planned 12.500 m³ -> 13.000 m³, rate 185.00 -> 195.00, "
         f"not measured 0 -> 1, certain {was} EUR -> {now} EUR",
-        "cost line 01.2 Formwork, ground floor: new",
+        "cost line 01.2 Formwork, cellar: new",
         "cost line 01.2 Formwork, ground floor: no longer there",
     )
 
@@ -144,3 +144,21 @@ def test_all_changes_stand_in_a_file_a_line_each_whatever_the_names_hold(tmp_pat
     assert "\x1b" not in lines[1] and "Wall" in lines[1]
     write_changes(before, before, tmp_path / "changes.txt")
     assert "Nothing has changed." in (tmp_path / "changes.txt").read_text(encoding="utf-8")
+
+
+def test_storeys_tasks_and_cost_lines_of_one_name_are_known_under_new_ids() -> None:
+    report = sample_report()
+    other = replace(
+        report,
+        storeys=tuple(replace(one, key=f"s{number}") for number, one in enumerate(report.storeys)),
+        tasks=tuple(
+            replace(one, progress=replace(one.progress, key=f"t{number}")) for number, one in enumerate(report.tasks)
+        ),
+        cost_lines=tuple(replace(one, global_id=f"c{number}") for number, one in enumerate(report.cost_lines)),
+    )
+    assert not [line for line in changes(report, other) if line.endswith((": new", ": no longer there"))]
+
+
+def test_a_run_of_another_project_in_the_folder_is_said() -> None:
+    report = sample_report()
+    assert f"project: {report.project_name} -> Other" in changes(report, replace(report, project_name="Other"))

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from asbuilt_bim.errors import OutputError
+from asbuilt_bim.errors import SURVEY, OutputError, Rejection
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.outputs import read_pictures, write_outputs
 from asbuilt_bim.report.page import page_html
@@ -79,6 +79,16 @@ def test_rejected_stations_come_before_any_number_with_value_limit_and_remedy(ht
     section = html[alert:progress]
     for text in ("Station B2: rejected", "0 discs", "limit 1 disc", "take the pair again", "Station Süd 3: not placed"):
         assert text in section
+
+
+def test_a_survey_in_doubt_comes_before_any_number_and_stands_beside_the_money():
+    doubt = Rejection(what=SURVEY, reason="what was measured lies beside the design: by +3.10 m in z", remedy="check")
+    page = page_html(replace(sample_report(), rejections=(doubt, *sample_report().rejections)), {})
+    first = page.index("Nobody should be paid by these numbers")
+    assert first < page.index("+3.10 m in z") < page.index('id="progress"')
+    assert page.count("+3.10 m in z") == 1
+    assert "The survey is in doubt" in page[page.index('id="cost"') :]
+    assert "survey is in doubt" not in page_html(sample_report(), {})
 
 
 def test_a_station_without_a_picture_says_so():

@@ -7,7 +7,7 @@ import openpyxl
 import pytest
 from rich.table import Table
 
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import SURVEY, Rejection
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.report.cost_groups import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
@@ -260,3 +260,11 @@ def test_an_elements_lower_bound_is_rounded_down_in_the_csv() -> None:
     table = csv_text(replace(report, elements=(sure, *report.elements[1:])))
     (row,) = [row for row in csv.DictReader(io.StringIO(table)) if row["GlobalId"] == first.global_id]
     assert (row["CompletionLower"], row["CompletionUpper"]) == ("0.8620", "0.8621")
+
+
+def test_a_survey_in_doubt_stands_on_the_workbooks_first_sheet_before_the_storeys():
+    doubt = Rejection(what=SURVEY, reason="what was measured lies beside the design: by +3.10 m in z", remedy="check")
+    sheet = book(replace(sample_report(), rejections=(doubt,)))["Summary"]
+    cells = [str(row[0]) for row in sheet.iter_rows(values_only=True)]
+    told = next(n for n, cell in enumerate(cells) if "+3.10 m in z" in cell)
+    assert "Nobody should be paid" in cells[told - 1] and told < cells.index("Storey")

@@ -139,6 +139,13 @@ def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable
     assert row.global_ids == (COLUMN, WALL)
 
 
+def test_durations_in_a_csv_are_said_not_to_be_read_where_a_finish_is_missing(tmp_path: Path) -> None:
+    text = "name,start,Duration,finish\nA,2026-03-02,5,\nB,2026-03-02,5,2026-03-06\n"
+    (note,) = read_schedule(written(tmp_path, text, "plan.csv")).notes
+    assert note == "the column 'Duration' isn't read: write the finish of 1 task that has a start and none"
+    assert read_schedule(written(tmp_path, text.replace("5,\n", "5,2026-03-06\n"), "plan.csv")).notes == ()
+
+
 def test_a_sign_for_inches_in_a_name_is_no_quotation(tmp_path: Path) -> None:
     (row,) = read_schedule(written(tmp_path, 'name,start,finish\nWall 8" thick,2026-03-05,2026-03-06\n')).rows
     assert row.name == 'Wall 8" thick'
