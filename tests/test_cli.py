@@ -207,6 +207,7 @@ def test_a_run_that_saw_nothing_does_not_take_the_place_of_one_that_did(
     shutil.copytree(project.parent, tmp_path / "p", ignore=shutil.ignore_patterns("photos"))
     out = tmp_path / "p/out"
     before = {name: (out / name).read_bytes() for name in OUTPUTS}
+    (out / "runs/20200101T000000Z-00000000").mkdir()
     runs = set((out / "runs").iterdir())
     result = invoke("run", tmp_path / "p/project.yaml", "--out", out, "--workers", 1, "--keep-runs", 1)
     assert result.exit_code == 1, result.output

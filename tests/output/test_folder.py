@@ -257,7 +257,8 @@ def test_sources_are_never_overwritten(tmp_path: Path) -> None:
         (tmp_path / "photos", photo, "holds this project's photos"),
         (tmp_path, tmp_path / "overlays/A1.jpg", "would be overwritten"),
         (tmp_path, tmp_path / "quantities.csv", "would be overwritten"),
-        (tmp_path, tmp_path / "runs/x/rig.yaml", "result of an earlier run"),
+        (tmp_path, tmp_path / "runs/x/rig.yaml", "result of an earlier run in this folder, .*; name the original file"),
+        (tmp_path, tmp_path / "runs/x/result.json", "result of an earlier run in this folder, .*; copy it to a place"),
         (tmp_path / "out", tmp_path / "design.asbuilt.ifc", "result of an earlier run"),
     ]:
         with pytest.raises(OutputError, match=says), open_output(out, [source]):

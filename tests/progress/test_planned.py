@@ -112,7 +112,8 @@ def test_measured_0_part_measured_unknown_and_finished_are_four_different_things
 
 def test_bounds_in_a_note_are_rounded_outwards() -> None:
     assert "at least 89.1 % (lower bound), possibly 92.6 %" in verdict(task(done(0.9, 0.89182, 0.92505))).note
-    assert "at least 89.0 % (lower bound), possibly 92.5 %" in verdict(task(done(0.9, 0.89, 0.925))).note
+    assert "at least 80.0 % (lower bound), possibly 90.0 %" in verdict(task(done(0.85, 0.7 + 0.1, 3 * 0.3))).note
+    assert "possibly 30.0 %" in verdict(task(done(0.2, 0.1, 0.1 + 0.2))).note
     assert verdict(task(done(1.0, 0.80227, 1.0), actual_finish=date(2026, 3, 16))).note.endswith("at least 80.2 %.")
 
 

@@ -157,6 +157,9 @@ def test_storeys_tasks_and_cost_lines_of_one_name_are_known_under_new_ids() -> N
         cost_lines=tuple(replace(one, global_id=f"c{number}") for number, one in enumerate(report.cost_lines)),
     )
     assert not [line for line in changes(report, other) if line.endswith((": new", ": no longer there"))]
+    twins = replace(report, cost_lines=(report.cost_lines[0], replace(report.cost_lines[0], global_id="twin")))
+    after = replace(report, cost_lines=(replace(report.cost_lines[0], global_id="c0"),))
+    assert sum(line.endswith(": no longer there") for line in changes(twins, after)) == 2  # which of two, nobody knows
 
 
 def test_a_run_of_another_project_in_the_folder_is_said() -> None:
