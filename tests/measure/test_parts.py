@@ -13,6 +13,8 @@ from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_plan
 from asbuilt_bim.measure.contour import contours
 from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_beyond
 from asbuilt_bim.measure.edges import Line, find_edge, gradients
+from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px
+from asbuilt_bim.measure.outline import FaceEdge
 from asbuilt_bim.measure.steps import straight_region
 from asbuilt_bim.measure.uncertainty import (
     area_per_pixel_m2,
@@ -300,3 +302,11 @@ def test_a_damaged_depth_reference_is_named() -> None:
     reference = pack(depth, sky)
     with pytest.raises(ValueError, match="disparity is no PNG"):
         unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))
+
+
+def test_a_side_that_the_mask_alone_shows_is_surer_where_the_face_is_proven_to_end() -> None:
+    line = Line(start=np.array([100.0, 100.0]), stop=np.array([100.0, 200.0]))
+    rows = [("mask", 3.0, 3.0, PROVEN_SIGMA_PX), ("frame", 3.0, 3.0, 3.0), ("photo", 0.1, 0.1, 0.1)]
+    for source, sigma_px, open_px, whole_px in rows:
+        edge = FaceEdge(line=line, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
+        assert (_side_sigma_px(edge, False), _side_sigma_px(edge, True)) == (open_px, whole_px)
