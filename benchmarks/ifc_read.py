@@ -19,7 +19,7 @@ from table import Line, line, options, report, told
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.reader import inspect_file
+from asbuilt_bim.ifc.read.design import inspect_file
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[2] / "shared" / "data")) / "ifc"
 QUICK_BYTES = 300_000

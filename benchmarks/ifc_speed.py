@@ -61,7 +61,7 @@ def _task(task: str, path: Path, place: Path) -> None:
     import ifcopenshell
     from ifc_invented import invented_reports
 
-    from asbuilt_bim.ifc.writer import write_asbuilt
+    from asbuilt_bim.ifc.write.copy import write_asbuilt
 
     if task == "triple":
         tripled(path, place / "tripled.ifc")

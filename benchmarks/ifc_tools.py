@@ -24,11 +24,11 @@ from ifc_invented import invented_reports
 from ifc_plan import TASKS, add_plan
 from table import Line, line, options, report, told
 
-from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.schedule_msp import write_msp
-from asbuilt_bim.report.schedule_p6 import write_p6
-from asbuilt_bim.report.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.schedule.msp import write_msp
+from asbuilt_bim.report.schedule.p6 import write_p6
+from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
 
 SAMPLE = Path(__file__).parents[1] / "sample_models" / "site" / "design.ifc"
 Shown = dict[str, tuple[str, ...]]  # task -> what a tool shows of it

@@ -17,7 +17,7 @@ from knocked_photos import DEVELOPING_SITES, Visit, area_error, healths, turned_
 from knocked_visits import rigs, visit
 from table import Line, line, options, report, told
 
-from asbuilt_bim.vision.rig_health import AREA_LIMIT, judge, judge_visit, refined_rig
+from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, judge, judge_visit, refined_rig
 
 AXES = ("pitch", "yaw", "roll")
 DEGREES = (0.1, 0.2, 0.5, 1.0)

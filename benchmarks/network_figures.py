@@ -16,8 +16,8 @@ import numpy as np
 from network_pictures import Shot
 from numpy.typing import NDArray
 
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.depth import DepthMap
 
 Mask = NDArray[np.bool_]
 KINDS = ("wall", "column")

@@ -16,9 +16,9 @@ from network_pictures import Shot
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.networks.detection import Sighting
 from asbuilt_bim.vision.networks.kinds import instance_of
-from asbuilt_bim.vision.networks.sighting import Sighting
-from asbuilt_bim.vision.segment import Instance
 
 MOST_TURNED_DEG = 2.0
 MOST_OFF = 0.01

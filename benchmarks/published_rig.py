@@ -19,13 +19,13 @@ from board_areas import errors_by, size_error
 from rig_verdict import verdict_lines, verdict_of
 from table import Line, line, told
 
-from asbuilt_bim.camera.board import Board
-from asbuilt_bim.camera.photo import Photo, decode, read_photo
+from asbuilt_bim.camera.calibration.boards import Board
+from asbuilt_bim.camera.photo.read import Photo, decode, read_photo
 from asbuilt_bim.camera.rectify import rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_reader import read_rig
-from asbuilt_bim.vision.rig_fit import corrected_rig
-from asbuilt_bim.vision.rig_health import UNKNOWN_CALIBRATION_RAD
+from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.vision.stereo.rig_fit import corrected_rig
+from asbuilt_bim.vision.stereo.rig_health import UNKNOWN_CALIBRATION_RAD
 
 SCALE_LIMIT = 0.02
 _STEP_RAD = 1e-4

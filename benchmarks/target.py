@@ -21,7 +21,7 @@ import numpy as np
 from table import Line, line, options, report, told
 from target_pictures import RADIUS_M, Background, Case, backgrounds, case
 
-from asbuilt_bim.vision.target import TargetOptions, find_target
+from asbuilt_bim.vision.target.find import TargetOptions, find_target
 
 WITH, WITHOUT = 500, 200
 WRONG = 0.01

@@ -19,10 +19,10 @@ from table import Line, line, options, report, told
 from target_pictures import RADIUS_M, Case, backgrounds, case
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.vision.disc import find_discs
-from asbuilt_bim.vision.target_odds import ANSWERS, BASE, LEAST_ODDS, WEIGHTS, answers, log_odds
-from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, pairings, size_fits
-from asbuilt_bim.vision.target_search import sought
+from asbuilt_bim.vision.target.disc import find_discs
+from asbuilt_bim.vision.target.odds import ANSWERS, BASE, LEAST_ODDS, WEIGHTS, answers, log_odds
+from asbuilt_bim.vision.target.pairing import Pairing, TargetOptions, pairings, size_fits
+from asbuilt_bim.vision.target.search import sought
 
 SEED = 70
 TOLD_M = 2.0 * RADIUS_M
