@@ -8,6 +8,7 @@ links aren't counted; `code` in a line is one word; each item of a list is a sen
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import re
 import sys
@@ -92,6 +93,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="exit 1 where a page falls short")
     parser.add_argument("--json", type=Path, help="write the figures to this file")
     args = parser.parse_args(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8")  # a pipe on Windows has another
     counts = [count(page) for page in args.pages or [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]]
     print(f"{'page':<28} {'sentences':>9} {'mean':>6} {'longest':>8} {'over ' + str(MOST_WORDS):>8}")
     for one in counts:
