@@ -15,7 +15,8 @@ import asbuilt_bim
 
 PACKAGE = Path(asbuilt_bim.__file__).parent
 RANK = {
-    **dict.fromkeys(["errors", "version"], 0),
+    **dict.fromkeys(["codes", "version"], -1),
+    "errors": 0,
     **dict.fromkeys(["storage", "geometry", "scale"], 1),
     **dict.fromkeys(["camera", "bim"], 2),
     **dict.fromkeys(["vision", "schedule"], 3),
