@@ -14,6 +14,8 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "sample_models" / "site"
+DATA = Path(os.environ.get("ASBUILT_BIM_DATA", ROOT.parent / "shared" / "data"))
+"""Real photographs, IFC files and networks; not part of the project, and its parts may be absent."""
 REPORTING_SEEDS = (150, 151, 152, 153, 154, 155, 156, 157)
 """Never looked at while the program was changed. With the sample's two visits 18 visits, 90 stations, 36 storeys.
 
