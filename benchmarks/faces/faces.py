@@ -29,7 +29,7 @@ from benchmarks.faces.twins import (
     read_twin,
     twin_folder,
 )
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import Line, line, options, quantiles, report, told
 
 CLASSES = ("60 px and more", "30 to 60 px", "under 30 px")
 LEAST_FACES = 40
@@ -182,6 +182,24 @@ def target_lines(targets: list[Row]) -> list[Line]:
     ]
 
 
+def summary(rows: list[Row], targets: list[Row]) -> dict[str, object]:
+    """Return what is recorded: the spread of errors and pulls of every way, by kind and class."""
+    found: dict[str, object] = {}
+    for key in sorted(
+        {(r["way"], r["kind"], r["class"]) for r in rows}, key=lambda key: (*key[:2], -CLASSES.index(key[2]))
+    ):
+        own = [r for r in rows if (r["way"], r["kind"], r["class"]) == key]
+        got = [r for r in own if r["found"]]
+        found[", ".join(key)] = {
+            "faces": len(own),
+            "found": len(got),
+            "whole": sum(r["whole"] for r in got),
+            "error": quantiles(r["error"] for r in got),
+            "pull_when_whole": quantiles(r["pull"] for r in got if r["whole"]),
+        }
+    return {"spread": found, "target_error": quantiles(t["error"] for t in targets if t["error"] is not None)}
+
+
 def paper_lines() -> list[Line]:
     """Tell what the paper itself reports of its column and its wall."""
     return [
@@ -211,7 +229,8 @@ def main() -> int:
         print(f"  {r['twin']:<18} {r['way']:<10} {r['name']:<22} {r['object']:<6} {r['narrow_px']:4.0f} px "
               f"{r['incidence_deg']:3.0f} deg {r['distance_m']:.1f} m: {r['error']:+.1%}, {r['pull']:+.1f} sigma, "
               f"{'whole' if r['whole'] else 'partial'}")  # fmt: skip
-    return report("Faces against the truth", lines, args, {"faces": rows, "targets": targets})
+    all_rows: dict[str, object] = {"faces": rows, "targets": targets}
+    return report("Faces against the truth", lines, args, summary(rows, targets), all_rows)
 
 
 if __name__ == "__main__":

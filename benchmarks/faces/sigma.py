@@ -1,7 +1,7 @@
 """Does sigma hold? What the images leave open, what the calibration does, and both, against the errors made.
 
 python benchmarks/faces/sigma.py --check --json figures.json     64 pairs, 120 virtual calibrations, 24 rigs
-python benchmarks/faces/sigma.py --faces faces.json              the image part from a run of benchmarks/faces/faces.py
+python benchmarks/faces/sigma.py --faces rows.json               the image part from what faces.py --rows wrote
 python benchmarks/faces/sigma.py --quick                         the calibration part alone, on fewer rigs
 """
 
@@ -33,7 +33,7 @@ from asbuilt_bim.geometry.transform import apply, vector_from_rotation
 from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, polygon_area
 from benchmarks.faces.faces import collect, face_rows, ours
 from benchmarks.faces.twins import CYCLES_SEEDS, RAYCAST_SEEDS, load_twin, read_twin, true_rig, twin_folder
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import Line, line, options, quantiles, report, told
 
 CORNER_SIGMA_PX = 0.1  # what a printed corner is found to
 CALIBRATIONS = 120
@@ -167,7 +167,7 @@ def both_pulls(seeds: tuple[int, ...]) -> FloatArray:
 def main() -> int:
     """Compare and print the table."""
     parser = options(__doc__ or "")
-    parser.add_argument("--faces", type=Path, help="figures of benchmarks/faces/faces.py to take the image part from")
+    parser.add_argument("--faces", type=Path, help="what faces.py --rows wrote, to take the image part from")
     args = parser.parse_args()
     pulls, shares = calibration_pulls(25 if args.quick else CALIBRATIONS)
     lines = pull_lines("calibration, virtual rigs", pulls, len(pulls), 25 if args.quick else 100)
@@ -182,7 +182,8 @@ def main() -> int:
         lines = [*pull_lines("images, true rig", own, len(own), 300), *lines]
         together = both_pulls(RAYCAST_SEEDS[:RIGS])
         lines += pull_lines(f"both, {RIGS} rigs", together, len(together), 100)
-    return report("Sigma against the errors made", lines, args, {"calibration_pulls": pulls.tolist()})
+    spread: dict[str, object] = {"calibration_pulls": quantiles(pulls)}
+    return report("Sigma against the errors made", lines, args, spread, {"calibration_pulls": pulls.tolist()})
 
 
 if __name__ == "__main__":

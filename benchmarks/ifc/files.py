@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
+from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 
@@ -17,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 from benchmarks.ifc.compare import rules_once
 from benchmarks.ifc.rounds import COMPLAINTS, FileResult, examine
 from benchmarks.sites import DATA
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import Line, line, options, quantiles, report, told
 
 FILES = DATA / "ifc"
 QUICK_BYTES = 60_000
@@ -45,7 +46,28 @@ def main() -> int:
         told("  inspected", str(sum(one.inspected == "yes" for one in results)), len(results)),
     ]
     lines += [item for name in ("plain", "planned") for item in _judged(name, written)]
-    return report("Real IFC files", lines, args, {"files": [asdict(one) for one in results]})
+    return report("Real IFC files", lines, args, summary(results), {"files": [asdict(one) for one in results]})
+
+
+def summary(results: list[FileResult]) -> dict[str, object]:
+    """Return what is recorded of the files: their schemas, what was refused and why, what is wrong, what it costs."""
+    return {
+        "schemas": dict(Counter(one.schema for one in results)),
+        "refused": dict(Counter(_reason(one.refused) for one in results if one.refused)),
+        "not_inspected": dict(Counter(_reason(one.inspected) for one in results if one.inspected != "yes")),
+        "wrong": {one.name: one.crashed or one.complaint for one in results if one.crashed or one.complaint},
+        "spread": {
+            "bytes": quantiles(one.bytes for one in results),
+            "write_s": quantiles(one.plain.write_s for one in results if not one.refused),
+            "inspect_s": quantiles(one.inspect_s for one in results),
+            "peak_mb": quantiles(one.peak_mb for one in results),
+        },
+    }
+
+
+def _reason(refusal: str) -> str:
+    """Leave the file's name out of a refusal, and what else differs from file to file."""
+    return refusal.partition(": ")[2].partition(" (Ifc")[0]
 
 
 def run_all(paths: list[Path], workers: int, inspect: bool) -> list[FileResult]:

@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.reader import inspect_file
 from benchmarks.ifc.rounds import peak_mb
 from benchmarks.sites import DATA
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import Line, line, options, quantiles, report, told
 
 FILES = DATA / "ifc"
 QUICK_BYTES = 300_000
@@ -144,7 +145,28 @@ def main() -> int:
             name = path.relative_to(FILES).as_posix()
             found[name] = one
             print(f"  {name}: {_said(one)}", flush=True)
-    return report("Reading real IFC files", _lines(found), args, {"files": found})
+    return report("Reading real IFC files", _lines(found), args, summary(found), {"files": found})
+
+
+def summary(found: dict[str, dict[str, Any]]) -> dict[str, object]:
+    """Return what is recorded of the files: why they were refused, and the spread of areas, volumes and costs."""
+    refused = [one["refused"].partition(": ")[2].partition(" (Ifc")[0] for one in found.values() if one.get("refused")]
+    read = [one for one in found.values() if "elements" in one]
+    kinds: Counter[str] = Counter()
+    for one in read:
+        kinds.update(one["elements"])
+    return {
+        "schemas": dict(Counter(one["facts"]["schema"] for one in found.values() if "facts" in one)),
+        "refused": dict(Counter(refused)),
+        "crashed": {name: one["crashed"] for name, one in found.items() if one.get("crashed")},
+        "elements": dict(kinds),
+        "spread": {
+            "lateral_area_apart": quantiles(value for one in read for value in one["apart"]),
+            "net_volume_over_own": quantiles(value for one in read for value in one["qto"]),
+            "cpu_s": quantiles(one["cpu_s"] for one in found.values() if "cpu_s" in one),
+            "peak_mb": quantiles(one["peak_mb"] for one in found.values() if "peak_mb" in one),
+        },
+    }
 
 
 def _said(one: dict[str, object]) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from benchmarks.sites import REPORTING_SEEDS, SAMPLE, SiteRun, generated_site, run_site
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import Line, line, options, quantiles, report, told
 
 VISIBLE = 0.5
 EXPECTED_UNKNOWN = 0.1
@@ -136,6 +136,16 @@ def area_lines(runs: list[SiteRun]) -> tuple[list[Line], list[dict[str, Any]]]:
     return lines, rows
 
 
+def summary(rows: list[dict[str, Any]]) -> dict[str, object]:
+    """Return what is recorded of the faces: the spread of their errors and pulls, by the width of the narrow side."""
+    bins = {"60 px and more": (60.0, np.inf), "30 to 60 px": (30.0, 60.0), "under 30 px": (0.0, 30.0)}
+    found: dict[str, object] = {}
+    for name, (least, most) in bins.items():
+        own = [row for row in rows if least <= row["narrow_px"] < most]
+        found[name] = {key: quantiles(row[key] for row in own) for key in ("error", "pulls")}
+    return {"spread": found}
+
+
 def element_lines(runs: list[SiteRun]) -> list[Line]:
     """Judge states and completion of the elements, visit by visit.
 
@@ -216,7 +226,7 @@ def main() -> int:
     for row in worst:
         print(f"  {row['site']} {row['date']} {row['face']:>8}: {row['error']:+.1%} of {row['true_m2']:.2f} m2, "
               f"narrow side {row['narrow_px']:.0f} px, {row['pulls']:+.1f} sigma")  # fmt: skip
-    return report("The main job against the truth", lines, args, {"faces": rows})
+    return report("The main job against the truth", lines, args, summary(rows), {"faces": rows})
 
 
 if __name__ == "__main__":
