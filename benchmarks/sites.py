@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -11,6 +12,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "sample_models" / "site"
@@ -53,6 +56,16 @@ def generated_site(seed: int) -> Path:
         if subprocess.run(command, check=False, env={**os.environ, "PYTHONPATH": path}).returncode != 0:
             raise SystemExit(f"seed {seed}: no site could be made; its generator needs: pip install -e synthetic")
         done.touch()
+    return site
+
+
+def small_sample(folder: Path, stations: int = 2) -> Path:
+    """Copy the sample into a folder, cut to the first visit and its first stations; return the copy."""
+    site = folder / "small"
+    shutil.copytree(SAMPLE, site)
+    project = yaml.safe_load((site / "project.yaml").read_text(encoding="utf-8"))
+    project["visits"] = [{**project["visits"][0], "stations": project["visits"][0]["stations"][:stations]}]
+    (site / "project.yaml").write_text(yaml.safe_dump(project, sort_keys=False), encoding="utf-8")
     return site
 
 
