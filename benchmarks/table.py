@@ -38,6 +38,11 @@ def told(what: str, figure: str, n: int) -> Line:
     return Line(what=what, figure=figure, limit="", n=n, holds=None)
 
 
+def unjudged(lines: list[Line], fewer_than: float = float("inf")) -> list[Line]:
+    """Return the lines with those of too few cases only informing: of a quick run, they prove nothing."""
+    return [told(one.what, one.figure, one.n) if one.holds is not None and one.n < fewer_than else one for one in lines]
+
+
 def options(description: str) -> argparse.ArgumentParser:
     """Return the options that every benchmark has."""
     parser = argparse.ArgumentParser(description=description)

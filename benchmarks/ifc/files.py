@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 
 from benchmarks.ifc.compare import rules_once
 from benchmarks.ifc.rounds import COMPLAINTS, FileResult, examine
-from benchmarks.sites import DATA
+from benchmarks.sites import DATA, absent
 from benchmarks.table import Line, line, options, quantiles, report, told
 
 FILES = DATA / "ifc"
@@ -33,6 +33,8 @@ def main() -> int:
     parser.add_argument("--no-inspect", action="store_true", help="leave the reading of the geometry out")
     parser.add_argument("--workers", type=int, default=1)
     args = parser.parse_args()
+    if absent(FILES):
+        return 0
     most = QUICK_BYTES if args.quick else args.less_than
     found = [p for p in FILES.rglob("*") if p.suffix.lower() == ".ifc" and args.only in str(p)]
     paths = sorted((p for p in found if most is None or p.stat().st_size < most), key=lambda p: p.stat().st_size)

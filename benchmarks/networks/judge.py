@@ -47,7 +47,7 @@ class Part:
         return {UNSEEN: drawn_shots, SAMPLE: sample_shots, SPECIMENS: twin_shots}[self.where](self.numbers)
 
 
-QUICK_PARTS = (Part(where=SAMPLE, numbers=(0, 3)),)
+QUICK_PARTS = (Part(where=SAMPLE, numbers=(0,)),)
 
 
 def all_parts(seeds: tuple[int, ...]) -> tuple[Part, ...]:

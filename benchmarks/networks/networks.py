@@ -1,7 +1,7 @@
 """Masks and relative depth of the shipped networks against the truth, and what they cost beside a published one.
 
 python benchmarks/networks/networks.py --check --json figures.json  200 pairs of unseen seeds, 18 of another renderer
-python benchmarks/networks/networks.py --quick                      four pairs of the sample, not judged
+python benchmarks/networks/networks.py --quick                      two pairs of the sample, not judged
 
 --segment and --depth take other cards. What is counted how: figures.py.
 """

@@ -1,6 +1,7 @@
 """Fits the odds of `vision/networks/kinship.py`: which parts of walls and columns are one thing, on pairs with truth.
 
 python benchmarks/networks/odds.py 20 21 24        prints the odds, feature by feature; --segment takes another card
+python benchmarks/networks/odds.py --quick         on two pairs of the sample, nothing drawn
 
 Logistic regression over all pairs of parts of these seeds' pairs, larger parts weighing more: with stereo, with the
 photo's surfaces too, and without either; with the network's map of classes and with the true one, so that the odds hold
@@ -32,7 +33,7 @@ from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.things import parts_of
 from asbuilt_bim.vision.scene import read_scene
 from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
-from benchmarks.networks.pictures import DEVELOPMENT_SEEDS, Shot, drawn_shots
+from benchmarks.networks.pictures import DEVELOPMENT_SEEDS, Shot, drawn_shots, sample_shots
 
 PURE = 0.6
 """A part of which no element has this share says nothing."""
@@ -97,10 +98,12 @@ def main() -> None:
     """Fit and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("seeds", type=int, nargs="*", default=DEVELOPMENT_SEEDS)
+    parser.add_argument("--quick", action="store_true", help="on two pairs of the sample; nothing is drawn")
     parser.add_argument("--segment", type=Path, default=bundled_card("segment"), help="another segmenter's card")
     args = parser.parse_args()
     loaded = load(args.segment, "segment")
-    rows = [row for shot in drawn_shots(tuple(args.seeds)) for row in rows_of(shot, loaded)]
+    shots = sample_shots((0,)) if args.quick else drawn_shots(tuple(args.seeds))
+    rows = [row for shot in shots for row in rows_of(shot, loaded)]
     for name, odds in zip(FEATURES, fitted(rows), strict=True):
         print(f"{name:<16} {odds:6.2f}")
     print(f"{len(rows)} pairs of parts")

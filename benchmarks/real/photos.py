@@ -17,11 +17,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_training.real.figures import DATA, DepthFigure, Figures, measure
+from asbuilt_training.real.figures import DepthFigure, Figures, measure
 from asbuilt_training.real.page import write_page
 from asbuilt_training.real.score import by_view, mean_iou, view_iou
 
 from asbuilt_bim.vision.networks.bundled import BUNDLED
+from benchmarks.sites import DATA, absent
 from benchmarks.table import Line, line, options, report, told
 
 FAR_LIMIT = 0.55
@@ -85,12 +86,11 @@ def main() -> int:
     parser.add_argument("--depth", default=BUNDLED, help="card of the depth network, or bundled")
     parser.add_argument("--page", type=Path, help="write a page with pictures into this folder, outside the project")
     args = parser.parse_args()
-    if not DATA.is_dir():
-        print(f"no real photographs in {DATA}: set ASBUILT_BIM_DATA; nothing was judged")
+    if absent(DATA / "photos"):
         return 0
     figures = measure(args.segment, args.depth, quick=args.quick)
     if not figures.scored:
-        print(f"none of the {len(figures.absent)} labelled photographs is in {DATA}; nothing was judged")
+        print(f"none of the {len(figures.absent)} labelled photographs is in the data folder; nothing was judged")
         return 0
     lines = [*concrete_lines(figures), *stereo_lines(figures)]
     lines += [one for figure in figures.depth for one in depth_lines(figure)]

@@ -29,7 +29,7 @@ from asbuilt_bim.errors import AsBuiltError
 from benchmarks.real.board_areas import errors_by
 from benchmarks.real.laser_truth import laser_lines
 from benchmarks.real.published_rig import published_lines
-from benchmarks.sites import DATA
+from benchmarks.sites import DATA, absent
 from benchmarks.table import Line, line, options, report, told
 
 CHESS = {
@@ -113,8 +113,7 @@ def _refusal(action: Callable[[], object]) -> str:
 def main() -> int:
     """Measure what is there and print the table."""
     args = options(__doc__ or "").parse_args()
-    if not DATA.is_dir():
-        print(f"no real photographs in {DATA}: set ASBUILT_BIM_DATA; nothing was judged")
+    if absent(DATA / "rigs"):
         return 0
     ours = photo_pairs("rigs/sourishg_24.23mm", "left*.jpg")
     lines = halves_lines("sourishg", ours)

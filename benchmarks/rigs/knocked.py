@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 from asbuilt_bim.vision.rig_health import AREA_LIMIT, judge, judge_visit, refined_rig
 from benchmarks.rigs.photos import DEVELOPING_SITES, Visit, area_error, healths, turned_rig, visits
 from benchmarks.rigs.visits import rigs, visit
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import LEAST_N, Line, line, options, report, told, unjudged
 
 AXES = ("pitch", "yaw", "roll")
 DEGREES = (0.1, 0.2, 0.5, 1.0)
@@ -123,7 +123,7 @@ def main() -> int:
         told("a knock of 0.2 degrees on the way, its moment found", f"{sum(parted)} of {sites}", sites),
     ]  # fmt: skip
     if args.quick:
-        table = [item if item.n >= 25 or item.holds is None else told(item.what, item.figure, item.n) for item in table]
+        table = unjudged(table, LEAST_N)
     for turn in turns:
         print(f"  {turn.name}: unrefined {turn.unrefined:+.1%}, {turn.state}, rows {turn.rows_px:.2f} px, refined "
               f"{turn.pooled:+.2%}, single stations {min(turn.singles):+.2%} to {max(turn.singles):+.2%}")  # fmt: skip

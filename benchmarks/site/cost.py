@@ -1,12 +1,14 @@
 """What a run costs: seconds a station and in all, the share of each step, the memory of its largest process.
 
-python benchmarks/site/cost.py --json figures.json
+python benchmarks/site/cost.py --json figures.json    the sample
+python benchmarks/site/cost.py --quick                two of its stations
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from collections import defaultdict
 from pathlib import Path
 
@@ -14,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from benchmarks.sites import SAMPLE, run_site
+from benchmarks.sites import SAMPLE, run_site, small_sample
 from benchmarks.table import Line, options, report, told
 
 
@@ -33,7 +35,8 @@ def main() -> int:
     parser = options(__doc__ or "")
     parser.add_argument("--workers", type=int, default=1)
     args = parser.parse_args()
-    run = run_site(SAMPLE, "sample", args.workers)
+    with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
+        run = run_site(small_sample(Path(scratch)) if args.quick else SAMPLE, "sample", args.workers)
     stations = [station for result in run.results.values() for station in result["stations"]]
     steps: dict[str, list[float]] = defaultdict(list)
     for station in stations:

@@ -1,6 +1,7 @@
 """What a killed run leaves behind: SIGKILL at random moments of its writing, then a look at everything in the folder.
 
-python benchmarks/site/crash.py --check
+python benchmarks/site/crash.py --check            60 kills while the sample is written
+python benchmarks/site/crash.py --check --quick    six, of two of its stations
 
 Each trial starts `asbuilt-bim report` (or `run`, from the cache) on the shipped sample in a process of its own, and
 kills it once its run folder has appeared: at moments spread evenly over the writing, and again over the part after the
@@ -24,7 +25,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from benchmarks.site.run_checks import Reference, broken_copies, current, digests_of, fault_of
-from benchmarks.sites import SAMPLE
+from benchmarks.sites import SAMPLE, small_sample
 from benchmarks.table import Line, line, options, report, told
 
 TRIALS, QUICK_TRIALS = 50, 6
@@ -165,7 +166,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-crash-") as scratch:
         out = Path(scratch) / "out"
         os.environ.setdefault("ASBUILT_BIM_CACHE", str(Path(scratch) / "cache"))
-        run = ("run", str(SAMPLE / "project.yaml"), "--out", str(out), "--workers", "1", "--quiet")
+        site = small_sample(Path(scratch)) if args.quick else SAMPLE
+        run = ("run", str(site / "project.yaml"), "--out", str(out), "--workers", "1", "--quiet")
         if start(run).wait() != 0:
             raise SystemExit("the sample doesn't run")
         again = uninterrupted(("report", str(out)), out)

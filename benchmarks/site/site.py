@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from benchmarks.sites import REPORTING_SEEDS, SAMPLE, SiteRun, generated_site, run_site
-from benchmarks.table import Line, line, options, quantiles, report, told
+from benchmarks.table import LEAST_N, Line, line, options, quantiles, report, told, unjudged
 
 VISIBLE = 0.5
 EXPECTED_UNKNOWN = 0.1
@@ -221,7 +221,7 @@ def main() -> int:
     lines = [*target_lines(runs), *areas, *element_lines(runs), *storey_lines(runs)]
     lines += [told(f"seconds, {run.name}", f"{run.seconds:.0f}", 1) for run in runs]
     if args.quick:  # one site has too few cases to judge by: its figures are shown, only the wrong ones count
-        lines = [item if item.n >= 25 or item.holds is None else told(item.what, item.figure, item.n) for item in lines]
+        lines = unjudged(lines, LEAST_N)
     worst = sorted(rows, key=lambda row: -abs(row["error"]))[:10]
     for row in worst:
         print(f"  {row['site']} {row['date']} {row['face']:>8}: {row['error']:+.1%} of {row['true_m2']:.2f} m2, "

@@ -1,7 +1,7 @@
 """What a station costs beside the calls that nobody can avoid, and the memory that a 12-megapixel pair takes.
 
 python benchmarks/site/speed.py --check --json figures.json     all stations of the sample, a 12-megapixel pair
-python benchmarks/site/speed.py --quick                         two stations
+python benchmarks/site/speed.py --quick                         one station, a 12-megapixel pair
 
 Processor seconds of one thread, everything in one process and one run. Unavoidable: decoding both photos, rectifying
 both, one pass of semi-global matching at that size, and one pass of a network where one is named (the published
@@ -172,7 +172,7 @@ def station_lines(quick: bool) -> list[Line]:
     rig, _ = rig_of(project, Cache(folder=default_folder()), lambda *_args, **_more: None)
     bench = Bench(rig=rig, asked=options_of(project), prepared=rectification(rig), network=published_network())
     costs = Costs()
-    for station in [station for visit in project.visits for station in visit.stations][: 2 if quick else None]:
+    for station in [station for visit in project.visits for station in visit.stations][: 1 if quick else None]:
         photos = StationPhotos(name=station.name, left=read_photo(station.left), right=read_photo(station.right))
         costs.add(photos, bench)
     lines = [
