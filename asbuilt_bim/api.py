@@ -8,15 +8,15 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, OutputError, ProjectError
-from asbuilt_bim.output.folder import open_output
-from asbuilt_bim.output.publish import previous_result, publish_again, publish_run, with_revision
-from asbuilt_bim.pipeline import run_project
+from asbuilt_bim.flow.measure_visit import Progress, Workplace
+from asbuilt_bim.flow.output.folder import open_output
+from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_revision
+from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.report.document import read_result
+from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
-from asbuilt_bim.stations import Progress, Workplace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.photo import read_photo
+from asbuilt_bim.camera.photo.read import read_photo
 
 Damage = Callable[[Path, Path], None]
 

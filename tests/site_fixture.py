@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 import yaml
 
-from asbuilt_bim.camera.rig_file import write_rig
+from asbuilt_bim.camera.rig_formats.rig_file import write_rig
+from asbuilt_bim.flow.rig_source import calibrate
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.rig_source import calibrate
 from asbuilt_bim.scale.cache import Cache
 
 SITE = Path(os.environ.get("ASBUILT_BIM_SITE") or Path(__file__).parent.parent / "sample_models" / "site")

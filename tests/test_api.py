@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import asbuilt_bim
-from asbuilt_bim.camera.rig_file import write_rig
-from asbuilt_bim.report.document import read_result
+from asbuilt_bim.camera.rig_formats.rig_file import write_rig
+from asbuilt_bim.report.result.document import read_result
 from tests.camera.virtual import rig
 from tests.example_package import example_package
 from tests.site_fixture import small_project, write

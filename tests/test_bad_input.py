@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.cli import app
-from asbuilt_bim.report.document import read_result
+from asbuilt_bim.report.result.document import read_result
 from tests.photo_damage import DAMAGES, without_red
 from tests.site_fixture import contents, copy_station, rig_file, site, small_project, write
 
@@ -209,7 +209,7 @@ def test_a_disk_that_fills_half_way_leaves_the_earlier_result(
         target.write_bytes(b"half a file")
         raise OSError(errno.ENOSPC, "No space left on device", str(target))
 
-    monkeypatch.setattr("asbuilt_bim.ifc.copies.write_asbuilt", full)
+    monkeypatch.setattr("asbuilt_bim.ifc.write.federation.write_asbuilt", full)
     result = run(good, out)
     assert result.exit_code == 1
     assert "disk is full" in result.stderr

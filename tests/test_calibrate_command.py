@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from asbuilt_bim.camera.control_file import COLUMNS
-from asbuilt_bim.camera.rig_reader import read_rig, write_rig_as
+from asbuilt_bim.camera.calibration.control_file import COLUMNS
+from asbuilt_bim.camera.rig_formats.reader import read_rig, write_rig_as
 from asbuilt_bim.cli import app
+from asbuilt_bim.flow.rig_source import calibrate, rig_of
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.rig_source import calibrate, rig_of
 from asbuilt_bim.scale.cache import Cache
 from tests.camera.board_pictures import CHESS, pairs
-from tests.camera.test_control_rig import control
+from tests.camera.calibration.test_control_rig import control
 from tests.camera.virtual import rig
 from tests.project_folder import plain, write_project
 
@@ -192,7 +192,7 @@ def test_a_full_disk_leaves_the_rig_that_was_there_and_nothing_beside_it(
     def full(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("asbuilt_bim.durable.os.fsync", full)
+    monkeypatch.setattr("asbuilt_bim.storage.atomic_write.os.fsync", full)
     result = invoke(photos, "--out", out, "--report", tmp_path / "page.html", "--replace")
     assert result.exit_code == 1 and "No space left" in result.stderr
     assert out.read_text(encoding="utf-8") == "the rig of last month" and list(tmp_path.iterdir()) == [out]

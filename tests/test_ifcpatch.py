@@ -11,9 +11,9 @@ import pytest
 from click.testing import CliRunner
 
 from asbuilt_bim.cli import app
-from asbuilt_bim.ifc.reader import read_design
-from asbuilt_bim.ifc.writer import write_asbuilt
-from asbuilt_bim.report.document import read_result, write_result
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.write.copy import write_asbuilt
+from asbuilt_bim.report.result.document import read_result, write_result
 from tests.ifc.reports import report_on
 from tests.site_fixture import site
 

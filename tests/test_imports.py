@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,50 +14,39 @@ import pytest
 import asbuilt_bim
 
 PACKAGE = Path(asbuilt_bim.__file__).parent
-LEVEL = {
-    **dict.fromkeys(["errors", "version", "schemas_dir", "structure", "plugins"], 0),
-    **dict.fromkeys(["durable", "regular_file", "strict_json", "strict_yaml", "yaml_words"], 0),
-    "geometry": 1,
-    "camera": 2,
-    "bim": 2,
-    "vision": 3,
+RANK = {
+    **dict.fromkeys(["codes", "version"], -1),
+    "errors": 0,
+    **dict.fromkeys(["storage", "geometry", "scale"], 1),
+    **dict.fromkeys(["camera", "bim"], 2),
+    **dict.fromkeys(["vision", "schedule"], 3),
     "measure": 4,
     "register": 5,
     "match": 6,
     "progress": 7,
-    "report": 8,
+    **dict.fromkeys(["report", "ifc", "project"], 8),
+    "flow": 9,
+    **dict.fromkeys(["api", "ifcpatch_recipes"], 10),
+    "terminal": 11,
+    "cli": 12,
+    **dict.fromkeys(["__init__", "__main__"], 13),
 }
-BESIDE = {  # what stands beside the flow, and all that it may know of
-    "scale": {"errors", "scale"},
-    "schedule": {"errors", "regular_file", "bim", "schedule"},
-    "ifc": {"errors", "version", "durable", "regular_file", "geometry", "bim", "progress", "ifc"},
-    "project": {
-        "errors",
-        "regular_file",
-        "strict_yaml",
-        "structure",
-        "plugins",
-        "options",
-        "instruments",
-        "camera",
-        "vision",
-        "measure",
-        "project",
-    },
-}
-STRANGERS = [("camera", "bim"), ("bim", "camera"), ("vision", "bim"), ("measure", "bim"), ("vision", "match")]
+"""Each part knows those below it; parts of one rank don't know each other."""
+STRANGERS = [("vision", "bim"), ("measure", "bim"), ("measure", "schedule"), ("ifc", "camera"), ("ifc", "vision")]
+PURE = ["geometry", "camera", "bim", "vision", "register", "match", "progress", "report"]
+"""Parts that never ask for the time; measure takes its clock as an argument."""
 CONFINED = {
     "ifcopenshell": ["ifc/"],
     "onnxruntime": ["vision/networks"],
     "shapely": ["geometry/polygon.py", "bim/exposure.py"],
-    "xlsxwriter": ["report/"],
-    "jinja2": ["report/"],
-    "jsonschema": ["report/", "camera/rig_file.py"],
+    "xlsxwriter": ["report/workbook/"],
+    "jinja2": ["report/page/"],
+    "jsonschema": ["storage/validate.py", "camera/rig_formats/rig_file.py"],
     "click": ["cli.py", "terminal/parameters.py"],
     "rich": ["terminal/"],
-    "yaml": ["strict_yaml.py", "yaml_words.py", "camera/"],
+    "yaml": ["storage/", "camera/rig_formats/"],
     "distributed": ["scale/executor.py"],
-    "cattrs": ["scale/codec.py", "report/"],
+    "cattrs": ["scale/codec.py", "report/result/"],
 }
 NEVER = {
     "scipy",
@@ -70,7 +60,12 @@ NEVER = {
     "urllib",
     "socket",
 }
-ATTRIBUTES_OF_TIME = {"time", "random"}
+ROOT = Path(__file__).parent.parent
+HOUSES = [
+    (ROOT, "asbuilt_bim"),
+    (ROOT / "synthetic", "asbuilt_synthetic"),
+    (ROOT / "training", "asbuilt_training"),
+]
 
 
 def modules() -> list[Path]:
@@ -92,6 +87,19 @@ def part(dotted: str) -> str:
     return names[1] if len(names) > 1 else ""
 
 
+def import_graph(root: Path, package: str) -> dict[str, set[str]]:
+    """Return module -> modules of its own package that it imports, wherever in the file."""
+    files = {".".join(p.relative_to(root).with_suffix("").parts): p for p in (root / package).rglob("*.py")}
+    graph: dict[str, set[str]] = {}
+    for name, path in files.items():
+        graph[name] = set()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                both = {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
+                graph[name] |= (both & files.keys()) - {name}
+    return graph
+
+
 def own_part(path: Path) -> str:
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
@@ -99,17 +107,27 @@ def own_part(path: Path) -> str:
 @pytest.mark.parametrize("path", modules(), ids=lambda p: p.relative_to(PACKAGE).as_posix())
 def test_imports_run_one_way(path: Path) -> None:
     here = own_part(path)
-    known = {part(name) for name in imported(path) if name.split(".")[0] == "asbuilt_bim"} - {""}
-    if here in BESIDE:
-        assert known <= BESIDE[here], f"{here} may not know {known - BESIDE[here]}"
-    if here in LEVEL:
-        unranked = known - LEVEL.keys()
-        assert not unranked, f"{here} stands inside the flow and may not know {unranked}"
-        above = {other for other in known if LEVEL[other] > LEVEL[here]}
-        assert not above, f"{here} may not know {above}: they stand above it"
+    known = {part(name) for name in imported(path) if name.split(".")[0] == "asbuilt_bim"} - {"", here}
+    assert not known - RANK.keys(), f"{here} knows {known - RANK.keys()}, which have no rank"
+    above = {other for other in known if RANK[other] >= RANK[here]}
+    assert not above, f"{here} may not know {above}: they stand above it, or beside it"
     for one, other in STRANGERS:
-        assert here != one or other not in known, f"{one} and {other} don't know each other"
-    assert here == "cli" or "cli" not in known or path.name == "__main__.py"
+        assert here != one or other not in known, f"{one} may not know {other}"
+
+
+@pytest.mark.parametrize(("root", "package"), HOUSES, ids=[package for _, package in HOUSES])
+def test_no_modules_import_one_another_in_a_circle_hidden_ones_counted(root: Path, package: str) -> None:
+    graph = import_graph(root, package)
+    sorter = graphlib.TopologicalSorter(graph)
+    try:
+        sorter.prepare()
+    except graphlib.CycleError as circle:
+        pytest.fail(f"a circle: {' -> '.join(circle.args[1])}")
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_no_import_is_for_type_checking_only(path: Path) -> None:
+    assert "TYPE_CHECKING" not in path.read_text(encoding="utf-8"), "type the module above, or move what both need"
 
 
 @pytest.mark.parametrize("path", modules(), ids=lambda p: p.relative_to(PACKAGE).as_posix())
@@ -122,16 +140,16 @@ def test_third_parties_stay_where_they_belong(path: Path) -> None:
         assert homes is None or any(relative.startswith(home) for home in homes), f"{relative} imports {name}"
 
 
-def test_the_rules_cover_the_whole_house() -> None:
-    rooms = {path.name for path in PACKAGE.iterdir() if path.is_dir() and (path / "__init__.py").exists()}
-    assert rooms - {"terminal", "output"} <= LEVEL.keys() | BESIDE.keys()
+def test_every_part_of_the_house_has_a_rank() -> None:
+    parts = {own_part(path) for path in modules()}
+    assert parts == RANK.keys()
 
 
 def test_no_file_reads_the_clock_or_rolls_dice_inside_the_flow() -> None:
     for path in modules():
-        if own_part(path) in LEVEL and own_part(path) != "measure":  # measure takes its clock as an argument
+        if own_part(path) in PURE:
             tops = {name.split(".")[0] for name in imported(path)}
-            assert not tops & ATTRIBUTES_OF_TIME, path
+            assert not tops & {"time", "random"}, path
 
 
 def test_importing_the_package_is_light() -> None:

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from asbuilt_bim.errors import AsBuiltError, ResultError
-from asbuilt_bim.ifc.source import SCHEMAS
-from asbuilt_bim.ifc.writer import mark_file
-from asbuilt_bim.output.folder import read_current
-from asbuilt_bim.report.document import read_before, read_result
+from asbuilt_bim.flow.output.folder import read_current
+from asbuilt_bim.ifc.read.source import SCHEMAS
+from asbuilt_bim.ifc.write.copy import mark_file
+from asbuilt_bim.report.result.document import read_before, read_result
 
 
 class Patcher:

@@ -13,9 +13,9 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.plane import Plane, PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.geometry.transform import inverse, rotate, unit
-from asbuilt_bim.match.matches import FaceMatch, MatchResult
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import mapped
+from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.register.pose import PlacedStation
 

@@ -14,9 +14,9 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
-from asbuilt_bim.match.matches import FaceMatch, MatchResult
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import to_frame
+from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.match.score import Comparison, WorldFace, compare, in_world
 from asbuilt_bim.register.pose import PlacedStation, Placement
 

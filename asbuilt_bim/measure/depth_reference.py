@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
-from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.stereo.depth import DepthMap
 
 MOST_WIDTH_PX = 640
 SKY = 65535

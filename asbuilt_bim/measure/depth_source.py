@@ -6,10 +6,10 @@ from typing import Literal
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
-from asbuilt_bim.vision.depth_fused import fused_depth
-from asbuilt_bim.vision.depth_paper import Inversion, paper_depth
-from asbuilt_bim.vision.target import TargetSighting
+from asbuilt_bim.vision.stereo.depth import DepthMap, DepthMethod, RelativeDepth
+from asbuilt_bim.vision.stereo.depth_fused import fused_depth
+from asbuilt_bim.vision.stereo.depth_paper import Inversion, paper_depth
+from asbuilt_bim.vision.target.find import TargetSighting
 
 Method = Literal["default", "paper"]
 

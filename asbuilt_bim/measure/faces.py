@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.vision.segment import InstanceClass
+from asbuilt_bim.vision.masks.segment import InstanceClass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

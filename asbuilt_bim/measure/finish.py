@@ -15,15 +15,15 @@ from asbuilt_bim.geometry.masks import nonzero
 from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
-from asbuilt_bim.measure.drafts import Draft
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.hidden import how_seen
-from asbuilt_bim.measure.notches import is_notched
-from asbuilt_bim.measure.outline import FaceEdge, Outline
-from asbuilt_bim.measure.proof import is_open
-from asbuilt_bim.measure.uncertainty import image_sigma_m2
+from asbuilt_bim.measure.outline.edge_evidence import is_open
+from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
+from asbuilt_bim.measure.outline.notches import is_notched
+from asbuilt_bim.measure.outline.occlusion import how_seen
+from asbuilt_bim.measure.planes.face_hypotheses import Draft
+from asbuilt_bim.measure.sigma.area import image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
 
 PROVEN_SIGMA_PX = 1.7
 """How well the matcher's border lies where no photo shows an edge, but what was measured beyond proves that the face

@@ -17,11 +17,11 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_in_detail,
 )
-from asbuilt_bim.vision.given_masks import photo_from_rectified
-from asbuilt_bim.vision.rig_health import judge, refined_rig
-from asbuilt_bim.vision.rig_words import refined_note
-from asbuilt_bim.vision.segment import Instance
-from asbuilt_bim.vision.target import TargetSighting
+from asbuilt_bim.vision.masks.given import photo_from_rectified
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.rig_health import judge, refined_rig
+from asbuilt_bim.vision.stereo.rig_words import refined_note
+from asbuilt_bim.vision.target.find import TargetSighting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

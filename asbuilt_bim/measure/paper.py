@@ -16,11 +16,11 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
+from asbuilt_bim.measure.algorithm_1 import boundary_pixels, world_from_boundary
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces
-from asbuilt_bim.measure.world import boundary_pixels, world_from_boundary
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.depth import DepthMap
 
 TILT_RAD = 1e-3
 """The plane of a shadow is the image plane by definition; a milliradian keeps its covariance invertible."""

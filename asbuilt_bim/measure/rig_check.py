@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from asbuilt_bim.camera.overlap import check_pair, match_pair
+from asbuilt_bim.camera.photo.overlap import check_pair, match_pair
+from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.swapped import swapped_rejection
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.vision.rig_health import StationHealth, judge, station_health
-from asbuilt_bim.vision.rig_words import knock_rejection
+from asbuilt_bim.vision.stereo.rig_health import StationHealth, judge, station_health
+from asbuilt_bim.vision.stereo.rig_words import knock_rejection
 
 BEYOND_DOUBT = 5.0
 """In sigmas: one station alone says that the rig was knocked; below, its visit decides."""

@@ -5,36 +5,36 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 
+from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.working_size import working_rig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.laps import Clock, Laps
-from asbuilt_bim.measure.marks import marks_mask, without_boards
+from asbuilt_bim.measure.marker_mask import marks_mask, without_boards
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.rig_check import check_rig
-from asbuilt_bim.measure.rig_scale import ScaleEvidence, scale_evidence
-from asbuilt_bim.measure.scale import without_scale
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence
+from asbuilt_bim.measure.sigma.scale_source import without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
-from asbuilt_bim.vision.agreement import Agreed, agree
-from asbuilt_bim.vision.bars import without_bars
-from asbuilt_bim.vision.beyond import disparity_beyond
-from asbuilt_bim.vision.depth import DepthMap, DepthMethod, RelativeDepth
-from asbuilt_bim.vision.depth_paper import Inversion
-from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
-from asbuilt_bim.vision.markers import MarkerSighting, find_markers
-from asbuilt_bim.vision.one_thing import one_thing
-from asbuilt_bim.vision.rig_health import StationHealth
-from asbuilt_bim.vision.scene import Scene, read_scene
-from asbuilt_bim.vision.segment import Instance, Segmenter
-from asbuilt_bim.vision.sky import find_sky, without_sky
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, StereoMatcher, depth_map
-from asbuilt_bim.vision.target import TargetOptions, TargetSighting, find_target
+from asbuilt_bim.measure.step_timer import Clock, Laps
+from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
+from asbuilt_bim.vision.masks.fusion import Agreed, agree
+from asbuilt_bim.vision.masks.segment import Instance, Segmenter
+from asbuilt_bim.vision.masks.split_by_depth import one_thing
+from asbuilt_bim.vision.scene.bars import without_bars
+from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
+from asbuilt_bim.vision.scene.read import Scene, read_scene
+from asbuilt_bim.vision.scene.sky import find_sky, without_sky
+from asbuilt_bim.vision.stereo.depth import DepthMap, DepthMethod, RelativeDepth
+from asbuilt_bim.vision.stereo.depth_paper import Inversion
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, StereoMatcher, depth_map
+from asbuilt_bim.vision.stereo.occluder_free import disparity_beyond
+from asbuilt_bim.vision.stereo.rig_health import StationHealth
+from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
 
 __all__ = [
     "DepthReference",

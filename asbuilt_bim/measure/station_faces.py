@@ -12,21 +12,21 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.measure.constraints import adjust_drafts
-from asbuilt_bim.measure.drafts import (
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.finish import Settled, finish_face
+from asbuilt_bim.measure.planes.constraints import adjust_drafts
+from asbuilt_bim.measure.planes.face_hypotheses import (
     Draft,
     draft_faces,
     outline_faces,
     pieces_of,
     refine_inside,
 )
-from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.finish import Settled, finish_face
-from asbuilt_bim.measure.round import fit_round_column, round_face
-from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2
+from asbuilt_bim.measure.round.column import fit_round_column, round_face
+from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2
 from asbuilt_bim.measure.workbench import Workbench, workbench
-from asbuilt_bim.vision.scene import Scene
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.scene.read import Scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

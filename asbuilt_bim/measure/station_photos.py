@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.photo import Photo, decode
-from asbuilt_bim.camera.photo_check import check_photo_against_rig
+from asbuilt_bim.camera.photo.check import check_photo_against_rig
+from asbuilt_bim.camera.photo.read import Photo, decode
+from asbuilt_bim.camera.photo.working_size import at_working_size
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.working_size import at_working_size
 from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage
-from asbuilt_bim.measure.rig_scale import ScaleEvidence
-from asbuilt_bim.vision.rig_health import StationHealth
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
+from asbuilt_bim.vision.stereo.rig_health import StationHealth
 
 SAME_SHARE = 0.5
 """Of what a photo differs from itself moved by one pixel: two cameras, a decimetre apart, differ by more than all."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
-from asbuilt_bim.measure.edges import Gradients, gradients
-from asbuilt_bim.measure.refine import Pictures, pictures
-from asbuilt_bim.vision.scene import Scene
-from asbuilt_bim.vision.stereo import grey
+from asbuilt_bim.measure.outline.edges import Gradients, gradients
+from asbuilt_bim.measure.planes.refine import Pictures, pictures
+from asbuilt_bim.vision.scene.read import Scene
+from asbuilt_bim.vision.stereo.matching import grey
 
 FRAME_MARGIN_PX = 4
 ENOUGH_SAMPLES = 4000

@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from asbuilt_bim.bim.model import BimModel, DesignFace
+from asbuilt_bim.bim.model import DesignFace
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.match.matches import FaceMatch, MatchResult
-from asbuilt_bim.progress.evidence import view_of
-from asbuilt_bim.progress.options import ProgressOptions
-
-if TYPE_CHECKING:
-    from asbuilt_bim.progress.history import VisitHistory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,35 +39,6 @@ class SurfaceState:
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
     whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
-
-
-def classify_surface(
-    matched: MatchResult, design: BimModel, history: VisitHistory, options: ProgressOptions
-) -> tuple[SurfaceState, ...]:
-    """Say of each design face what of its exposed surface is built, what is open, and what nobody knows.
-
-    What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
-    been built since.
-    """
-    from asbuilt_bim.progress.decide import decide_element
-
-    views = [view_of(placed, _good_faces(matched, placed.pose.station)) for placed in matched.stations]
-    by_face: dict[str, list[FaceMatch]] = {}
-    for match in matched.matches:
-        by_face.setdefault(match.design_face, []).append(match)
-    unobserved = set(matched.unobserved)
-    states: list[SurfaceState] = []
-    for element in design.elements:
-        earlier = [history.earlier(element.global_id, face, options) for face in element.faces]
-        if all(face.face_id in unobserved for face in element.faces) and not any(earlier):
-            states.extend(unseen(face) for face in element.faces)
-            continue
-        states.extend(decide_element(element, views, by_face, earlier, options))
-    return tuple(states)
-
-
-def _good_faces(matched: MatchResult, station: str) -> list[str]:
-    return [match.face_id for match in matched.matches if match.station == station]
 
 
 def unseen(face: DesignFace) -> SurfaceState:

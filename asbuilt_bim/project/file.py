@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import Annotated, Literal
 
-from asbuilt_bim.options import Options
-from asbuilt_bim.structure import Within
-from asbuilt_bim.vision.markers import Family
+from asbuilt_bim.project.options import Options
+from asbuilt_bim.storage.structure import Within
+from asbuilt_bim.vision.markers.find import Family
 
 _MM = "a length in millimetres? metres are wanted here"
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
-from asbuilt_bim.camera.formats import Foreign
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.errors import NetworkError, ProjectError
-from asbuilt_bim.instruments import NetworkChoice
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
-from asbuilt_bim.options import Options
-from asbuilt_bim.plugins import PREFIX
 from asbuilt_bim.project.file import BoardsFile, MarkersFile, NetworksFile, ProjectFile, TargetFile, VisitFile
+from asbuilt_bim.project.networks import NetworkChoice
+from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import PathChecker, safe_name
-from asbuilt_bim.strict_yaml import read_yaml
-from asbuilt_bim.structure import Problem, Problems, structure
+from asbuilt_bim.storage.plugins import PREFIX
+from asbuilt_bim.storage.strict_yaml import read_yaml
+from asbuilt_bim.storage.structure import Problem, Problems, structure
 from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
 from asbuilt_bim.vision.networks.card import Task
 

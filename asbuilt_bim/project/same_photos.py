@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Project, Station, Visit
-from asbuilt_bim.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import open_regular
 
 _EMPTY = hashlib.sha256().digest()
 

@@ -12,7 +12,7 @@ import numpy as np
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, weighted_median
-from asbuilt_bim.measure.rig_scale import ScaleEvidence
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import UNIT_MISTAKES
 

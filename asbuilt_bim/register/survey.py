@@ -15,7 +15,7 @@ from asbuilt_bim.errors import Rejection, SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import CORNERS, UNIT_MISTAKES, print_faults
-from asbuilt_bim.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import open_regular
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
 

@@ -14,7 +14,7 @@ import numpy as np
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.vision.segment import Instance, InstanceClass
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
 
 CATEGORIES: tuple[InstanceClass, ...] = ("wall", "column")
 CORNER_PX = 0.5

@@ -9,7 +9,7 @@ from pathlib import Path
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.tables import ElementRow, element_rows
-from asbuilt_bim.report.wording import plain, share_bounds
+from asbuilt_bim.report.wording.values import plain, share_bounds
 
 HEADER = (
     "Storey",

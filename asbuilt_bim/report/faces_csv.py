@@ -8,7 +8,7 @@ import io
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, dominating, seen
-from asbuilt_bim.report import wording
+from asbuilt_bim.report.wording import values as wording
 
 COLUMNS = (
     "face", "instance", "class", "kind", "width_m", "height_m", "area_m2", "area_sigma_m2",

@@ -7,13 +7,13 @@ from pathlib import Path
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.csv import write_csv
-from asbuilt_bim.report.overlay import draw_overlay
-from asbuilt_bim.report.page import write_page
-from asbuilt_bim.report.schedule_msp import write_msp
-from asbuilt_bim.report.schedule_p6 import write_p6
+from asbuilt_bim.report.drawings.overlay import draw_overlay
+from asbuilt_bim.report.page.write import write_page
+from asbuilt_bim.report.schedule.msp import write_msp
+from asbuilt_bim.report.schedule.p6 import write_p6
+from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
 from asbuilt_bim.report.tables import station_rows
-from asbuilt_bim.report.tasks_csv import write_tasks_csv
-from asbuilt_bim.report.workbook import write_workbook
+from asbuilt_bim.report.workbook.write import write_workbook
 
 MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from asbuilt_bim.errors import OutputError, PluginError
-from asbuilt_bim.plugins import Plugin, PluginGroup, find
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.storage.plugins import Plugin, PluginGroup, find
 
 FOLDER = "extra"
 """Where in a run folder the plugins' folders lie."""

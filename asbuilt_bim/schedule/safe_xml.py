@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import open_regular
 
 MAX_BYTES = 200_000_000
 MAX_DEPTH = 60

@@ -7,23 +7,23 @@ from pathlib import Path
 
 import numpy as np
 
-from asbuilt_bim.camera.board import Board, board_of
-from asbuilt_bim.camera.calibrate import Calibration
-from asbuilt_bim.camera.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
-from asbuilt_bim.camera.control_file import read_control_points
-from asbuilt_bim.camera.control_rig import rig_from_control_points
+from asbuilt_bim.camera.calibration.boards import Board, board_of
+from asbuilt_bim.camera.calibration.calibrate import Calibration
+from asbuilt_bim.camera.calibration.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
+from asbuilt_bim.camera.calibration.control_file import read_control_points
+from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.photo import read_photo
-from asbuilt_bim.camera.rig_reader import RigFormat, rig_contents, rig_files
-from asbuilt_bim.durable import place_problem, replace_all
+from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.camera.rig_formats.reader import RigFormat, rig_contents, rig_files
 from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
+from asbuilt_bim.flow.measure_visit import Progress
+from asbuilt_bim.flow.rig_source import calibrate, calibrate_pairs, project_board
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.report.calibration_page import calibration_page
-from asbuilt_bim.rig_source import calibrate, calibrate_pairs, project_board
+from asbuilt_bim.report.page.calibration import calibration_page
 from asbuilt_bim.scale.cache import Cache, default_folder
-from asbuilt_bim.stations import Progress
-from asbuilt_bim.structure import Problems
+from asbuilt_bim.storage.atomic_write import place_problem, replace_all
+from asbuilt_bim.storage.structure import Problems
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import calibration_lines
 

@@ -10,23 +10,23 @@ from pathlib import Path
 from rich.text import Text
 
 from asbuilt_bim.api import until_visit
-from asbuilt_bim.durable import place_problem
 from asbuilt_bim.errors import DesignError, OutputError, ResultError
-from asbuilt_bim.ifc.reader import inspect_file
-from asbuilt_bim.output.folder import Published, open_output, read_current
-from asbuilt_bim.output.places import CHANGES
-from asbuilt_bim.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
-from asbuilt_bim.pipeline import RunResult, run_project
-from asbuilt_bim.progress.reissued import known_again
+from asbuilt_bim.flow.measure_visit import Workplace
+from asbuilt_bim.flow.output.folder import Published, open_output, read_current
+from asbuilt_bim.flow.output.places import CHANGES
+from asbuilt_bim.flow.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
+from asbuilt_bim.flow.pipeline import RunResult, run_project
+from asbuilt_bim.flow.stopwatch import Stopwatch
+from asbuilt_bim.ifc.read.design import inspect_file
+from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.report.changes import changes
-from asbuilt_bim.report.document import read_result
-from asbuilt_bim.report.task_rows import late_words
+from asbuilt_bim.report.result.document import read_result
+from asbuilt_bim.report.schedule.task_rows import late_words
+from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
-from asbuilt_bim.stations import Workplace
-from asbuilt_bim.stopwatch import Stopwatch
+from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import calibration_lines, summary, time_line
@@ -156,7 +156,7 @@ def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: boo
     Raises:
         AsBuiltError: the file can't be read, or the copy can't be written.
     """
-    from asbuilt_bim.ifc.writer import strip_asbuilt
+    from asbuilt_bim.ifc.write.copy import strip_asbuilt
 
     if problem := place_problem(target, folder=False):
         raise OutputError(problem)

@@ -11,8 +11,8 @@ import tempfile
 import traceback
 from pathlib import Path
 
+from asbuilt_bim.scale.fingerprint import library_versions
 from asbuilt_bim.version import __version__
-from asbuilt_bim.version_info import library_versions
 
 _PREFIX = "asbuilt-bim-crash-"
 KEPT = 10

@@ -10,8 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from asbuilt_bim.bim.model import BimElement, BimModel
-from asbuilt_bim.ifc.facts import FileFacts
-from asbuilt_bim.ifc.georeference import Georeference
+from asbuilt_bim.ifc.read.facts import FileFacts
+from asbuilt_bim.ifc.read.georeference import Georeference
 
 MAX_ROWS = 40
 _SAID = {True: "yes", False: "no", None: "not said"}

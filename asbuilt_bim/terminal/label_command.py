@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from asbuilt_bim.durable import place_problem, replace_bytes
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.labels import label_project
-from asbuilt_bim.output.folder import output_error
+from asbuilt_bim.flow.labels import label_project
+from asbuilt_bim.flow.measure_visit import Workplace
+from asbuilt_bim.flow.output.folder import output_error
+from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.coco import coco_document
-from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.scale.cache import Cache, default_folder
-from asbuilt_bim.stations import Workplace
+from asbuilt_bim.storage.atomic_write import place_problem, replace_bytes
 from asbuilt_bim.terminal.screen import Screen
 
 

@@ -9,19 +9,19 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.errors import MeasureError, OptionError
+from asbuilt_bim.flow.measure_pair import measure_pair
+from asbuilt_bim.flow.output.measurement import check_place, save_measurement
 from asbuilt_bim.measure.depth_source import Method, depth_method
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.station import MeasureOptions
-from asbuilt_bim.output.measurement import check_place, save_measurement
-from asbuilt_bim.pair import measure_pair
 from asbuilt_bim.report.faces_csv import HEADINGS, face_rows
-from asbuilt_bim.report.wording import length, plain
+from asbuilt_bim.report.wording.values import length, plain
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.vision.depth import DepthMethod
-from asbuilt_bim.vision.depth_paper import Inversion
-from asbuilt_bim.vision.segment import InstanceClass
+from asbuilt_bim.vision.masks.segment import InstanceClass
+from asbuilt_bim.vision.stereo.depth import DepthMethod
+from asbuilt_bim.vision.stereo.depth_paper import Inversion
 
 TABLE_WIDTH = 124
 FAILED = 1

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from rich.table import Table
 from rich.text import Text
 
-from asbuilt_bim.camera.area_effect import area_effect
-from asbuilt_bim.camera.calibrate import Calibration
-from asbuilt_bim.camera.check_length import LengthCheck
+from asbuilt_bim.camera.calibration.area_effect import area_effect
+from asbuilt_bim.camera.calibration.calibrate import Calibration
+from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
-from asbuilt_bim.report.calibration_page import verdict
+from asbuilt_bim.report.page.calibration import verdict
 from asbuilt_bim.report.tables import station_of, storey_names
-from asbuilt_bim.report.wording import percent, percent_range
+from asbuilt_bim.report.wording.values import percent, percent_range
 
 TABLE_WIDTH = 118
 """Columns that the table needs; a narrower terminal gets the same in lines."""

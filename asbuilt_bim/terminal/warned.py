@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.tables import subject_of
-from asbuilt_bim.report.wording import plain
+from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import left_out
 

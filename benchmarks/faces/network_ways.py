@@ -11,12 +11,12 @@ from collections.abc import Callable
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces
-from asbuilt_bim.vision.agreement import agree
-from asbuilt_bim.vision.depth_paper import Inversion, paper_depth
-from asbuilt_bim.vision.geometric import GeometricOptions
+from asbuilt_bim.vision.masks.fusion import agree
 from asbuilt_bim.vision.networks.bundled import bundled_card
 from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.scene.geometric import GeometricOptions
+from asbuilt_bim.vision.stereo.depth_paper import Inversion, paper_depth
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.faces.paper_ways import true_face_masks
 from benchmarks.faces.twins import Read, by_truth
 

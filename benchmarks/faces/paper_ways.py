@@ -21,10 +21,10 @@ from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.station_faces import FaceOptions
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.depth_paper import Inversion, paper_depth
-from asbuilt_bim.vision.segment import Instance, InstanceClass
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
+from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.depth_paper import Inversion, paper_depth
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.faces.twins import Read, TwinPair
 
 ERROR = 0.01

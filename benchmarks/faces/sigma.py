@@ -22,15 +22,15 @@ from asbuilt_synthetic.lens import in_frame
 from asbuilt_synthetic.model import CameraTruth, RigTruth
 from asbuilt_synthetic.rig import rig_truth
 
-from asbuilt_bim.camera.adjust import adjust
-from asbuilt_bim.camera.folded import folded_covariance
+from asbuilt_bim.camera.calibration.adjust import adjust
+from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
+from asbuilt_bim.camera.calibration.pinhole_covariance import folded_covariance
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, vector_from_rotation
-from asbuilt_bim.measure.uncertainty import calibration_sigmas_m2, polygon_area
+from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, polygon_area
 from benchmarks.faces.faces import collect, face_rows, ours
 from benchmarks.faces.twins import CYCLES_SEEDS, RAYCAST_SEEDS, load_twin, read_twin, true_rig, twin_folder
 from benchmarks.table import Line, line, options, quantiles, report, told, unjudged

@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.measure.drafts import filled
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.marks import marks_mask
+from asbuilt_bim.measure.marker_mask import marks_mask
+from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces
-from asbuilt_bim.vision.bars import without_bars
-from asbuilt_bim.vision.geometric import segment_scene
-from asbuilt_bim.vision.scene import Scene, read_scene
-from asbuilt_bim.vision.segment import Instance
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
-from asbuilt_bim.vision.target import TargetOptions, TargetSighting, find_target
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.scene.bars import without_bars
+from asbuilt_bim.vision.scene.geometric import segment_scene
+from asbuilt_bim.vision.scene.read import Scene, read_scene
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
 from benchmarks.sites import ROOT, benchmark_folder
 
 RAYCAST_SEEDS = (*range(100, 146), *range(154, 164))

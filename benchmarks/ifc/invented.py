@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from asbuilt_bim.bim.model import CostLine, Task
-from asbuilt_bim.ifc.cost import read_cost_lines
-from asbuilt_bim.ifc.schedule import read_tasks
-from asbuilt_bim.ifc.structure import storey_of
+from asbuilt_bim.ifc.read.cost import read_cost_lines
+from asbuilt_bim.ifc.read.schedule import read_tasks
+from asbuilt_bim.ifc.read.structure import storey_of
 from asbuilt_bim.ifc.units import read_units
-from asbuilt_bim.progress.earned_value import earned
+from asbuilt_bim.progress.completion.earned_value import earned
 from asbuilt_bim.progress.report import (
     Completion,
     CostProgress,

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.reader import inspect_file
+from asbuilt_bim.ifc.read.design import inspect_file
 from benchmarks.ifc.rounds import peak_mb
 from benchmarks.sites import DATA, absent
 from benchmarks.table import Line, line, options, quantiles, report, told

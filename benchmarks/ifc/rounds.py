@@ -12,10 +12,10 @@ import ifcopenshell
 from ifctester import ids
 
 from asbuilt_bim.errors import AsBuiltError
-from asbuilt_bim.ifc.reader import read_design
-from asbuilt_bim.ifc.source import open_ifc
-from asbuilt_bim.ifc.writer import strip_asbuilt, write_asbuilt
-from asbuilt_bim.report.states import STATE_COLOURS
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.read.source import open_ifc
+from asbuilt_bim.ifc.write.copy import strip_asbuilt, write_asbuilt
+from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from benchmarks.ifc.compare import changes, new_errors, same
 from benchmarks.ifc.invented import invented_reports
 from benchmarks.ifc.plan import add_plan

@@ -25,10 +25,10 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from asbuilt_bim.bim.schedule import ScheduleSource, WorkCalendar, WorkDay, WorkSpan, weekday
-from asbuilt_bim.progress.planned import verdict
+from asbuilt_bim.progress.completion.planned import verdict
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport, TaskProgress
-from asbuilt_bim.report.schedule_msp import write_msp
-from asbuilt_bim.report.schedule_p6 import write_p6
+from asbuilt_bim.report.schedule.msp import write_msp
+from asbuilt_bim.report.schedule.p6 import write_p6
 from benchmarks.table import Line, line, options, report, told
 
 VISIT = date(2026, 3, 16)

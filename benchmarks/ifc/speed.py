@@ -63,7 +63,7 @@ def _task(task: str, path: Path, place: Path) -> None:
     """Run inside the child: `triple` and `reports` prepare, `plain` opens and writes, `ours` writes the result."""
     import ifcopenshell
 
-    from asbuilt_bim.ifc.writer import write_asbuilt
+    from asbuilt_bim.ifc.write.copy import write_asbuilt
     from benchmarks.ifc.invented import invented_reports
 
     if task == "triple":

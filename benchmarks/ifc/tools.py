@@ -23,11 +23,11 @@ import ifcopenshell.guid
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.schedule_msp import write_msp
-from asbuilt_bim.report.schedule_p6 import write_p6
-from asbuilt_bim.report.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.schedule.msp import write_msp
+from asbuilt_bim.report.schedule.p6 import write_p6
+from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
 from benchmarks.ifc.invented import invented_reports
 from benchmarks.ifc.plan import TASKS, add_plan
 from benchmarks.sites import SAMPLE

@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.depth import DepthMap
 from benchmarks.networks.pictures import Shot
 
 Mask = NDArray[np.bool_]

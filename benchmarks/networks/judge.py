@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.vision.agreement import agree
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.depth_fused import fused_depth
-from asbuilt_bim.vision.geometric import GeometricOptions, segment_scene
+from asbuilt_bim.vision.masks.fusion import agree
+from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
-from asbuilt_bim.vision.scene import read_scene
-from asbuilt_bim.vision.segment import Instance
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
+from asbuilt_bim.vision.scene.read import read_scene
+from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.depth_fused import fused_depth
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.faces.twins import CYCLES_SEEDS
 from benchmarks.networks.figures import DepthTally, Tally, filled, true_things
 from benchmarks.networks.pictures import Shot, drawn_shots, sample_shots, twin_shots

@@ -23,16 +23,16 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 
 from asbuilt_bim.vision.networks.bundled import bundled_card
 from asbuilt_bim.vision.networks.centres import grouped
+from asbuilt_bim.vision.networks.flip_test import answers
 from asbuilt_bim.vision.networks.geometry_input import geometry_of_pair
+from asbuilt_bim.vision.networks.instances import parts_of
 from asbuilt_bim.vision.networks.kinds import LoadedNetwork, load, relief_of
-from asbuilt_bim.vision.networks.kinship import FEATURES, features
-from asbuilt_bim.vision.networks.mirrored import answers
+from asbuilt_bim.vision.networks.map_geometry import Relief
+from asbuilt_bim.vision.networks.part_affinity import FEATURES, features
 from asbuilt_bim.vision.networks.parts import gaps
 from asbuilt_bim.vision.networks.picture import input_of
-from asbuilt_bim.vision.networks.relief import Relief
-from asbuilt_bim.vision.networks.things import parts_of
-from asbuilt_bim.vision.scene import read_scene
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.scene.read import read_scene
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.networks.pictures import DEVELOPMENT_SEEDS, Shot, drawn_shots, sample_shots
 
 PURE = 0.6

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.networks.detection import Sighting
 from asbuilt_bim.vision.networks.kinds import instance_of
-from asbuilt_bim.vision.networks.sighting import Sighting
-from asbuilt_bim.vision.segment import Instance
 from benchmarks.networks.figures import TrueThing
 from benchmarks.networks.pictures import Shot
 

@@ -8,8 +8,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.board import Board, find_board, same_way_round
-from asbuilt_bim.camera.photo import Photo, decode
+from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
+from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray
@@ -17,8 +17,8 @@ from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of
 from asbuilt_bim.geometry.plane import frame_on_plane
 from asbuilt_bim.geometry.polygon import contains, polygon, ring_area
 from asbuilt_bim.geometry.transform import apply, rotation_from_vector
-from asbuilt_bim.measure.refine import pictures, refine_plane
-from asbuilt_bim.vision.stereo import grey
+from asbuilt_bim.measure.planes.refine import pictures, refine_plane
+from asbuilt_bim.vision.stereo.matching import grey
 
 CORNER_SIGMA_PX = 0.1
 

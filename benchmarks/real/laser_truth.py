@@ -18,8 +18,8 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, frozen
 from asbuilt_bim.geometry.disparity_plane import fit_q
-from asbuilt_bim.measure.refine import Pictures, pictures, refine_plane
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, grey
+from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, grey
 from benchmarks.real.laser_turn import turn_lines, two
 from benchmarks.table import Line, line, told
 

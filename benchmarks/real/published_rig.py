@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from asbuilt_bim.camera.board import Board
-from asbuilt_bim.camera.photo import Photo, decode, read_photo
+from asbuilt_bim.camera.calibration.boards import Board
+from asbuilt_bim.camera.photo.read import Photo, decode, read_photo
 from asbuilt_bim.camera.rectify import rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_reader import read_rig
-from asbuilt_bim.vision.rig_fit import corrected_rig
-from asbuilt_bim.vision.rig_health import UNKNOWN_CALIBRATION_RAD
+from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.vision.stereo.rig_fit import corrected_rig
+from asbuilt_bim.vision.stereo.rig_health import UNKNOWN_CALIBRATION_RAD
 from benchmarks.real.board_areas import errors_by, size_error
 from benchmarks.real.rig_verdict import verdict_lines, verdict_of
 from benchmarks.table import Line, line, told

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from asbuilt_bim.camera.overlap import match_pair
+from asbuilt_bim.camera.photo.overlap import match_pair
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.vision.rig_health import RigVerdict, judge, station_health
-from asbuilt_bim.vision.rig_words import effect_in_words, turn_in_words
+from asbuilt_bim.vision.stereo.rig_health import RigVerdict, judge, station_health
+from asbuilt_bim.vision.stereo.rig_words import effect_in_words, turn_in_words
 from benchmarks.table import Line, told
 
 

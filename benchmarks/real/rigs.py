@@ -18,13 +18,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.camera.board import Board
-from asbuilt_bim.camera.calibrate import calibrate_stereo
-from asbuilt_bim.camera.check_length import check_board, refuse_wrong_scale
-from asbuilt_bim.camera.formats import Foreign
-from asbuilt_bim.camera.photo import Photo, read_photo
+from asbuilt_bim.camera.calibration.boards import Board
+from asbuilt_bim.camera.calibration.calibrate import calibrate_stereo
+from asbuilt_bim.camera.calibration.check_length import check_board, refuse_wrong_scale
+from asbuilt_bim.camera.photo.read import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
+from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.errors import AsBuiltError
 from benchmarks.real.board_areas import errors_by
 from benchmarks.real.laser_truth import laser_lines

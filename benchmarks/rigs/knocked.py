@@ -17,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.vision.rig_health import AREA_LIMIT, judge, judge_visit, refined_rig
+from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, judge, judge_visit, refined_rig
 from benchmarks.rigs.photos import DEVELOPING_SITES, Visit, area_error, healths, turned_rig, visits
 from benchmarks.rigs.visits import rigs, visit
 from benchmarks.table import LEAST_N, Line, line, options, report, told, unjudged

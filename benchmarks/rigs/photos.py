@@ -11,15 +11,15 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.overlap import match_pair
+from asbuilt_bim.camera.photo.overlap import match_pair
 from asbuilt_bim.camera.rectify import rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.scale.cache import Cache
-from asbuilt_bim.vision.rig_health import StationHealth, station_health
+from asbuilt_bim.vision.stereo.rig_health import StationHealth, station_health
 from benchmarks.sites import SAMPLE, benchmark_folder
 from benchmarks.target.pictures import true_rig
 

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from asbuilt_bim.camera.adjust import adjust
+from asbuilt_bim.camera.calibration.adjust import adjust
+from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, vector_from_rotation
-from asbuilt_bim.vision.rig_fit import fit_rig
-from asbuilt_bim.vision.rig_health import StationHealth
-from asbuilt_bim.vision.rig_matches import MATCHES_PER_MEASUREMENT
+from asbuilt_bim.vision.stereo.rig_fit import fit_rig
+from asbuilt_bim.vision.stereo.rig_health import StationHealth
+from asbuilt_bim.vision.stereo.rig_matches import MATCHES_PER_MEASUREMENT
 
 SIZE = (1280, 960)
 CORNER_PX = 0.1  # what a board's corners were found to on generated boards, and a match across its row

@@ -8,7 +8,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from asbuilt_bim.output.places import COPIED, COPIED_FOLDERS
+from asbuilt_bim.flow.output.places import COPIED, COPIED_FOLDERS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

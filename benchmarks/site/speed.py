@@ -34,9 +34,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.photo import Photo, decode, photo_from_bytes, read_photo
+from asbuilt_bim.camera.photo.read import Photo, decode, photo_from_bytes, read_photo
 from asbuilt_bim.camera.rectify import Rectification, rectification
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.flow.measure_visit import options_of
+from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import (
     Instruments,
@@ -46,13 +48,11 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.rig_source import rig_of
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.stations import options_of
 from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, load
 from asbuilt_bim.vision.networks.picture import input_of
-from asbuilt_bim.vision.stereo import SIXTEENTHS, SemiGlobalMatcher
+from asbuilt_bim.vision.stereo.matching import SIXTEENTHS, SemiGlobalMatcher
 from benchmarks.networks.networks import PUBLISHED_CARD
 from benchmarks.sites import DATA, SAMPLE
 from benchmarks.table import Line, line, options, report, told

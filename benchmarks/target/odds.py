@@ -20,10 +20,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.vision.disc import find_discs
-from asbuilt_bim.vision.target_odds import ANSWERS, BASE, LEAST_ODDS, WEIGHTS, answers, log_odds
-from asbuilt_bim.vision.target_pairing import Pairing, TargetOptions, pairings, size_fits
-from asbuilt_bim.vision.target_search import sought
+from asbuilt_bim.vision.target.disc import find_discs
+from asbuilt_bim.vision.target.odds import ANSWERS, BASE, LEAST_ODDS, WEIGHTS, answers, log_odds
+from asbuilt_bim.vision.target.pairing import Pairing, TargetOptions, pairings, size_fits
+from asbuilt_bim.vision.target.search import sought
 from benchmarks.table import Line, line, options, report, told, unjudged
 from benchmarks.target.pictures import RADIUS_M, Case, backgrounds, case
 

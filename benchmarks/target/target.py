@@ -23,7 +23,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.vision.target import TargetOptions, find_target
+from asbuilt_bim.vision.target.find import TargetOptions, find_target
 from benchmarks.table import Line, line, options, report, told, unjudged
 from benchmarks.target.pictures import RADIUS_M, Background, Case, backgrounds, case
 

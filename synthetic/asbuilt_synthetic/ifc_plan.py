@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from asbuilt_synthetic.building import STOREYS, Element
+from asbuilt_synthetic.ifc_writer import IfcWriter
 from asbuilt_synthetic.progress import DAYS_BETWEEN_VISITS, FIRST_DAY
 from asbuilt_synthetic.solids import side_area_m2, sides, volume_m3
-
-if TYPE_CHECKING:
-    from asbuilt_synthetic.ifc_file import IfcWriter
 
 _RATE_EUR = {"concrete": 245.0, "formwork": 62.5, "column": 180.0}
 

@@ -11,7 +11,7 @@ from asbuilt_bim.bim.candidates import candidates
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
 
 CAMERA = RectifiedCamera(

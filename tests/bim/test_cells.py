@@ -9,7 +9,7 @@ import pytest
 
 from asbuilt_bim.bim.cells import cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
-from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.geometry.polygon import bounds, contains
-from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
 
 

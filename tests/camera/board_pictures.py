@@ -7,8 +7,8 @@ from functools import cache
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.board import Board
-from asbuilt_bim.camera.photo import Photo, photo_from_bytes
+from asbuilt_bim.camera.calibration.boards import Board
+from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
 from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
 from tests.camera.virtual import exif_block, with_exif

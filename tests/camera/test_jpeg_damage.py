@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.jpeg_scan import damage_in_scan, jpeg_frame
-from asbuilt_bim.camera.jpeg_seam import seam
-from asbuilt_bim.camera.photo import decode, photo_from_bytes, read_photo
+from asbuilt_bim.camera.photo.jpeg.scan import damage_in_scan, jpeg_frame
+from asbuilt_bim.camera.photo.jpeg.seam import seam
+from asbuilt_bim.camera.photo.read import decode, photo_from_bytes, read_photo
 from asbuilt_bim.errors import PhotoError
 
 ROOT = Path(__file__).resolve().parents[2]

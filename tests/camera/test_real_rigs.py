@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.board import Board
-from asbuilt_bim.camera.calibrate import calibrate_stereo
-from asbuilt_bim.camera.formats import Foreign
-from asbuilt_bim.camera.photo import Photo, read_photo
-from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.camera.calibration.boards import Board
+from asbuilt_bim.camera.calibration.calibrate import calibrate_stereo
+from asbuilt_bim.camera.photo.read import Photo, read_photo
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
+from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.errors import CalibrationError, RigError
 
 RIGS = Path(os.environ.get("ASBUILT_BIM_DATA", "../shared/data")) / "rigs"

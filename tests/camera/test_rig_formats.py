@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.formats import Foreign
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_reader import RigFormat, read_rig, write_rig_as
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
+from asbuilt_bim.camera.rig_formats.reader import RigFormat, read_rig, write_rig_as
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rigid

@@ -6,9 +6,9 @@ import struct
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.parameters import BoardView
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, vector_from_rotation

@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 
 from asbuilt_bim.bim.model import BimModel
-from asbuilt_bim.ifc.reader import read_design
-
-from .models import ModelBuilder
+from asbuilt_bim.ifc.read.design import read_design
+from tests.ifc.models import ModelBuilder
 
 VOLUME = "IfcQuantityVolume"
 

@@ -9,9 +9,8 @@ import pytest
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.reader import read_design
-
-from .models import ModelBuilder
+from asbuilt_bim.ifc.read.design import read_design
+from tests.ifc.models import ModelBuilder
 
 SIZE = (2.0, 0.2, 3.0)
 

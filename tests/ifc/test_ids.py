@@ -10,9 +10,9 @@ from typing import Any
 import ifcopenshell
 import pytest
 
-from asbuilt_bim.ifc.marks import MARKS, QUANTITIES
-from asbuilt_bim.ifc.reader import read_design
-from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.ifc.names import MARKS, QUANTITIES
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.write.copy import write_asbuilt
 from tests.ifc.models import SCHEMAS, ModelBuilder
 from tests.ifc.reports import report_on
 

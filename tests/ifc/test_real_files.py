@@ -15,12 +15,12 @@ from asbuilt_bim.bim.mesh import turned_outwards
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.transform import inverse
-from asbuilt_bim.ifc.bodies import read_bodies
-from asbuilt_bim.ifc.faces import design_faces
-from asbuilt_bim.ifc.reader import read_design
-from asbuilt_bim.ifc.source import open_ifc
+from asbuilt_bim.ifc.geometry.bodies import read_bodies
+from asbuilt_bim.ifc.geometry.faces import design_faces
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.read.source import open_ifc
 from asbuilt_bim.ifc.units import read_units
-from asbuilt_bim.ifc.writer import write_asbuilt
+from asbuilt_bim.ifc.write.copy import write_asbuilt
 from tests.ifc.reports import report_on
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[3] / "shared" / "data")) / "ifc"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
 
 
@@ -157,7 +157,7 @@ def test_a_unit_that_makes_walls_of_kilometres_is_refused_before_their_geometry_
     def drawn(file: object, products: object, scale: float, **_: object) -> None:
         raise AssertionError("the geometry was made")
 
-    monkeypatch.setattr("asbuilt_bim.ifc.elements.read_bodies", drawn)
+    monkeypatch.setattr("asbuilt_bim.ifc.read.elements.read_bodies", drawn)
     with pytest.raises(DesignError) as caught:
         read_design(builder.write(tmp_path / "unit.ifc"))
     assert says in str(caught.value)

@@ -15,11 +15,11 @@ import pytest
 from click.testing import CliRunner
 
 from asbuilt_bim.cli import app
-from asbuilt_bim.ifc.reader import read_design
-from asbuilt_bim.ifc.write_photos import uri
-from asbuilt_bim.ifc.writer import strip_asbuilt, write_asbuilt
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.write.copy import strip_asbuilt, write_asbuilt
+from asbuilt_bim.ifc.write.photos import uri
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.states import STATE_COLOURS
+from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from tests.ifc.models import SCHEMAS, ModelBuilder
 from tests.ifc.reports import VISIT, report_on
 from tests.report.sample_report import sample_report

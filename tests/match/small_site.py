@@ -20,7 +20,7 @@ from asbuilt_bim.measure.depth_reference import pack
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose
-from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.stereo.depth import DepthMap
 
 FAR = np.array([512_300.0, 5_412_800.0, 430.0])
 UP = np.array([0.0, 0.0, 1.0])

@@ -9,8 +9,8 @@ from asbuilt_bim.geometry.plane import Plane, PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.transform import apply, inverse
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
-from asbuilt_bim.match.matches import FaceMatch
 from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.measure.faces import MeasuredFace
 from tests.match.small_site import CAMERA, box, element, looking, measured, model, placement, station
 

@@ -9,8 +9,8 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.assign import match_faces
-from asbuilt_bim.match.matches import MatchResult
 from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.measure.faces import MeasuredFace
 from tests.match.small_site import (
     box,

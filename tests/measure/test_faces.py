@@ -16,12 +16,12 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.refine import pictures, refine_plane
+from asbuilt_bim.measure.planes.refine import pictures, refine_plane
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces, thumbnail
 from asbuilt_bim.report.tables import subject_of
-from asbuilt_bim.vision.geometric import segment_scene
-from asbuilt_bim.vision.scene import read_scene
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map, grey
+from asbuilt_bim.vision.scene.geometric import segment_scene
+from asbuilt_bim.vision.scene.read import read_scene
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map, grey
 from tests.measure.box_world import site, true_area, true_q
 
 

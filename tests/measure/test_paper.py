@@ -9,6 +9,7 @@ import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
+from asbuilt_bim.measure.algorithm_1 import paper_area
 from asbuilt_bim.measure.depth_source import missing_network
 from asbuilt_bim.measure.paper import camera_matrix, paper_faces
 from asbuilt_bim.measure.station import (
@@ -20,9 +21,8 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.measure.station_faces import FaceOptions
-from asbuilt_bim.measure.world import paper_area
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera, site
 from tests.measure.test_faces import rig_of
 from tests.measure.test_station import FREE, photos

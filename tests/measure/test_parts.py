@@ -9,21 +9,21 @@ import pytest
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.transform import rigid
-from asbuilt_bim.measure.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
-from asbuilt_bim.measure.contour import contours
+from asbuilt_bim.measure.algorithm_1 import boundary_pixels, paper_area, world_from_boundary
 from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_beyond
-from asbuilt_bim.measure.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px
-from asbuilt_bim.measure.outline import FaceEdge
-from asbuilt_bim.measure.steps import straight_region
-from asbuilt_bim.measure.uncertainty import (
+from asbuilt_bim.measure.outline.contour import contours
+from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
+from asbuilt_bim.measure.outline.fit import FaceEdge
+from asbuilt_bim.measure.outline.steps import straight_region
+from asbuilt_bim.measure.planes.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
+from asbuilt_bim.measure.sigma.area import (
     area_per_pixel_m2,
     calibration_sigmas_m2,
     image_sigma_m2,
     rings_area_m2,
 )
-from asbuilt_bim.measure.world import boundary_pixels, paper_area, world_from_boundary
-from asbuilt_bim.vision.depth import DepthMap
+from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera
 
 CAMERA = make_camera(640, 480, 500.0)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.photo import Photo, photo_from_bytes
+from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
 from asbuilt_bim.measure.depth_reference import unpack
 from asbuilt_bim.measure.station import (
     MeasureOptions,
@@ -15,7 +15,7 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_station,
 )
-from asbuilt_bim.vision.target import TargetOptions
+from asbuilt_bim.vision.target.find import TargetOptions
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of
 

@@ -8,16 +8,16 @@ import pytest
 from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Task
 from asbuilt_bim.bim.schedule import WorkCalendar, weekday
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.match.matches import MatchResult
+from asbuilt_bim.match.result import MatchResult
+from asbuilt_bim.progress.completion.planned import verdict
+from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.money import cents, total
-from asbuilt_bim.progress.planned import verdict
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.progress.summary import summarise
 from asbuilt_bim.progress.surface import SurfaceState, unseen
-from asbuilt_bim.report.convert import report_from_plain, report_to_plain
-from asbuilt_bim.report.cost_groups import cost_groups
-from asbuilt_bim.report.cost_parts import cost_parts
+from asbuilt_bim.report.result.convert import report_from_plain, report_to_plain
+from asbuilt_bim.report.workbook.cost_groups import cost_groups
+from asbuilt_bim.report.workbook.cost_parts import cost_parts
 from tests.match.small_site import box, element, model
 
 DAY, LATER = date(2026, 3, 2), date(2026, 3, 16)

@@ -14,15 +14,15 @@ import pytest
 from asbuilt_bim.bim.model import BimModel, DesignFace
 from asbuilt_bim.errors import ResultError
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.ifc.reader import read_design
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.progress.completion.records import design_face_record
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.records import design_face_record
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.revision import design_changes, revision_notes
 from asbuilt_bim.progress.surface import SurfaceState, unseen
-from asbuilt_bim.report.changes import changes
-from asbuilt_bim.report.document import read_past, write_result
+from asbuilt_bim.report.result.document import read_past, write_result
+from asbuilt_bim.report.wording.changes import changes
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
 from tests.report.sample_report import sample_report

@@ -13,11 +13,12 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
-from asbuilt_bim.progress.summary import summarise
-from asbuilt_bim.progress.surface import SurfaceState, classify_surface
+from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.register.pose import PlacedStation
 from tests.match.small_site import (
     Box,

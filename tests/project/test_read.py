@@ -21,8 +21,8 @@ from asbuilt_bim.project.file import (
 )
 from asbuilt_bim.project.paths import safe_name
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.schemas_dir import schema
-from asbuilt_bim.vision.markers import FAMILIES, Family
+from asbuilt_bim.storage.schemas import schema
+from asbuilt_bim.vision.markers.find import FAMILIES, Family
 from tests.project_folder import plain, write_project
 
 

@@ -12,7 +12,7 @@ from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import given_pose, register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.solve import project_both
-from asbuilt_bim.vision.markers import MarkerSighting
+from asbuilt_bim.vision.markers.find import MarkerSighting
 from tests.register.test_solve import PLACES, camera, looking_north, marker_corners
 
 MORE = (*PLACES, (-0.3, 0.5, 3.6), (1.8, -0.2, 5.5))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.geometry.arrays import frozen
-from asbuilt_bim.measure.rig_scale import ScaleEvidence
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import doubt_rejection, judge_scale, scale_rejection
 from tests.camera.virtual import rig

@@ -9,7 +9,7 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.coco import LabelledPhoto, coco_document, labelled
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
 
 K = frozen([[500.0, 0.0, 160.0], [0.0, 500.0, 120.0], [0.0, 0.0, 1.0]])
 PLAIN = Intrinsics(K=K, distortion=frozen(np.zeros(5)), width_px=320, height_px=240)

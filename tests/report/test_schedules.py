@@ -12,13 +12,13 @@ import pytest
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar, WorkDay, weekday
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
-from asbuilt_bim.report.page import page_html
-from asbuilt_bim.report.schedule_lines import schedule_lines
-from asbuilt_bim.report.schedule_msp import write_msp
-from asbuilt_bim.report.schedule_p6 import write_p6
-from asbuilt_bim.report.task_rows import late_words
-from asbuilt_bim.report.tasks_csv import write_tasks_csv
-from asbuilt_bim.report.workbook import write_workbook
+from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.schedule.lines import schedule_lines
+from asbuilt_bim.report.schedule.msp import write_msp
+from asbuilt_bim.report.schedule.p6 import write_p6
+from asbuilt_bim.report.schedule.task_rows import late_words
+from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.workbook.write import write_workbook
 from asbuilt_bim.schedule.read import read_schedule
 from tests.report.sample_report import HOSTILE_FORMULA, VISIT, renamed, sample_report
 

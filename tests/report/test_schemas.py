@@ -10,10 +10,10 @@ from jsonschema import Draft202012Validator
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_file import write_rig
+from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.geometry.arrays import frozen
-from asbuilt_bim.report.document import result_document
-from asbuilt_bim.schemas_dir import schema, schema_folder
+from asbuilt_bim.report.result.document import result_document
+from asbuilt_bim.storage.schemas import schema, schema_folder
 from tests.report.sample_report import sample_report
 
 PROJECT = """

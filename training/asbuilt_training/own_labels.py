@@ -12,10 +12,10 @@ from typing import Any
 
 import cv2
 import numpy as np
-from asbuilt_bim.camera.photo import decode, read_photo
+from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.errors import MaskError
-from asbuilt_bim.strict_json import parse_json
-from asbuilt_bim.vision.mask_coco import CORNER_PX, MAX_POINTS, class_of, ring_of
+from asbuilt_bim.storage.strict_json import parse_json
+from asbuilt_bim.vision.masks.coco import CORNER_PX, MAX_POINTS, class_of, ring_of
 
 from asbuilt_training.shards import Picture
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from asbuilt_bim.errors import NetworkError, ProjectError
-from asbuilt_bim.strict_yaml import read_yaml
-from asbuilt_bim.structure import Problems, Within, structure
+from asbuilt_bim.storage.strict_yaml import read_yaml
+from asbuilt_bim.storage.structure import Problems, Within, structure
 
 Layout = Literal["mask-rcnn", "yolo-seg", "query", "semantic", "centres", "inverse-depth", "metric-depth", "disparity"]
 Meaning = Literal["wall", "column", "other"]

@@ -11,9 +11,9 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
-from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.picture import Fit
-from asbuilt_bim.vision.vertical import find_vertical
+from asbuilt_bim.vision.scene.vertical import find_vertical
+from asbuilt_bim.vision.stereo.depth import DepthMap
 
 CHANNELS = 5
 """Nearness, |normal . up|, |normal . level viewing direction|, height over the camera, measured or not."""

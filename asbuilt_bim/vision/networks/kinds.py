@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
-from asbuilt_bim.vision.colour_guide import ColourGuide
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.finer import COARSE_SHARE
+from asbuilt_bim.vision.masks.colour_guide import ColourGuide
+from asbuilt_bim.vision.masks.refinement import COARSE_SHARE
+from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
+from asbuilt_bim.vision.networks.detection import Sighting
+from asbuilt_bim.vision.networks.flip_test import answers
 from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
-from asbuilt_bim.vision.networks.mirrored import answers
+from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.picture import Fit, input_of
-from asbuilt_bim.vision.networks.relief import Relief
 from asbuilt_bim.vision.networks.session import Network, open_network
-from asbuilt_bim.vision.networks.sighting import Sighting
-from asbuilt_bim.vision.scene import NOTHING, Scene
-from asbuilt_bim.vision.segment import Instance
-from asbuilt_bim.vision.stereo import SIXTEENTHS, disparity_sigma
+from asbuilt_bim.vision.scene.read import NOTHING, Scene
+from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.matching import SIXTEENTHS, disparity_sigma
 
 LEAST_PIXELS = 150
 """A smaller mask is a crumb, whatever its class: no face is measured on it."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import NetworkCard
+from asbuilt_bim.vision.networks.detection import Outputs, Sighting, wrong_shapes
+from asbuilt_bim.vision.networks.instances import read_things
+from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.picture import Fit
-from asbuilt_bim.vision.networks.relief import Relief
-from asbuilt_bim.vision.networks.sighting import Outputs, Sighting, wrong_shapes
-from asbuilt_bim.vision.networks.things import read_things
 
 _ROUNDING = 1e-3  # of a half-precision likelihood
 

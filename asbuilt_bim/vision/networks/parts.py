@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
-from asbuilt_bim.vision.networks.relief import Relief
+from asbuilt_bim.vision.networks.map_geometry import Relief
 
 LEAST_PIXELS = 12
 """A part of fewer pixels goes with the nearest one."""

@@ -11,10 +11,10 @@ from onnx import TensorProto, helper, numpy_helper
 
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import NetworkError
-from asbuilt_bim.vision.depth import DepthMap
 from asbuilt_bim.vision.networks.centres import grouped
+from asbuilt_bim.vision.networks.flip_test import answers
 from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, load
-from asbuilt_bim.vision.networks.mirrored import answers
+from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.vision.networks import graphs
 
 W, H = 64, 48  # the input; answers are at half of it

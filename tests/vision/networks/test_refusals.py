@@ -12,7 +12,7 @@ import pytest
 from onnx import TensorProto, helper
 
 from asbuilt_bim.errors import NetworkError
-from asbuilt_bim.schemas_dir import schema
+from asbuilt_bim.storage.schemas import schema
 from asbuilt_bim.vision.networks.card import ROLES, ClassCard, GeometryCard, InputCard, NetworkCard
 from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkSegmenter, load
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from asbuilt_bim.camera.photo import decode, read_photo
+from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair, rectification, rectify
-from asbuilt_bim.camera.rig_reader import read_rig
+from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.geometry.arrays import frozen
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.stereo import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from numpy.typing import NDArray
 
 ETH3D, EUROC = Path("stereo/eth3d_playground"), Path("stereo/euroc")

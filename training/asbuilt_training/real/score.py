@@ -8,7 +8,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from asbuilt_bim.camera.photo import decode, read_photo
+from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.geometry.arrays import ByteImage
 from numpy.typing import NDArray
 

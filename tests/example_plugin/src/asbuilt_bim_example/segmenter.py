@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.vision.depth import DepthMap
-from asbuilt_bim.vision.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.depth import DepthMap
 
 
 class Halves:

@@ -1,0 +1,1 @@
+"""Photos of boards, or surveyed points, become a calibrated stereo rig."""

@@ -1,0 +1,139 @@
+"""Pairs of board photos, read and found: what a calibration is made from, and what it has to do without."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
+from asbuilt_bim.camera.calibration.parameters import BoardView
+from asbuilt_bim.camera.photo.read import Photo, decode
+from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection
+from asbuilt_bim.geometry.arrays import frozen
+
+FEWEST_PAIRS = 6
+"""Nine numbers a camera need three views; six let a bad one be found and leave a rest to check against."""
+
+Progress = Callable[[int, int], None]
+"""Is told how many pairs are done, and of how many."""
+
+
+def read_views(
+    pairs: Sequence[tuple[Photo, Photo]], board: Board, progress: Progress | None
+) -> tuple[list[BoardView], tuple[int, int], list[Rejection]]:
+    """Find the board in all pairs; returns the views, the photos' size, and the pairs left out with the reason.
+
+    Raises: CalibrationError where the photos differ in size.
+    """
+    views: list[BoardView] = []
+    left_out: list[Rejection] = []
+    size = _one_size([photo for pair in pairs for photo in pair])
+    usual = [Counter(_camera(pair[side]) for pair in pairs).most_common(1)[0][0] for side in (0, 1)] if pairs else []
+    first: dict[tuple[str, str], int] = {}  # by index: photos of several folders may share a name
+    for index, (left, right) in enumerate(pairs):
+        earlier = first.setdefault((left.digest, right.digest), index)
+        view = _view(left, right, usual, board) if earlier == index else _copy(pairs[index], pairs[earlier])
+        if isinstance(view, Rejection):
+            left_out.append(view)
+        else:
+            views.append(view)
+        if progress is not None:
+            progress(index + 1, len(pairs))
+    return views, size, left_out
+
+
+def _one_size(photos: Sequence[Photo]) -> tuple[int, int]:
+    """Return the size (width, height) that all photos have; CalibrationError where one has another."""
+    sizes = [(photo.exif.width_px, photo.exif.height_px) for photo in photos]
+    usual = Counter(sizes).most_common(1)[0][0] if sizes else (0, 0)
+    for photo, size in zip(photos, sizes, strict=True):
+        if size != usual:
+            raise CalibrationError(
+                f"board photo {photo.name}: {size[0]} x {size[1]} px, the others {usual[0]} x {usual[1]} px; "
+                "use photos of one rig as the cameras stored them"
+            )
+    return usual
+
+
+Camera = tuple[str, str, float, int]
+
+
+def _camera(photo: Photo) -> Camera:
+    """Return what tells a camera, its zoom and how it was held: model, serial, focal length, orientation."""
+    exif = photo.exif
+    return exif.model, exif.serial, exif.focal_length_mm, exif.orientation
+
+
+def _is_other(found: Camera, usual: Camera) -> bool:
+    """Say whether two photos tell of different cameras; what one of them doesn't tell is no difference."""
+    return any(a != b and bool(a) and bool(b) for a, b in zip(found, usual, strict=True))
+
+
+def _odd_camera(name: str, found: list[Camera], usual: list[Camera]) -> Rejection:
+    return Rejection(
+        what=f"board pair {name}",
+        reason="its EXIF differs from the other pairs': another camera, another zoom, or left and right exchanged",
+        value="; ".join(_in_words(camera) for camera in found),
+        limit="; ".join(_in_words(camera) for camera in usual),
+        remedy="take all boards with the rig as it is used, its zoom fixed",
+    )
+
+
+def _in_words(camera: Camera) -> str:
+    model, serial, focal_mm, orientation = camera
+    return f"{model or 'no model'} {serial} {focal_mm:g} mm, orientation {orientation}"
+
+
+def _copy(pair: tuple[Photo, Photo], earlier: tuple[Photo, Photo]) -> Rejection:
+    return Rejection(
+        what=f"board pair {_name(*pair)}",
+        reason=f"these are the photos of {_name(*earlier)} again, which prove nothing twice",
+        remedy="take another pair, the board elsewhere and tilted otherwise",
+    )
+
+
+def _no_board(name: str, board: Board) -> Rejection:
+    kind = "inner corners" if board.kind == "chessboard" else f"ChArUco squares of {board.dictionary}"
+    return Rejection(
+        what=f"board pair {name}",
+        reason="the board was not found in both photos",
+        remedy=f"check that the board has {board.columns} x {board.rows} {kind}, and that both photos show it sharply",
+    )
+
+
+def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> BoardView | Rejection:
+    name = _name(left, right)
+    if _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
+        return _odd_camera(name, [_camera(left), _camera(right)], usual)
+    try:
+        seen_left, seen_right = (find_board(decode(photo), board) for photo in (left, right))
+    except PhotoError as error:
+        return Rejection(what=f"board pair {name}", reason=str(error))
+    if seen_left is None or seen_right is None:
+        return _no_board(name, board)
+    seen_right = same_way_round(seen_left, seen_right, board)
+    points = board.points_m
+    return BoardView(
+        name=name,
+        left_points_m=frozen(points[seen_left.indices]),
+        left_px=seen_left.pixels,
+        right_points_m=frozen(points[seen_right.indices]),
+        right_px=seen_right.pixels,
+    )
+
+
+def _name(left: Photo, right: Photo) -> str:
+    return f"{left.name} + {right.name}"
+
+
+def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) -> None:
+    """Refuse to calibrate from fewer than `FEWEST_PAIRS`.
+
+    Raises: CalibrationError with what became of the others.
+    """
+    if len(views) < FEWEST_PAIRS:
+        reasons = "".join(f"\n  {rejection}" for rejection in left_out)
+        raise CalibrationError(
+            f"calibration: {len(views)} good pairs of board photos, at least {FEWEST_PAIRS} are needed; take more, "
+            f"with the board tilted every way and in every part of the frame{reasons}"
+        )

@@ -1,0 +1,98 @@
+"""A first estimate of the rig: each camera by itself, the relative pose as the median of all views."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt_bim.camera.calibration.board_views import require_enough
+from asbuilt_bim.camera.calibration.parameters import BoardView
+from asbuilt_bim.camera.calibration.start import start_camera
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.transform import inverse, rigid, vector_from_rotation
+
+_BAD_VIEW = 3.0  # times the median view: corners of one detector don't vary by more
+_BAD_VIEW_FLOOR_PX = 0.5  # however good the others are, half a pixel is no misfit to throw a view away for
+_MOVED_M, _MOVED_RAD = 0.05, 0.05  # the rig is stiff: a pair that says otherwise was not taken at one moment
+
+Poses = list[tuple[FloatArray, FloatArray]]
+"""left_from_board and right_from_board (4, 4) of each view."""
+
+
+def first_estimate(
+    views: list[BoardView], size: tuple[int, int], lens: LensModel, left_out: list[Rejection]
+) -> tuple[list[BoardView], Intrinsics, Intrinsics, Poses]:
+    """Calibrate each camera by itself and leave out the pairs that don't fit, until none is left out.
+
+    Returns the views kept, the cameras, and the boards' poses; what is left out is added to `left_out`.
+
+    Raises: CalibrationError where too few pairs remain, or they give no camera.
+    """
+    while True:
+        left, left_poses, left_rms = start_camera([(v.left_points_m, v.left_px) for v in views], size, lens)
+        right, right_poses, right_rms = start_camera([(v.right_points_m, v.right_px) for v in views], size, lens)
+        poses = list(zip(left_poses, right_poses, strict=True))
+        rms = np.maximum(left_rms, right_rms)
+        bad = bad_views(rms)
+        limit = f"{bad_view_limit_px(rms):.2f} px"
+        left_out += [
+            misfit(view.name, "its corners don't fit the other pairs", f"{one:.2f} px", limit)
+            for view, one, is_bad in zip(views, rms, bad, strict=True)
+            if is_bad
+        ]
+        if not bad.any():
+            bad, reason = _moved(poses), "left and right were not taken at one moment: the rig moved between them"
+            left_out += [misfit(view.name, reason) for view, is_bad in zip(views, bad, strict=True) if is_bad]
+        if not bad.any():
+            return views, left, right, poses
+        views = [v for v, is_bad in zip(views, bad, strict=True) if not is_bad]
+        require_enough(views, left_out)
+
+
+def misfit(name: str, reason: str, value: str = "", limit: str = "") -> Rejection:
+    """Say that a pair doesn't fit, and what to do about it."""
+    return Rejection(
+        what=f"board pair {name}",
+        reason=reason,
+        value=value,
+        limit=limit,
+        remedy="take it again with rig and board at rest, sharp and evenly lit",
+    )
+
+
+def bad_view_limit_px(rms: FloatArray) -> float:
+    """Return the rms in pixels above which a view doesn't fit, from the rms (V,) of all."""
+    return max(_BAD_VIEW * float(np.median(rms)), _BAD_VIEW_FLOOR_PX)
+
+
+def bad_views(rms: FloatArray) -> BoolArray:
+    """Say which views (V,) fit far worse than the median one."""
+    bad: BoolArray = rms > bad_view_limit_px(rms)
+    return bad
+
+
+def _moved(poses: Poses) -> BoolArray:
+    """Say which views' relative pose of the cameras lies far off the median one."""
+    relative = [right @ inverse(left) for left, right in poses]
+    middle = median_relative(poses)
+    distance_m = np.array([np.linalg.norm(one[:3, 3] - middle[:3, 3]) for one in relative])
+    turn_rad = np.array([np.linalg.norm(vector_from_rotation(one[:3, :3] @ middle[:3, :3].T)) for one in relative])
+    far = (distance_m > max(_MOVED_M, 4.0 * float(np.median(distance_m)))) | (
+        turn_rad > max(_MOVED_RAD, 4.0 * float(np.median(turn_rad)))
+    )
+    return far
+
+
+def median_relative(poses: Poses) -> FloatArray:
+    """Return the median right_from_left (4, 4) of all views."""
+    relative = [right @ inverse(left) for left, right in poses]
+    turns = np.stack([vector_from_rotation(one[:3, :3]) for one in relative])
+    shifts = np.stack([one[:3, 3] for one in relative])
+    return rigid(np.median(turns, axis=0), np.median(shifts, axis=0))
+
+
+def pose_vectors(poses: Poses) -> FloatArray:
+    """Write left_from_board of each view as rotation vector and translation (V, 6)."""
+    return np.stack([np.r_[vector_from_rotation(left[:3, :3]), left[:3, 3]] for left, _ in poses])

@@ -1,0 +1,1 @@
+"""Photos: read, held against the rig and against each other, before any pixel is trusted."""

@@ -1,0 +1,1 @@
+"""Damage of a JPEG that a decoder passes over."""

@@ -1,0 +1,107 @@
+"""Were the photos of a pair exchanged, or both turned upside down? Taken the other way, they would fit the rig."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.photo.overlap import BEHIND_LIMIT, ROW_LIMIT_PX, UPRIGHT, PairMatches, nearer_below
+from asbuilt_bim.camera.rectify import RectifiedCamera, turns
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import FloatArray
+
+_FEWEST = 25
+_BETTER = 3.0
+"""Taken the other way, the rows must correspond this many times better: two cameras that are alike fit either way."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Way:
+    """What may have happened to a pair, and what is said of it."""
+
+    exchanged: bool
+    turned: bool  # both, by 180 degrees
+    reason: str
+    undone: str
+    remedy: str
+
+
+_AS_STORED = "give both photos as the cameras stored them: a program turned their pixels"
+_WAYS = (
+    _Way(
+        exchanged=True, turned=False, reason="left and right are swapped: exchanged, their rows correspond",
+        undone="exchanged", remedy="exchange the left and the right photo",
+    ),
+    _Way(
+        exchanged=False, turned=True, undone="turned",
+        reason="both photos are upside down: turned by 180 degrees, their rows correspond",
+        remedy=_AS_STORED,
+    ),
+    _Way(
+        exchanged=True, turned=True, undone="turned and exchanged",
+        reason="both photos are upside down, and swapped: turned by 180 degrees and exchanged, their rows correspond",
+        remedy=f"{_AS_STORED}, and exchange the left and the right one",
+    ),
+)  # fmt: skip
+
+
+def swapped_rejection(what: str, matches: PairMatches, rig: StereoRig, camera: RectifiedCamera) -> Rejection | None:
+    """Return the rejection of a pair whose photos are exchanged, upside down, or both; None where they aren't.
+
+    Each photo is given the lens and place that it would have then. Rows that correspond, with the scene before the
+    rig, can't be chance; a camera that was turned doesn't give them. `rig` is that of the `matches`' size.
+    """
+    if len(matches.left_px) < _FEWEST:
+        return None
+    as_given = float(np.median(np.abs(matches.rows_px)))
+    rows = [_rows(way, matches, rig, camera) for way in _WAYS]
+    best = int(np.argmin(rows))
+    if rows[best] > ROW_LIMIT_PX or as_given < _BETTER * rows[best]:
+        return None
+    return Rejection(
+        what=what,
+        reason=_WAYS[best].reason,
+        value=f"vertical residual {as_given:.1f} px, {_WAYS[best].undone} {rows[best]:.1f} px",
+        limit=f"{ROW_LIMIT_PX:g} px",
+        remedy=_WAYS[best].remedy,
+    )
+
+
+def _rows(way: _Way, matches: PairMatches, rig: StereoRig, camera: RectifiedCamera) -> float:
+    """Return how far apart the rows lie (px) once a mistake is undone; infinite where the scene lies behind the rig.
+
+    Both mistakes at once leave the scene before the rig, and shift the rows as a knock may: only a scene that stands on
+    its head, its lower things further away, tells them from that.
+    """
+    if way.exchanged and way.turned and nearer_below(matches) > -UPRIGHT:
+        return float(np.inf)
+    left_turn, right_turn = turns(rig)
+    sides = (matches.left_px, rig.left, left_turn), (matches.right_px, rig.right, right_turn)
+    first, second = reversed(sides) if way.exchanged else sides
+    left = _through(*first, rig.left, left_turn, camera, turned=way.turned)
+    right = _through(*second, rig.right, right_turn, camera, turned=way.turned)
+    known = np.all(np.isfinite(left) & np.isfinite(right), axis=1)
+    if np.count_nonzero(known) < _FEWEST or np.mean(left[known, 0] - right[known, 0] < -1.0) > BEHIND_LIMIT:
+        return float(np.inf)
+    return float(np.median(np.abs(left[known, 1] - right[known, 1])))
+
+
+def _through(
+    pixels: FloatArray, taken: Intrinsics, turn: FloatArray, given: Intrinsics, given_turn: FloatArray,
+    camera: RectifiedCamera, *, turned: bool,
+) -> FloatArray:  # fmt: skip
+    """Carry pixels (N, 2), rectified with the camera `taken`, to where they are rectified with the camera `given`.
+
+    `turned`: the photo is turned by 180 degrees in between.
+    """
+    rays = np.ones((len(pixels), 3))
+    rays[:, :2] = (pixels - [camera.cx_px, camera.cy_px]) / camera.f_px
+    photo = taken.project(rays @ turn)
+    if turned:
+        photo = np.array([taken.width_px - 1.0, taken.height_px - 1.0]) - photo
+    away = given.rays(photo) @ given_turn.T
+    carried: FloatArray = away[:, :2] / away[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
+    return carried

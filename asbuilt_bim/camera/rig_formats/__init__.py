@@ -1,0 +1,1 @@
+"""Rig files, ours and those of other programs, read and written."""

@@ -1,0 +1,239 @@
+"""The rig file: a calibrated rig as YAML, without losing a digit."""
+
+from __future__ import annotations
+
+import itertools
+import operator
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jsonschema import Draft202012Validator
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import COEFFICIENTS, reach
+from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.camera.rig_formats.covariance_check import covariance_problems
+from asbuilt_bim.errors import OutputError, RigError
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.storage.atomic_write import replace_bytes
+from asbuilt_bim.storage.schemas import schema
+
+FORMAT, VERSION = "asbuilt-bim/rig", 1
+_HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1.json\n"
+_ROTATION_TOLERANCE = 1e-6
+_MOST = 1e12
+BASELINES_M = 0.02, 3.0
+_LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of a camera that nobody would call one
+
+
+def rig_text(rig: StereoRig) -> str:
+    """Return a rig as YAML text that is read back to the last digit."""
+    return _HEADER + yaml.safe_dump(_plain(rig), sort_keys=False, default_flow_style=None, width=120)
+
+
+def write_rig(rig: StereoRig, path: Path) -> None:
+    """Write a rig, whole or not at all, to a YAML file that `rig_reader.read_rig` reads back to the last digit.
+
+    Raises: OutputError where it can't be written.
+    """
+    try:
+        replace_bytes(path, rig_text(rig).encode())
+    except OSError as error:
+        raise OutputError(f"rig file {path}: it can't be written ({error.strerror or error})") from error
+
+
+def own_rig(content: object, where: str) -> StereoRig:
+    """Make a rig of what a rig file of this program holds; `where` names the file.
+
+    Raises: RigError with every bad key.
+    """
+    problems = list(itertools.islice(_no_numbers(content), 5))
+    problems += [] if problems else [_problem(e) for e in Draft202012Validator(schema("rig-1")).iter_errors(content)]
+    if isinstance(content, dict) and not problems:
+        problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
+    if problems or not isinstance(content, dict):
+        raise RigError(f"{where}:\n  " + "\n  ".join(sorted(problems)))
+    return _rig(content)
+
+
+def checked_rig(rig: StereoRig) -> StereoRig:
+    """Return a rig that was made in Python as it would come out of its file: the same is refused, arrays are copied.
+
+    Raises: RigError with every bad key: shapes, NaN, and what makes a rig impossible.
+    """
+    where = "the rig that was given"
+    try:
+        made = own_rig(_plain(rig), where)
+    except (AttributeError, TypeError, ValueError, IndexError) as error:
+        raise RigError(
+            f"{where}: it holds no arrays of numbers and sizes ({error!s:.120}); read_rig makes one"
+        ) from error
+    if problems := rig_problems(made):
+        raise RigError(f"{where}:\n  " + "\n  ".join(problems))
+    return made
+
+
+def rig_problems(rig: StereoRig) -> list[str]:
+    """Say what makes a rig impossible, one line a key; nothing for a rig that can be."""
+    problems = []
+    for side, camera in (("left", rig.left), ("right", rig.right)):
+        if not np.all(np.isfinite(camera.K)) or not np.all(np.isfinite(camera.distortion)):
+            problems.append(f"{side}: K and distortion must be finite numbers")
+            continue
+        fx, fy, longest = camera.K[0, 0], camera.K[1, 1], max(camera.width_px, camera.height_px)
+        fits = 0.2 * longest < fx < 20 * longest and 0.8 * fy < fx < 1.25 * fy
+        if not fits:
+            problems.append(f"{side}.K: focal lengths {fx:.1f}, {fy:.1f} px don't fit a picture {longest} px long")
+        if not (0 <= camera.K[0, 2] < camera.width_px and 0 <= camera.K[1, 2] < camera.height_px):
+            problems.append(f"{side}.K: the principal point lies outside the picture")
+        if abs(camera.K[0, 1]) + abs(camera.K[1, 0]) + np.abs(camera.K[2] - [0.0, 0.0, 1.0]).sum() > 1e-9:
+            problems.append(f"{side}.K: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+        elif fits and _folded(camera):
+            problems.append(
+                f"{side}.distortion: the lens folds back inside the picture, so its border has no direction; calibrate "
+                "with boards or points out to the corners of the frame, or another model of lens"
+            )
+    turn, last = rig.right_from_left[:3, :3], rig.right_from_left[3]
+    if not np.all(np.isfinite(rig.right_from_left)):
+        return [*problems, "right_from_left: must be finite numbers"]
+    off = float(np.abs(turn @ turn.T - np.eye(3)).max())
+    if off > _ROTATION_TOLERANCE or np.linalg.det(turn) < 0 or np.abs(last - [0, 0, 0, 1]).max() > 0:
+        problems.append(f"right_from_left: is no rigid transform (its rotation is off by {off:.2g})")
+    return problems + _stance(rig, turned=not problems) + ([] if problems else covariance_problems(rig))
+
+
+def _stance(rig: StereoRig, *, turned: bool) -> list[str]:
+    """Say what is wrong with where the right camera stands; `turned` where its rotation is one."""
+    low, high = BASELINES_M
+    if not low <= rig.baseline_m <= high:
+        units = [name for name, per_m in (("millimetres", 1000), ("centimetres", 100)) if _a_baseline(rig, per_m)]
+        hint = f"; it looks like {' or '.join(units)}" if units else ""
+        return [f"right_from_left: baseline {rig.baseline_m:.4g} m, limit {low:g} to {high:g} m; give metres{hint}"]
+    if not turned:
+        return []
+    turn = rig.right_from_left[:3, :3]
+    x, y, z = (float(part) for part in -turn.T @ rig.right_from_left[:3, 3])  # the right camera's centre
+    if x < -0.5 * rig.baseline_m:
+        return [
+            f"right_from_left: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left "
+            "one; exchange them, or write x_right = R x_left + T"
+        ]
+    if x < 0.5 * rig.baseline_m:
+        up, before = "below" if y > 0 else "above", "before" if z > 0 else "behind"
+        return [
+            f"right_from_left: the right camera stands {abs(y):.3f} m {up} and {abs(z):.3f} m {before} the left one, "
+            f"and {x:.3f} m to its right; a rig's cameras stand side by side: hold it level, or "
+            "write x_right = R x_left + T"
+        ]
+    return []
+
+
+def _a_baseline(rig: StereoRig, per_m: int) -> bool:
+    return BASELINES_M[0] <= rig.baseline_m / per_m <= BASELINES_M[1]
+
+
+def _no_numbers(content: object, where: str = "") -> Iterator[str]:
+    """Yield by key the numbers that no rig holds: NaN, infinite, or of hundreds of digits."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            yield from _no_numbers(value, f"{where}.{key}" if where else str(key))
+    elif isinstance(content, list):
+        for index, value in enumerate(content):
+            yield from _no_numbers(value, f"{where}[{index}]")
+    elif isinstance(content, int | float) and not -_MOST < content < _MOST:
+        shown = f"{content:g}" if isinstance(content, float) else f"{str(content)[:20]}..."
+        yield f"{where}: {shown} is no number of a rig (limit ±{_MOST:.0e})"
+
+
+def _lens_problem(side: str, camera: dict[str, Any]) -> str:
+    """Say where a lens's model and its coefficients don't belong together; "" where they do.
+
+    Without `lens` a list of 5 or 8 tells by itself; one of 4 may be a fisheye, or OpenCV's k1 k2 p1 p2.
+    """
+    count, lens = len(camera["distortion"]), camera.get("lens", "")
+    if not lens and count == COEFFICIENTS["fisheye"]:
+        return f"{side}.lens: is missing; write `lens: fisheye`, or add a fifth 0 to k1 k2 p1 p2"
+    if lens and COEFFICIENTS[lens] != count:
+        return f"{side}.distortion: {count} numbers, {COEFFICIENTS[lens]} belong to a {lens} lens"
+    return ""
+
+
+def _folded(camera: Intrinsics) -> bool:
+    """Say whether the lens's polynomial folds back inside the picture, so that pixels there have no direction."""
+    if camera.lens == "fisheye":  # its corners may lie beyond 88 degrees
+        return bool(reach(camera.distortion) < np.tan(_LEAST_FISHEYE_RAD))
+    across, down = np.linspace(-0.5, camera.width_px - 0.5, 33), np.linspace(-0.5, camera.height_px - 0.5, 33)
+    top, left = np.full_like(across, -0.5), np.full_like(down, -0.5)
+    border = [(across, top), (across, top + camera.height_px), (left, down), (left + camera.width_px, down)]
+    return bool(np.any(np.isnan(camera.rays(np.concatenate([np.stack(line, axis=-1) for line in border])))))
+
+
+def _problem(error: Any) -> str:
+    where = ".".join(str(part) for part in error.absolute_path) or "the file"
+    text = str(error.message)
+    return f"{where}: {text if len(text) <= 160 else f'{text[:70]} ... {text[-80:]}'}"  # the reason is at the end
+
+
+def _plain(rig: StereoRig) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "left": _plain_camera(rig.left),
+        "right": _plain_camera(rig.right),
+        "right_from_left": np.asarray(rig.right_from_left).tolist(),
+        "covariance": np.asarray(rig.covariance).tolist(),
+        "rms_px": float(rig.rms_px),
+        "views_used": int(rig.views_used),
+        "camera_model": rig.camera_model,
+        "camera_serial": rig.camera_serial,
+        "camera_serial_right": rig.camera_serial_right,
+        "exif_orientation": rig.exif_orientation,
+        "focal_length_mm": float(rig.focal_length_mm),
+    }
+
+
+def _plain_camera(camera: Intrinsics) -> dict[str, Any]:
+    return {
+        "K": np.asarray(camera.K).tolist(),
+        "lens": camera.lens,
+        "distortion": np.asarray(camera.distortion).tolist(),
+        "width_px": _whole(camera.width_px),
+        "height_px": _whole(camera.height_px),
+    }
+
+
+def _whole(number: int) -> int:
+    """Return a size that may be numpy's as a plain whole number.
+
+    Raises: TypeError for one that isn't whole.
+    """
+    return operator.index(number)
+
+
+def _rig(content: dict[str, Any]) -> StereoRig:
+    size = len(PARAMETERS)
+    return StereoRig(
+        left=_camera(content["left"]),
+        right=_camera(content["right"]),
+        right_from_left=frozen(content["right_from_left"]),
+        covariance=frozen(content.get("covariance", np.zeros((size, size)))),
+        rms_px=float(content.get("rms_px", 0.0)),
+        views_used=content.get("views_used", 0),
+        camera_model=content.get("camera_model", ""),
+        camera_serial=content.get("camera_serial", ""),
+        camera_serial_right=content.get("camera_serial_right", ""),
+        exif_orientation=content.get("exif_orientation", 0),
+        focal_length_mm=float(content.get("focal_length_mm", 0.0)),
+    )
+
+
+def _camera(content: dict[str, Any]) -> Intrinsics:
+    return Intrinsics(
+        K=frozen(content["K"]),
+        distortion=frozen(content["distortion"]),
+        width_px=content["width_px"],
+        height_px=content["height_px"],
+    )

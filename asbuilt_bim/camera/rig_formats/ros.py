@@ -1,0 +1,111 @@
+"""Rigs as ROS keeps them: a camera_info file of each camera, the baseline in the right one's projection matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeGuard
+
+import numpy as np
+
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.rectify import rectification
+from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
+from asbuilt_bim.camera.rig_formats.kalibr import nearest_rigid
+from asbuilt_bim.camera.rig_formats.opencv import MODEL_NAMES, lens_coefficients
+from asbuilt_bim.camera.rig_formats.text import Plain, numbers
+from asbuilt_bim.errors import RigError
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import rigid
+
+_KEYS = {
+    "K": (("camera_matrix", "K", "k"), 9),
+    "R": (("rectification_matrix", "R", "r"), 9),
+    "P": (("projection_matrix", "P", "p"), 12),
+}
+
+
+def is_camera_info(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
+    """Say whether a document is a camera_info: a calibration file, or a message as `rostopic echo` shows it."""
+    return isinstance(document, Mapping) and "distortion_model" in document and _first(document, "P") is not None
+
+
+def ros_rig(left: Mapping[str, Plain], right: Mapping[str, Plain], where: str) -> StereoRig:
+    """Make a rig of two camera_info documents.
+
+    Rectification turns each camera by its R; then the right one stands at (-P[0, 3] / P[0, 0], 0, 0) of the left.
+
+    Raises: RigError for what isn't there, and for files whose projection holds no baseline.
+    Reference: ROS sensor_msgs/CameraInfo.
+    """
+    cameras, turns, shifts = [], [], []
+    for side, document in (("left", left), ("right", right)):
+        camera, turn, shift = _camera(document, f"{where}: {side}")
+        cameras.append(camera)
+        turns.append(turn)
+        shifts.append(shift)
+    if shifts[1] == shifts[0]:
+        raise RigError(
+            f"{where}: both projection matrices say the same place, so there is no baseline; give a STEREO "
+            "calibration's files, left first"
+        )
+    right_from_left = rigid(turns[1].T @ turns[0], turns[1].T @ [shifts[1] - shifts[0], 0.0, 0.0])
+    return rig_of_unknown_sigma(cameras[0], cameras[1], right_from_left)
+
+
+def _first(document: Mapping[str, Plain], key: str) -> list[float] | None:
+    names, count = _KEYS[key]
+    name = next((name for name in names if name in document), None)
+    values = numbers(document[name]) if name is not None else None
+    return values if values is not None and len(values) == count else None
+
+
+def _camera(document: Mapping[str, Plain], where: str) -> tuple[Intrinsics, FloatArray, float]:
+    """Return a camera, its rectifying rotation (3, 3), and the shift along x of its rectified frame, in metres."""
+    K, R, P = (_first(document, key) for key in _KEYS)
+    width, height = (numbers(document.get(f"image_{n}", document.get(n))) for n in ("width", "height"))
+    name = next((n for n in ("distortion_coefficients", "D", "d") if n in document), "")
+    lens = numbers(document[name]) if name else None
+    if K is None or R is None or P is None or lens is None or not width or not height:
+        raise RigError(
+            f"{where}: needs image_width, image_height, camera_matrix, distortion_coefficients, "
+            "rectification_matrix and projection_matrix, as camera_calibration writes them"
+        )
+    if P[0] <= 0.0:
+        raise RigError(f"{where}: projection_matrix has the focal length {P[0]:g}; the camera is not calibrated")
+    turn = nearest_rigid(rigid(np.reshape(R, (3, 3)), np.zeros(3)))[:3, :3]
+    camera = Intrinsics(
+        K=frozen(np.reshape(K, (3, 3))),
+        distortion=lens_coefficients(lens, str(document.get("distortion_model", "")), where),
+        width_px=int(width[0]),
+        height_px=int(height[0]),
+    )
+    return camera, turn, P[3] / P[0]
+
+
+def ros_texts(rig: StereoRig) -> tuple[str, str]:
+    """Return the left and the right camera_info of a rig, rectified as this program does.
+
+    Raises: RigError where the rig can't be rectified.
+    """
+    prepared = rectification(rig)
+    camera = prepared.camera
+    P = np.array([[camera.f_px, 0.0, camera.cx_px, 0.0], [0.0, camera.f_px, camera.cy_px, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    right_P = P.copy()
+    right_P[0, 3] = -camera.f_px * camera.baseline_m
+    return (
+        _text("left", rig.left, camera.rectified_from_left, P),
+        _text("right", rig.right, prepared.rectified_from_right, right_P),
+    )
+
+
+def _text(name: str, camera: Intrinsics, turn: FloatArray, P: FloatArray) -> str:
+    lines = [f"image_width: {camera.width_px}", f"image_height: {camera.height_px}", f"camera_name: {name}"]
+    for key, matrix in (
+        ("camera_matrix", camera.K), ("distortion_coefficients", camera.distortion[None]),
+        ("rectification_matrix", turn), ("projection_matrix", P),
+    ):  # fmt: skip
+        if key == "distortion_coefficients":
+            lines.append(f"distortion_model: {MODEL_NAMES[camera.lens]}")
+        data = ", ".join(repr(number) for number in matrix.ravel().tolist())
+        lines += [f"{key}:", f"  rows: {matrix.shape[0]}", f"  cols: {matrix.shape[1]}", f"  data: [{data}]"]
+    return "\n".join(lines) + "\n"

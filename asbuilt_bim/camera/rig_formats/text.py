@@ -1,0 +1,141 @@
+"""The text of a rig file, ours or another program's, as plain values: nothing that runs, refers or expands is read."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import yaml
+
+from asbuilt_bim.errors import RigError
+from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.strict_yaml import StrictLoader
+from asbuilt_bim.storage.yaml_words import yaml_words
+
+MAX_BYTES = 200_000
+"""A rig is a page of numbers, 10 kB; a megabyte of YAML takes half a minute to read."""
+MAX_NUMBERS = 10_000
+_DEEPEST = 12
+_MATRIX_TAG = "tag:yaml.org,2002:opencv-matrix"
+_DIRECTIVE = re.compile(r"\A\s*%YAML[: ][^\n]*\n")
+
+Plain = object
+"""Mappings with text as keys, lists, texts, numbers, booleans, None."""
+
+
+class _Loader(StrictLoader):
+    """StrictLoader that knows OpenCV's tag for a matrix: a plain mapping with rows, cols, dt and data."""
+
+
+def _matrix(loader: StrictLoader, node: yaml.Node) -> object:
+    if not isinstance(node, yaml.MappingNode):
+        raise yaml.constructor.ConstructorError(None, None, "an opencv-matrix is no mapping", node.start_mark)
+    return loader.construct_mapping(node, deep=True)
+
+
+_Loader.add_constructor(_MATRIX_TAG, _matrix)
+
+
+def read_document(path: Path) -> Plain:
+    """Read a YAML, JSON or XML file of at most `MAX_BYTES` as plain values.
+
+    XML becomes mappings of its elements' names; the attribute type_id is dropped, and texts stay texts.
+
+    Raises: RigError where it can't be read, or holds what no rig file needs: aliases, foreign tags, entities.
+    """
+    try:
+        with open_regular(path) as file:
+            data = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RigError(f"rig file {path}: it can't be read ({reason}); check the path") from error
+    if len(data) > MAX_BYTES:
+        raise RigError(f"rig file {path}: more than {MAX_BYTES} bytes; this is no rig file")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise RigError(f"rig file {path}: it is not UTF-8 text ({error.reason} at byte {error.start})") from error
+    if text.startswith("ISO-10303-21"):
+        raise RigError(f"rig file {path}: this is an IFC file; name the rig that was calibrated")
+    return _xml(text, path) if text.lstrip().startswith("<") else _yaml(text, path)
+
+
+def _yaml(text: str, path: Path) -> Plain:
+    text = _DIRECTIVE.sub("\n", text)  # OpenCV writes %YAML:1.0, which no YAML reader knows
+    try:
+        _look_through(text, path)
+        loader = _Loader(text)
+        return loader.get_single_data()  # type: ignore[no-any-return, unused-ignore]
+    except yaml.MarkedYAMLError as error:
+        words = yaml_words(error, text)
+        raise RigError(f"rig file {path}: it is not plain YAML{words}; mend it, or calibrate again") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        lines = str(error).splitlines() or [type(error).__name__]
+        raise RigError(
+            f"rig file {path}: it is not plain YAML ({lines[0][:200]}); calibrate again to write one"
+        ) from error
+
+
+def _look_through(text: str, path: Path) -> None:
+    """Refuse aliases and deep nesting before anything is built: they cost time and memory out of all proportion."""
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            raise RigError(f"rig file {path}: YAML aliases (*name) are not read; write the values out")
+        if depth > _DEEPEST:
+            raise RigError(f"rig file {path}: nested deeper than {_DEEPEST} levels; this is no rig file")
+
+
+def _xml(text: str, path: Path) -> Plain:
+    if "<!" in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL):
+        raise RigError(f"rig file {path}: XML with a DOCTYPE or entities is not read; write plain elements")
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, RecursionError, ValueError) as error:
+        raise RigError(f"rig file {path}: it is not well-formed XML ({error})") from error
+    return _elements(root, path, 1)
+
+
+def _elements(node: ElementTree.Element, path: Path, depth: int) -> dict[str, Plain]:
+    """Return an element's children by name; one that stands twice would hide the other (OpenCV's lists repeat <_>)."""
+    found: dict[str, Plain] = {}
+    for child in node:
+        if child.tag in found and child.tag != "_":
+            raise RigError(
+                f"rig file {path}: the XML element <{child.tag[:60]}> stands twice; keep the one that counts"
+            )
+        plain = not len(child) or depth > _DEEPEST
+        found[child.tag] = (child.text or "").strip() if plain else _elements(child, path, depth + 1)
+    return found
+
+
+def numbers(value: Plain) -> list[float] | None:
+    """Return the finite numbers of a value in order: a list (nested or not), a matrix's data, words; None otherwise."""
+    if isinstance(value, dict):
+        value = value.get("data")
+    if isinstance(value, str):
+        value = value.split()
+    if isinstance(value, int | float):
+        value = [value]
+    if not isinstance(value, list) or len(value) > MAX_NUMBERS:
+        return None
+    found: list[float] = []
+    for item in value:
+        inner = numbers(item) if isinstance(item, list) else _number(item)
+        if inner is None or len(found) > MAX_NUMBERS:
+            return None
+        found += inner
+    return found
+
+
+def _number(item: object) -> list[float] | None:
+    """Read 1e-05 too, which YAML calls a text."""
+    if isinstance(item, bool) or not isinstance(item, int | float | str):
+        return None
+    try:
+        number = float(item)
+    except (ValueError, OverflowError):
+        return None
+    return [number] if abs(number) < 1e12 else None

@@ -1,0 +1,91 @@
+"""Measuring one photo pair from files, in a few lines: the Python face of `asbuilt-bim measure`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from asbuilt_bim.camera.photo.read import Photo, read_photo
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.camera.rig_formats.rig_file import checked_rig
+from asbuilt_bim.errors import MeasureError, Rejection
+from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
+from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
+from asbuilt_bim.project.networks import NetworkChoice, instruments_of
+from asbuilt_bim.storage.plugins import PREFIX
+from asbuilt_bim.vision.masks.file import read_masks
+from asbuilt_bim.vision.masks.given import GivenMasks
+from asbuilt_bim.vision.masks.segment import InstanceClass
+from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
+from asbuilt_bim.vision.networks.card import Task
+
+DIAMETERS_M = 0.05, 2.0  # of red discs, as project files and the command line have them
+
+
+def measure_pair(
+    left: Path | str,
+    right: Path | str,
+    rig: StereoRig | Path | str,
+    *,
+    target_diameter_m: float | None = None,
+    target: bool = True,
+    masks: Path | str | None = None,
+    mask_classes: Mapping[int, InstanceClass] | None = None,
+    segment_network: Path | str = "",
+    depth_network: Path | str = "",
+    refine_rig: bool = False,
+    options: MeasureOptions | None = None,
+) -> PairMeasurement:
+    """Measure the walls and columns of one photo pair; prints nothing, writes nothing.
+
+    `target` False measures without the red disc: the scale is the rig's baseline, and nothing checks it.
+    `masks` (PNG of labels, COCO JSON, clicked polygons; pixels of the ORIGINAL left photo) say what is measured;
+    geometry finds it where there are none, together with `segment_network`. `mask_classes` says what a PNG's labels
+    are. A network is named by the path of its card, as `bundled` (the one that is shipped), or as `plugin:NAME`.
+    `refine_rig`: a rig that has moved is taken as the pair's own photos show it; `rig` of the answer is that one.
+
+    Raises:
+        RigError: the rig file can't be read, or the rig can't be one.
+        PhotoError: a photo can't be read.
+        MaskError: the masks can't be used.
+        NetworkError, PluginError: a network can't be used.
+        MeasureError: the pair can't be measured; the message holds every reason.
+    """
+    if target_diameter_m is not None and not DIAMETERS_M[0] <= target_diameter_m <= DIAMETERS_M[1]:  # nan is neither
+        raise MeasureError(
+            f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
+            "the red disc, or leave it out"
+        )
+    rig = checked_rig(rig) if isinstance(rig, StereoRig) else read_rig(rig)
+    photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
+    if Path(left).resolve() == Path(right).resolve():
+        raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
+    instruments = instruments_of(
+        NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
+    )
+    left_out: tuple[str, ...] = ()
+    if masks is not None:
+        size = (rig.left.width_px, rig.left.height_px)
+        read = read_masks(Path(masks), size, Path(left).name, mask_classes)
+        given = GivenMasks(photo=rig.left, masks=read.masks)
+        instruments, left_out = replace(instruments, segmenter=given, opinion=None), read.left_out
+    chosen = options or MeasureOptions()
+    asked = replace(chosen.target, required=target, diameter_m=target_diameter_m)
+    found = measure_photos(photos, rig, replace(chosen, target=asked), instruments, refine=refine_rig)
+    unused = [Rejection(what=f"masks {Path(str(masks)).name}", reason=f"{text}: left out") for text in left_out]
+    return replace(found, rejections=(*found.rejections, *unused))
+
+
+def _photo(path: Path) -> Photo:
+    """Read a photo that results name by its bare name: folders are nobody else's business."""
+    return replace(read_photo(path), name=path.name)
+
+
+def _network(named: Path | str, task: Task) -> str:
+    """Return a card's absolute path, also of a shipped network, or `plugin:NAME` as it is."""
+    text = str(named)
+    if text == BUNDLED:
+        return str(bundled_card(task))
+    return text if not text or text.startswith(PREFIX) else str(Path(text).absolute())

@@ -1,0 +1,261 @@
+"""A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import date
+from typing import Protocol
+
+import cv2
+
+from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection
+from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, watch_rig, watch_scale
+from asbuilt_bim.measure.station import (
+    MeasureOptions,
+    RejectedStation,
+    StationMeasurement,
+    StationPhotos,
+    measure_station,
+)
+from asbuilt_bim.progress.report import RigRecord
+from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, instruments_of
+from asbuilt_bim.project.photo_days import other_days
+from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.project.same_photos import same_photos
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.scale.cache import Cache, digest_of
+from asbuilt_bim.scale.codec import plain_digest
+from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
+from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
+
+PICTURE_WIDTH_PX = 1280
+
+
+class Progress(Protocol):
+    """Is told how far a step is: `done` of `total` pieces, `what` was the last one."""
+
+    def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
+        """Take note."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationJob:
+    """All that one station's measurement depends on."""
+
+    photos: StationPhotos
+    rig: StereoRig
+    options: MeasureOptions
+    networks: NetworkChoice = NONE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredVisit:
+    """The stations of a visit in the file's order; what could not be measured is in `rejections`."""
+
+    measured: tuple[StationMeasurement, ...]
+    rejections: tuple[Rejection, ...]
+    pictures: dict[str, bytes]  # by station: JPEG without EXIF, rejected stations' too where there is one
+    from_cache: int
+    rig: tuple[RigRecord, ...] = ()
+    rig_notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Workplace:
+    """Where and how stations are measured; nothing here changes a number."""
+
+    workers: int = 0  # 0: one per processor
+    scheduler: str = ""  # a Dask scheduler's address
+    cache: Cache = field(default_factory=lambda: Cache(folder=None))
+
+
+def options_of(project: Project) -> MeasureOptions:
+    """Return the measuring options with the project's target and markers in them."""
+    measure = project.options.measure
+    target = replace(measure.target, required=project.target.required, diameter_m=project.target.diameter_m)
+    return replace(measure, target=target, marker_family=project.markers.family)
+
+
+def measure_job(job: StationJob) -> Outcome:
+    """Measure one station; whatever goes wrong inside rejects it by name. Runs in a worker process.
+
+    An error of this program's own must not cost the other stations their place, so it is caught here, and named.
+    """
+    name = job.photos.name
+    try:
+        return measure_station(job.photos, job.rig, job.options, instruments=instruments_of(job.networks))
+    except AsBuiltError as problem:
+        return _rejected(name, str(problem))
+    except MemoryError:
+        return _rejected(name, "not enough memory to measure it", "run with fewer --workers")
+    except Exception as problem:
+        reason = f"the program failed on it ({type(problem).__name__}: {problem})"
+        return _rejected(name, reason, "this is an error of asbuilt-bim's: please report it with the two photos")
+
+
+def measure_visit(
+    visit: Visit,
+    project: Project,
+    rig: StereoRig,
+    place: Workplace,
+    progress: Progress,
+    survey: Sequence[SurveyedMarker] = (),
+) -> MeasuredVisit:
+    """Measure every station of a visit; results come from the cache where nothing they depend on has changed.
+
+    The stations' photos together judge the rig: where it was knocked, the stations are refused, or measured again with
+    a refined rig where the project asks for that. Its scale is held against the target, the prints and the survey.
+    """
+    doubled = same_photos(project, visit)
+    own = [station for station in visit.stations if station.name not in doubled]
+    taken: dict[str, date] = {}
+    outcomes, known = _measured(own, f"measure {visit.date.isoformat()}", project, rig, place, progress, taken)
+    outcomes |= {name: RejectedStation(station=name, rejections=(reason,)) for name, reason in doubled.items()}
+
+    def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
+        stations = [station for station in visit.stations if station.name in names]
+        step = f"measure {visit.date.isoformat()} again, rig refined"
+        return _measured(stations, step, project, refined, place, progress)[0]
+
+    in_order = [outcomes[station.name] for station in visit.stations]
+    watched = watch_rig(in_order, rig, again if project.rig.refine else None)
+    seen = _gathered(watch_scale(watched, project, rig, survey), known)
+    return replace(seen, rejections=(*other_days(visit, taken), *seen.rejections))
+
+
+def _measured(
+    stations: Sequence[Station],
+    step: str,
+    project: Project,
+    rig: StereoRig,
+    place: Workplace,
+    progress: Progress,
+    taken: dict[str, date] | None = None,
+) -> tuple[dict[str, Outcome], int]:
+    """Measure stations with a rig; returns the outcomes by name, and how many came from the cache.
+
+    `taken` is given the day that a station's left photo says it was taken, where it says one.
+    """
+    options = options_of(project)
+    rig_digest = plain_digest(rig, StereoRig)
+    networks = [f"{name} {digest}" for name, digest in identities(project.networks).items()]
+    outcomes: dict[str, Outcome] = {}
+    keys: dict[str, str] = {}
+    known: list[str] = []
+
+    def note(name: str, outcome: Outcome) -> None:
+        outcomes[name] = outcome
+        progress(step, len(outcomes), len(stations), name)
+
+    def jobs() -> Iterator[StationJob]:
+        for station in stations:
+            photos = read_pair(station, project)
+            if isinstance(photos, RejectedStation):
+                note(station.name, photos)
+                continue
+            if taken is not None and photos.left.exif.taken is not None:
+                taken[station.name] = photos.left.exif.taken
+            key = _key(photos, rig_digest, options, networks)
+            found = place.cache.get(key, StationMeasurement)
+            if found is not None:
+                known.append(station.name)
+                note(station.name, found)
+                continue
+            keys[station.name] = key
+            yield StationJob(photos=photos, rig=rig, options=options, networks=project.networks)
+
+    progress(step, 0, len(stations))
+    for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler):
+        name = done.job.photos.name
+        if isinstance(done.result, WorkerLoss):
+            note(name, _rejected(name, done.result.reason, "run again with fewer --workers"))
+        else:
+            if isinstance(done.result, StationMeasurement):  # what failed may be mended: never kept
+                place.cache.put(keys[name], done.result, StationMeasurement)
+            note(name, done.result)
+    return outcomes, len(known)
+
+
+def read_pair(station: Station, project: Project) -> StationPhotos | RejectedStation:
+    """Read a station's two photos; one that can't be used rejects the station."""
+    photos, reasons = [], []
+    for path in (station.left, station.right):
+        name = project.relative(path)  # results are passed on: they name files as the project does
+        try:
+            photos.append(replace(read_photo(path), name=name))
+        except PhotoError as problem:
+            reasons.append(str(problem).replace(str(path), name))
+    if reasons:
+        what = f"station {station.name}"
+        return RejectedStation(
+            station=station.name, rejections=tuple(Rejection(what=what, reason=reason) for reason in reasons)
+        )
+    return StationPhotos(name=station.name, left=photos[0], right=photos[1])
+
+
+def picture_name(day: date, station: str) -> str:
+    """Return where in the run folder a station's picture lies."""
+    return f"pictures/{day.isoformat()}/{station}.jpg"
+
+
+def _key(photos: StationPhotos, rig_digest: str, options: MeasureOptions, networks: list[str]) -> str:
+    libraries = [f"{name} {version}" for name, version in sorted(library_versions().items())]
+    return digest_of(
+        [
+            "station",
+            photos.name,
+            photos.left.digest,
+            photos.right.digest,
+            rig_digest,
+            repr(options),
+            measuring_code_digest(),
+            *libraries,
+            *networks,
+        ]
+    )
+
+
+def _gathered(watched: WatchedVisit, from_cache: int) -> MeasuredVisit:
+    outcomes = watched.outcomes
+    return MeasuredVisit(
+        measured=tuple(o for o in outcomes if isinstance(o, StationMeasurement)),
+        rejections=(*watched.warnings, *(rejection for outcome in outcomes for rejection in _reasons(outcome))),
+        pictures={outcome.station: picture for outcome in outcomes if (picture := _picture(outcome))},
+        from_cache=from_cache,
+        rig=watched.records,
+        rig_notes=watched.notes,
+    )
+
+
+def _reasons(outcome: Outcome) -> tuple[Rejection, ...]:
+    """Return an outcome's rejections; those of a station that was left out all name the station itself."""
+    if isinstance(outcome, StationMeasurement):
+        return outcome.rejections
+    what = f"station {outcome.station}"
+    named = []
+    for rejection in outcome.rejections:
+        part = rejection.what.removeprefix(what).lstrip(", ")
+        reason = f"{part}: {rejection.reason}" if part else rejection.reason
+        named.append(replace(rejection, what=what, reason=reason))
+    return tuple(named)
+
+
+def _picture(outcome: Outcome) -> bytes:
+    """Return a JPEG without EXIF of what the station saw, b"" where nothing could be seen."""
+    if isinstance(outcome, StationMeasurement):
+        return outcome.thumbnail_jpeg
+    if outcome.picture is None:
+        return b""
+    scale = min(1.0, PICTURE_WIDTH_PX / outcome.picture.shape[1])
+    small = cv2.resize(outcome.picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    done, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 85])
+    return data.tobytes() if done else b""
+
+
+def _rejected(station: str, reason: str, remedy: str = "") -> RejectedStation:
+    rejection = Rejection(what=f"station {station}", reason=reason, remedy=remedy)
+    return RejectedStation(station=station, rejections=(rejection,))

@@ -1,0 +1,245 @@
+"""The output folder: each run written whole into a folder of its own, then made current in one step.
+
+A run that fails half-way (disk full, no right to write, the power cut) leaves the earlier one current, and nothing
+of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.flow.output.edited import keep_edited
+from asbuilt_bim.flow.output.lock import run_lock
+from asbuilt_bim.flow.output.places import COPIED, COPIED_FOLDERS, CURRENT, RUN_NAME, check_sources, check_strangers
+from asbuilt_bim.flow.output.pruned import bytes_of, kept_runs
+from asbuilt_bim.storage.atomic_write import PART, flush, flush_tree, replace_bytes
+from asbuilt_bim.storage.strict_json import parse_json
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurrentRun:
+    """What `current.json` says: the run's folder, and the IFC files (relative to the output folder) it is of."""
+
+    folder: Path
+    ifc: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Published:
+    """A run that is `current` now, or else kept beside it; `warnings` name the copies that could not be replaced."""
+
+    folder: Path
+    runs_kept: int
+    warnings: tuple[str, ...]
+    current: bool = True
+    bytes_kept: int = 0  # of all runs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputFolder:
+    """An output folder that this process holds; made by `open_output`."""
+
+    path: Path
+
+    def current(self) -> CurrentRun | None:
+        """Return the current run, None where there is none yet."""
+        return read_current(self.path)
+
+    def publish(
+        self,
+        write: Callable[[Path], object],
+        *,
+        when: datetime,
+        digest: str,
+        ifc: Sequence[str],
+        beside: bool = False,
+        keep_runs: int | None = None,
+    ) -> Published:
+        """Have `write` fill a new run folder, then make it current; `beside`: keep it beside the current one.
+
+        `keep_runs` takes away all but so many of the newest runs, never the current one or this one.
+
+        Raises:
+            OutputError: something could not be written; the earlier run is still current and the new folder is gone.
+        """
+        before = self.current()
+        final = self._new_name(when, digest)
+        staging = final.with_name(final.name + ".part")
+        try:
+            staging.mkdir(parents=True)
+            write(staging)
+            flush_tree(staging)
+            staging.rename(final)
+            flush(final.parent)
+            if not beside:
+                replace_bytes(self.path / CURRENT, _pointer(final.name, when, ifc))
+        except BaseException as problem:
+            shutil.rmtree(staging, ignore_errors=True)
+            if not self._points_at(final):
+                shutil.rmtree(final, ignore_errors=True)
+            if isinstance(problem, OSError):
+                raise output_error(self.path, problem) from problem
+            raise
+        warnings = () if beside else tuple(self._copy(final, before))
+        runs = kept_runs(self.path / "runs", keep_runs, {final, before.folder} if beside and before else {final})
+        size = sum(bytes_of(run) for run in runs)
+        return Published(folder=final, runs_kept=len(runs), warnings=warnings, current=not beside, bytes_kept=size)
+
+    def _points_at(self, run: Path) -> bool:
+        try:
+            current = self.current()
+        except OutputError:
+            return False
+        return current is not None and current.folder == run
+
+    def _new_name(self, when: datetime, digest: str) -> Path:
+        name = f"{when.astimezone(UTC):%Y%m%dT%H%M%SZ}-{digest[:8]}"
+        runs = self.path / "runs"
+        count, free = 1, runs / name
+        while free.exists():
+            count += 1
+            free = runs / f"{name}-{count}"
+        return free
+
+    def _copy(self, run: Path, before: CurrentRun | None) -> Iterator[str]:
+        """Bring the copies that people open up to date, one by one; say which could not be, and which were changed."""
+        wanted = _copies(run)
+        gone = set(_copies(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
+        for relative in (*wanted, *sorted(gone)):
+            yield from self._kept(relative)
+        for relative in wanted:
+            target = self.path / relative
+            try:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                replace_bytes(target, (run / relative).read_bytes())
+            except OSError as problem:
+                yield f"{_not_copied(target, problem)}. The new one is {run / relative}"
+        for relative in gone:
+            with contextlib.suppress(OSError):
+                (self.path / relative).unlink()
+
+    def _kept(self, relative: Path) -> Iterator[str]:
+        """Keep what a person made of a copy; what can't be moved can't be replaced either, which is said then."""
+        with contextlib.suppress(OSError):
+            kept = keep_edited(self.path, relative)
+            if kept is not None:
+                yield f"{self.path / relative}: was changed since a run wrote it; your version is kept as {kept.name}"
+
+
+@contextlib.contextmanager
+def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFolder]:
+    """Make and hold an output folder, so that no other run writes into it meanwhile.
+
+    Raises:
+        OutputError: it can't be written, another run holds it, it would touch a source, or holds files of others.
+    """
+    path = path.absolute()
+    check_sources(path, sources)
+    try:
+        check_strangers(path)
+        (path / "runs").mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as problem:
+        raise output_error(path, problem) from problem
+    with run_lock(path / "runs" / ".lock", path):
+        _clear_left_overs(path)
+        try:
+            with tempfile.TemporaryFile(dir=path):
+                pass
+        except OSError as problem:
+            raise output_error(path, problem) from problem
+        read_current(path)  # a damaged one is told before anything is measured
+        yield OutputFolder(path=path)
+
+
+def _clear_left_overs(path: Path) -> None:
+    """Take away what a killed run had begun: its folder, and copies that weren't whole yet."""
+    for left_over in (path / "runs").glob("*.part"):
+        if RUN_NAME.fullmatch(left_over.stem):
+            shutil.rmtree(left_over, ignore_errors=True)
+    halves = [*path.glob(f"{PART}*.part"), *(f for n in COPIED_FOLDERS for f in (path / n).rglob(f"{PART}*.part"))]
+    for half in halves:
+        with contextlib.suppress(OSError):
+            half.unlink()
+
+
+def read_current(path: Path) -> CurrentRun | None:
+    """Return what `current.json` in an output folder points at, None where there is none.
+
+    Raises:
+        OutputError: the file is damaged or points out of the folder.
+    """
+    pointer = path / CURRENT
+    try:
+        plain = parse_json(pointer.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as problem:
+        raise OutputError(f"{pointer}: can't be read ({problem}); delete it to start anew, the runs stay") from problem
+    run = plain.get("run") if isinstance(plain, dict) else None
+    known = isinstance(plain, dict) and plain.get("format") == "asbuilt-bim/current" and plain.get("version") == 1
+    if not known or not isinstance(run, str) or not RUN_NAME.fullmatch(run.removeprefix("runs/")):
+        raise OutputError(f"{pointer}: isn't a file of this program's; delete it to start anew, the runs stay")
+    more = plain.get("more_ifc", [])
+    models = (plain.get("ifc", ""), *(more if isinstance(more, list) else ()))
+    return CurrentRun(folder=path / run, ifc=tuple(str(model) for model in models))
+
+
+def output_error(
+    path: Path,
+    problem: BaseException,
+    stands: str = "nothing of this run was kept and the earlier result stands",
+) -> OutputError:
+    """Return an OSError in words: what could not be written, why, what `stands`, what to do."""
+    place = getattr(problem, "filename", None) or path
+    code = getattr(problem, "errno", None)
+    if code in (errno.ENOSPC, errno.EDQUOT):
+        return OutputError(f"{path}: the disk is full; {stands}. Free some space, or choose another --out")
+    if code in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return OutputError(f"{place}: no right to write here; choose another --out, or change the folder's rights")
+    if code in (errno.ENOTDIR, errno.EEXIST):
+        return OutputError(f"{place}: is in the way (a file where a folder is wanted); choose another --out")
+    return OutputError(
+        f"{place}: can't be written ({getattr(problem, 'strerror', None) or problem}); choose another --out"
+    )
+
+
+def _pointer(run: str, when: datetime, ifc: Sequence[str]) -> bytes:
+    """Return what `current.json` says of a run."""
+    pointer = {
+        "format": "asbuilt-bim/current",
+        "version": 1,
+        "run": f"runs/{run}",
+        "ifc": ifc[0],
+        **({"more_ifc": list(ifc[1:])} if len(ifc) > 1 else {}),
+        "written": when.astimezone(UTC).isoformat(timespec="seconds"),
+    }
+    return (json.dumps(pointer, indent=1) + "\n").encode()
+
+
+def _not_copied(target: Path, problem: OSError) -> str:
+    """Say why a copy isn't brought up to date, and what stands in its place."""
+    there = os.path.lexists(target)
+    if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        why = "the disk is full"
+    elif there:
+        why = f"is open in another program or can't be replaced ({problem.strerror})"
+    else:
+        why = f"can't be written ({problem.strerror})"
+    return f"{target}: {why}; {'it shows an earlier run' if there else 'it is not there'}"
+
+
+def _copies(run: Path) -> list[Path]:
+    """Return what is copied from a run folder, relative to it."""
+    models = [f.name for f in sorted(run.glob("*.asbuilt.ifc"))]
+    deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).rglob("*")) if f.is_file()]
+    return [*deep, *(Path(name) for name in (*models, *COPIED) if (run / name).is_file())]  # the page last

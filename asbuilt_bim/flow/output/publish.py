@@ -1,0 +1,232 @@
+"""What a run folder holds: written by `run` from what was measured, by `report` from `result.json` alone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_formats.rig_file import write_rig
+from asbuilt_bim.errors import AsBuiltError, ResultError
+from asbuilt_bim.flow.output.folder import OutputFolder, Published
+from asbuilt_bim.flow.output.places import CHANGES
+from asbuilt_bim.flow.pipeline import RunResult
+from asbuilt_bim.ifc.read.source import file_digest, files_digest
+from asbuilt_bim.ifc.write.federation import write_copies
+from asbuilt_bim.progress.globalid_remap import known_again, reissued, with_new_ids
+from asbuilt_bim.progress.report import ProgressReport, Provenance
+from asbuilt_bim.progress.revision import NOTE, reissued_notes, revision_notes
+from asbuilt_bim.project.networks import identities
+from asbuilt_bim.project.read import Project
+from asbuilt_bim.report.drawings.colours import STATE_COLOURS
+from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
+from asbuilt_bim.report.result.document import CARRIED, VISITS, read_before, read_result, write_result
+from asbuilt_bim.report.wording.changes import write_changes
+from asbuilt_bim.report.writers import run_writers, writers_of
+from asbuilt_bim.scale.cache import digest_of
+from asbuilt_bim.scale.codec import plain_digest
+from asbuilt_bim.scale.fingerprint import library_versions
+from asbuilt_bim.storage.plugins import Plugin
+from asbuilt_bim.version import __version__
+
+
+def publish_run(
+    out: OutputFolder,
+    result: RunResult,
+    project: Project,
+    when: datetime,
+    writers: Sequence[Plugin] = (),
+    *,
+    colour: bool = False,
+    keep_runs: int | None = None,
+) -> Published:
+    """Write a run's files into a run folder of its own and make it current; `writers` are other packages'.
+
+    `colour` paints the elements of the IFC copy by state; `keep_runs` takes away all but so many of the newest runs,
+    unless not one station of the visit could be used. A
+    run that knows nothing at all (not one station of any visit could be used) is kept beside an earlier one that does.
+
+    Raises:
+        OutputError: something can't be written; the earlier run stays current.
+    """
+    made_from = provenance(result, project, when)
+    reports = [replace(report, provenance=made_from) for report in result.reports]
+    warnings: list[str] = []
+    earlier = previous_result(out)
+    before = known_again(earlier, result.design) if earlier is not None else None
+
+    def write(folder: Path) -> None:
+        _write_pictures(folder, result.pictures)
+        write_rig(result.rig, folder / "rig.yaml")
+        for name, visits in ((VISITS, reports), (CARRIED, _without_pictures(result.past))):
+            (folder / name).mkdir()
+            for report in visits:
+                write_result(report, folder / name / f"{report.visit_date.isoformat()}.json")
+        write_result(reports[-1], folder / "result.json")
+        last = _write_views(folder, project.ifc, colour)
+        if before is not None:
+            write_changes(before, last, folder / CHANGES)
+        warnings.extend(run_writers(writers, last, folder))
+
+    published = out.publish(
+        write,
+        when=when,
+        digest=_digest(made_from, reports),
+        ifc=[_from(out.path, path) for path in project.ifc],
+        beside=earlier is not None and not earlier.knows_nothing and reports[-1].knows_nothing,
+        keep_runs=None if reports[-1].nothing_seen else keep_runs,
+    )
+    if earlier is not None and not published.current:
+        warnings.append(
+            f"{out.path / 'report.html'} and the files beside it stay those of the earlier run, visit of "
+            f"{earlier.visit_date.isoformat()}: this run saw nothing. What it has to say is in {published.folder}"
+        )
+    return replace(published, warnings=(*warnings, *published.warnings))
+
+
+def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, colour: bool = False) -> Published:
+    """Make every output of the current run again, from its `result.json`, its pictures and the IFC files alone.
+
+    `ifc` names all of them, in their order, where they have been moved; nothing where they are in their place.
+
+    Raises:
+        ResultError: there is no run yet, its result is damaged, or the IFC is not the one that it was made from.
+        OutputError: something can't be written; the earlier run stays current.
+    """
+    current = out.current()
+    if current is None:
+        raise ResultError(no_run(out.path))
+    report = read_result(current.folder / "result.json")
+    sources = tuple(ifc) or tuple(out.path / path for path in current.ifc)
+    _check_ifc(sources, report)
+    writers, missing = writers_of(current.folder)
+    warnings = list(missing)
+
+    def write(folder: Path) -> None:
+        for name in ("pictures", VISITS, CARRIED):
+            _copy_folder(current.folder / name, folder / name)
+        for name in ("result.json", "rig.yaml", CHANGES):
+            if (current.folder / name).is_file():
+                shutil.copyfile(current.folder / name, folder / name)
+        _write_views(folder, sources, colour)
+        warnings.extend(run_writers(writers, report, folder))
+
+    digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
+    published = out.publish(write, when=when, digest=digest, ifc=[_from(out.path, path) for path in sources])
+    return replace(published, warnings=(*warnings, *published.warnings))
+
+
+def no_run(folder: Path) -> str:
+    """Say that a folder holds no run, and how to make one."""
+    return f"{folder}: holds no run; make one with: asbuilt-bim run PROJECT.yaml --out {folder}"
+
+
+def previous_result(out: OutputFolder) -> ProgressReport | None:
+    """Return the current run's report, to say what has changed; None where there is none that can be read."""
+    try:
+        current = out.current()
+        return read_result(current.folder / "result.json") if current else None
+    except AsBuiltError:  # a damaged earlier result takes nothing from the new one
+        return None
+
+
+def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult:
+    """Return a run's result with notes on what its design differs in from the earlier run's in the same folder.
+
+    Where the design is the earlier run's, the notes that that one carried stay: they tell of the last revision.
+    """
+    last = result.reports[-1]
+    if before is None or before.provenance is None or any(note.startswith(NOTE) for note in last.notes):
+        return result
+    if before.provenance.ifc_digest == result.design.file_digest:
+        notes = tuple(note for note in before.notes if note.startswith(NOTE))
+    else:
+        ids = reissued(before, result.design)
+        known = with_new_ids(before, ids)
+        notes = (*reissued_notes(known, ids), *revision_notes(known, last))
+    return replace(result, reports=(*result.reports[:-1], replace(last, notes=(*last.notes, *notes))))
+
+
+def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
+    """Return what a run's numbers were made from."""
+    markers = replace(project.markers, survey="")  # it has a digest of its own
+    options = (project.options, project.target, markers, project.scope)
+    return Provenance(
+        program_version=__version__,
+        created=when.astimezone(UTC).isoformat(timespec="seconds"),
+        project_name=project.name,
+        ifc_name=result.design.file_name,
+        ifc_digest=result.design.file_digest,
+        rig_digest=plain_digest(result.rig, StereoRig),
+        survey_digest=file_digest(project.survey),
+        options_digest=digest_of([repr(options)]),
+        networks=identities(project.networks),
+        libraries=library_versions(),
+    )
+
+
+def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressReport:
+    """Write what is made from a run folder's results, as they stand there: `run` and `report` write the same."""
+    report = read_result(folder / "result.json")
+    earlier = read_before(folder, report.visit_date)
+    write_outputs(report, folder, folder, before=earlier[-1] if earlier else None)
+    for one in earlier:
+        write_overlays(one, read_pictures(one, folder), folder / "overlays")
+    colours = STATE_COLOURS if colour else None
+    write_copies(ifc, report, folder, earlier=earlier, colours=colours)
+    return report
+
+
+def _without_pictures(past: Sequence[ProgressReport]) -> list[ProgressReport]:
+    """Return results of other runs as this run's folder can hold them: their pictures stay where they are."""
+    return [replace(one, stations=tuple(replace(s, picture="") for s in one.stations)) for one in past]
+
+
+def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
+    for name, data in pictures.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+def _copy_folder(source: Path, target: Path) -> None:
+    """Copy a folder's files where there is one; `shutil.copytree` would raise a list of all that failed."""
+    for file in sorted(source.rglob("*")):
+        if file.is_file():
+            copy = target / file.relative_to(source)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, copy)
+
+
+def _check_ifc(paths: Sequence[Path], report: ProgressReport) -> None:
+    for path in paths:
+        if path.is_dir():
+            raise ResultError(f"{path}: is a folder; name the IFC file in it with --ifc")
+        if not path.is_file():
+            raise ResultError(f"{path}: the IFC file of this result isn't there; name it with --ifc")
+    if report.provenance and files_digest(paths) != report.provenance.ifc_digest:
+        raise ResultError(
+            f"{', '.join(map(str, paths))}: has changed since this result was made from it; run the project again, "
+            "or name the file as it was with --ifc (each of them, in their order)"
+        )
+
+
+def _digest(made_from: Provenance | None, reports: Sequence[ProgressReport]) -> str:
+    photos = [d for report in reports for s in report.stations for d in (s.left_digest, s.right_digest)]
+    inputs = (
+        [made_from.ifc_digest, made_from.rig_digest, made_from.survey_digest, made_from.options_digest]
+        if made_from
+        else []
+    )
+    return digest_of([*inputs, *photos])
+
+
+def _from(folder: Path, path: Path) -> str:
+    """Return `path` relative to the output folder, as it is when both are moved together."""
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive
+        return path.as_posix()

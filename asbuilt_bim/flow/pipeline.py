@@ -1,0 +1,166 @@
+"""The whole flow on one screen: photos and an IFC file in, one report a visit out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import date
+from functools import reduce
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.camera.calibration.calibrate import Calibration
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
+from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.stopwatch import Stopwatch
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.match.adjust import adjust_with_design
+from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.match.survey_shift import beside_design
+from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.progress.completion.summary import summarise
+from asbuilt_bim.progress.globalid_remap import reissued, with_new_ids
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.revision import reissued_notes, revision_notes
+from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.options import Options
+from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.register.placement import register
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.survey import check_survey, read_survey
+from asbuilt_bim.report.result.document import read_past
+from asbuilt_bim.report.tables import lost_stations
+from asbuilt_bim.schedule.link_elements import with_schedule
+from asbuilt_bim.schedule.read import read_schedule
+
+_NOTHING_OF = "nothing of station"
+"""How a note on stations of an earlier visit begins."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunResult:
+    """What a run found: a report a visit, and the pictures (JPEG without EXIF) that the reports name."""
+
+    rig: StereoRig
+    calibration: Calibration | None  # None where the rig was read from a file
+    design: BimModel
+    reports: tuple[ProgressReport, ...]  # in the order of the visits; the last one is THE result
+    pictures: dict[str, bytes]
+    seconds: dict[str, float]  # by step of the whole run
+    from_cache: int  # stations that had been measured before
+    past: tuple[ProgressReport, ...] = ()  # carried over from earlier runs: visits before all of the reports'
+
+
+def monitor(
+    measured: Sequence[StationMeasurement],
+    rejections: Sequence[Rejection],
+    survey: tuple[SurveyedMarker, ...],
+    design: BimModel,
+    history: VisitHistory,
+    day: date,
+    options: Options,
+) -> ProgressReport:
+    """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals."""
+    placement = register(tuple(measured), survey, options.register)
+    matched = match_faces(placement, design, options.match)
+    adjusted = adjust_with_design(matched, design, options.match)
+    surfaces = classify_surface(adjusted, design, history, options.progress)
+    placed = {station.measurement.station for station in placement.stations}
+    return summarise(
+        surfaces,
+        adjusted,
+        design,
+        history,
+        day,
+        rejections=(*rejections, *placement.rejections, *beside_design(matched, design)),
+        options=options.progress,
+        unplaced=[station for station in measured if station.station not in placed],
+    )
+
+
+def run_project(project: Project, place: Workplace, progress: Progress) -> RunResult:
+    """Run every visit of a project in the order of dates, each with the history of those before.
+
+    A bad station is a rejection in its visit's report; a visit without one good station still gives a report, in
+    which everything is as the visits before left it.
+
+    Raises:
+        AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used.
+    """
+    watch = Stopwatch()
+    refuse_missing(project)
+    with watch.step("read the IFC"):
+        design = read_design(project.ifc, project.scope)
+        if project.schedule is not None:
+            design = with_schedule(design, read_schedule(project.schedule))
+        survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+        stray = check_survey(survey, design)
+    with watch.step("rig"):
+        rig, calibration = rig_of(project, place.cache, progress)
+    known, past = 0, read_past(project.history, project.visits[0].date)
+    others = reissued(past[-1], design) if past else {}
+    past = tuple(with_new_ids(report, others) for report in past)
+    history = reduce(remember, past, EMPTY_HISTORY)
+    reports: list[ProgressReport] = []
+    left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
+    pictures: dict[str, bytes] = {}
+    for visit in project.visits:
+        with watch.step("measure"):
+            seen = measure_visit(visit, project, rig, place, progress, survey)
+        with watch.step("register, match, judge"):
+            rejections = (*stray, *seen.rejections)
+            report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
+            revised = (*reissued_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
+            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
+            names = [station.name for station in visit.stations if station.name not in report.placed]
+            left_out += _left_out(names, visit.date)
+            history = remember(history, report)
+        progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
+        reports.append(_named(report, project, visit))
+        pictures.update({picture_name(visit.date, name): picture for name, picture in seen.pictures.items()})
+        known += seen.from_cache
+    return RunResult(
+        rig=rig,
+        calibration=calibration,
+        design=design,
+        reports=tuple(reports),
+        pictures=pictures,
+        seconds=watch.seconds,
+        from_cache=known,
+        past=past,
+    )
+
+
+def _left_out_before(past: Sequence[ProgressReport]) -> list[str]:
+    """Return the notes on stations that visits carried over could not use, their own and those they had from before."""
+    notes: dict[str, None] = {}
+    for report in past:
+        notes |= dict.fromkeys(note for note in report.notes if note.startswith(_NOTHING_OF))
+        notes |= dict.fromkeys(_left_out([row.name for row in lost_stations(report)], report.visit_date))
+    return list(notes)
+
+
+def _left_out(names: Sequence[str], day: date) -> list[str]:
+    """Return a note for the reports of later visits, where stations of a day count for nothing."""
+    if not names:
+        return []
+    stations = f" {names[0]}" if len(names) == 1 else f"s {', '.join(names)}"
+    return [f"{_NOTHING_OF}{stations} of the visit of {day.isoformat()} counts here: it could not be used"]
+
+
+def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:
+    """Return a report with the project's name and the stations' photo paths, which pure code doesn't know."""
+    photos = {station.name: station for station in visit.stations}
+    stations = tuple(
+        replace(
+            record,
+            left_photo=project.relative(photos[record.name].left),
+            right_photo=project.relative(photos[record.name].right),
+            picture=picture_name(visit.date, record.name),
+        )
+        for record in report.stations
+    )
+    return replace(report, project_name=project.name, stations=stations)

@@ -1,0 +1,186 @@
+"""A visit's rig, judged from all its stations together: used, refined, or the stations refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import ByteImage
+from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
+from asbuilt_bim.progress.report import RigRecord
+from asbuilt_bim.project.read import Project
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.scale import ScaleVerdict, judge_scale, scale_rejection
+from asbuilt_bim.register.scale import doubt_rejection as doubt_about_scale
+from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
+from asbuilt_bim.vision.stereo.rig_words import (
+    doubt_rejection,
+    knock_rejection,
+    refined_note,
+    turn_in_words,
+    undetermined_rejection,
+)
+
+Outcome = StationMeasurement | RejectedStation
+MeasureAgain = Callable[[Sequence[str], StereoRig], Mapping[str, Outcome]]
+"""Measures the named stations with another rig."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WatchedVisit:
+    """A visit's outcomes after its rig was judged, what is to be said of the rig, and the records of the judgement."""
+
+    outcomes: tuple[Outcome, ...]
+    warnings: tuple[Rejection, ...]
+    records: tuple[RigRecord, ...]
+    notes: tuple[str, ...]
+
+
+def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
+    """Judge the rig of a visit, whose stations are in the order in which they were taken.
+
+    Stations taken with a knocked rig are refused; with `again` (--refine-rig) they are measured again with the rig
+    that their own matches show, and refused only where that one is no better.
+    """
+    healths = [health for outcome in outcomes if (health := outcome.health) is not None]
+    verdicts = judge_visit(healths, rig)
+    found = {outcome.station: outcome for outcome in outcomes}
+    warnings: list[Rejection] = []
+    records: list[RigRecord] = []
+    notes: list[str] = []
+    for verdict, names in _stretches([outcome.station for outcome in outcomes], verdicts):
+        what = f"rig, {_stations(names)}"
+        if again is not None and verdict.state in ("doubtful", "knocked"):
+            better = refined_rig(rig, verdict, _camera(healths, verdict))
+            found.update(again(names, better))
+            left, state, doubts = _still_knocked([found[name] for name in names], better)
+            found.update(left)
+            warnings += doubts
+            records.append(_record(verdict, refined=state == "refined"))
+            notes.append(str(refined_note(what, verdict)))
+            continue
+        records.append(_record(verdict, refined=False))
+        if verdict.state == "knocked":
+            found.update({name: _refused(found[name], verdict) for name in names})
+        elif verdict.state == "doubtful":
+            warnings.append(doubt_rejection(what, verdict))
+        elif verdict.state == "undetermined":
+            warnings.append(undetermined_rejection(what, verdict))
+    notes += _moments(verdicts)
+    return WatchedVisit(
+        outcomes=tuple(found[outcome.station] for outcome in outcomes),
+        warnings=tuple(warnings), records=tuple(records), notes=tuple(notes),
+    )  # fmt: skip
+
+
+def watch_scale(
+    watched: WatchedVisit, project: Project, rig: StereoRig, survey: Sequence[SurveyedMarker]
+) -> WatchedVisit:
+    """Hold a visit's known lengths against the rig: a wrong scale refuses every station, by the mistake's name."""
+    evidence = [outcome.scale for outcome in watched.outcomes if outcome.scale is not None]
+    verdict = judge_scale(evidence, project.target.diameter_m, project.markers.size_m, survey)
+    if verdict is None:
+        return watched
+    square_m = project.rig.boards.square_m if project.rig.boards is not None else None
+    if not verdict.is_wrong:
+        doubt = doubt_about_scale("rig's scale", verdict, rig, square_m)
+        return watched if doubt is None else replace(watched, warnings=(*watched.warnings, doubt))
+    refused = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
+    return replace(watched, outcomes=tuple(refused))
+
+
+def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Outcome:
+    """Refuse a station that was read; one that couldn't be keeps its own reasons."""
+    if outcome.scale is None:
+        return outcome
+    reason = scale_rejection(f"station {outcome.station}", verdict, rig, square_m)
+    picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
+    return RejectedStation(
+        station=outcome.station, rejections=(reason,), picture=picture, health=outcome.health, scale=outcome.scale
+    )
+
+
+def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tuple[RigVerdict, list[str]]]:
+    """Return each verdict with all its stations: one that says nothing of the rig goes with the one before it."""
+    if not verdicts:
+        return []
+    by_name = {name: i for i, verdict in enumerate(verdicts) for name in verdict.stations}
+    groups: list[list[str]] = [[] for _ in verdicts]
+    current = 0
+    for name in names:
+        current = by_name.get(name, current)
+        groups[current].append(name)
+    return list(zip(verdicts, groups, strict=True))
+
+
+def _still_knocked(
+    outcomes: Sequence[Outcome], rig: StereoRig
+) -> tuple[dict[str, Outcome], str, tuple[Rejection, ...]]:
+    """Refuse what a refined rig doesn't fit either; warn where its photos leave it open how it stands."""
+    verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
+    bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
+    refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
+    doubts = [undetermined_rejection(f"rig refined, {_stations(verdict.stations)}", verdict)
+              for verdict in verdicts if verdict.state == "undetermined"]  # fmt: skip
+    return refused, "not refined" if refused else "refined", tuple(doubts)
+
+
+def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
+    """Return a station's rejection by its visit's verdict; what else was wrong with it stays said."""
+    own = outcome.rejections if isinstance(outcome, RejectedStation) else ()
+    others = tuple(rejection for rejection in own if "the rig was knocked" not in rejection.reason)
+    return RejectedStation(
+        station=outcome.station,
+        rejections=(knock_rejection(f"station {outcome.station}", verdict), *others),
+        picture=outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg),
+        health=outcome.health,
+        scale=None,  # a knock moves lengths too: its scale says nothing more
+    )
+
+
+def _decoded(jpeg: bytes) -> ByteImage | None:
+    picture = cv2.imdecode(np.frombuffer(jpeg, dtype=np.uint8), cv2.IMREAD_COLOR) if jpeg else None
+    return None if picture is None else np.asarray(picture, dtype=np.uint8)
+
+
+def _record(verdict: RigVerdict, *, refined: bool) -> RigRecord:
+    sigma = np.sqrt(np.diag(verdict.covariance))
+    return RigRecord(
+        stations=verdict.stations,
+        state=verdict.state,
+        refined=refined,
+        pitch_rad=float(verdict.correction_rad[0]),
+        yaw_rad=float(verdict.correction_rad[1]),
+        roll_rad=float(verdict.correction_rad[2]),
+        pitch_sigma_rad=float(sigma[0]),
+        yaw_sigma_rad=float(sigma[1]),
+        roll_sigma_rad=float(sigma[2]),
+        area_effect=verdict.area_effect,
+        area_effect_sigma=verdict.area_sigma,
+        rows_px=verdict.rows_px,
+        matches=verdict.matches,
+    )
+
+
+def _moments(verdicts: Sequence[RigVerdict]) -> list[str]:
+    """Say between which stations the rig was knocked."""
+    return [
+        f"the rig was knocked between station {before.stations[-1]} and station {after.stations[0]}: "
+        f"{turn_in_words(before)} before, {turn_in_words(after)} after"
+        for before, after in pairwise(verdicts)
+    ]
+
+
+def _camera(healths: Sequence[StationHealth], verdict: RigVerdict) -> RectifiedCamera:
+    return next(health.camera for health in healths if health.station in verdict.stations)
+
+
+def _stations(names: Sequence[str]) -> str:
+    return f"stations {names[0]} to {names[-1]}" if len(names) > 1 else f"station {names[0]}"

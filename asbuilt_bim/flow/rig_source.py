@@ -1,0 +1,93 @@
+"""The rig of a project: read from its file, or calibrated from photos of boards (once, then from the cache)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from asbuilt_bim.camera.calibration.boards import Board
+from asbuilt_bim.camera.calibration.calibrate import Calibration, calibrate_stereo
+from asbuilt_bim.camera.calibration.control_file import read_control_points
+from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.photo.read import Photo, read_photo
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.errors import CalibrationError, PhotoError
+from asbuilt_bim.flow.measure_visit import Progress
+from asbuilt_bim.project.file import BoardsFile
+from asbuilt_bim.project.read import Project
+from asbuilt_bim.scale.cache import Cache, digest_of
+from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
+
+
+def rig_of(project: Project, cache: Cache, progress: Progress) -> tuple[StereoRig, Calibration | None]:
+    """Return the project's rig, and its calibration where it was made from boards.
+
+    Raises:
+        RigError: the rig file can't be used.
+        CalibrationError: the boards' photos can't be read or give no rig.
+    """
+    if project.rig.file is not None:
+        return read_rig(project.rig.file, project.rig.file_right, project.rig.foreign), None
+    calibration = calibrate(project, cache, progress)
+    return calibration.rig, calibration
+
+
+def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration:
+    """Calibrate from the project's board photos or control points.
+
+    Raises:
+        CalibrationError: the project has neither, they can't be read, or they give no rig.
+    """
+    boards = project.rig.boards
+    if project.rig.control_points is not None:
+        return rig_from_control_points(read_control_points(project.rig.control_points), project.rig.photo_size_px)
+    if boards is None:
+        raise CalibrationError(
+            f"{project.path}: rig.boards and rig.control_points are not given, so there is nothing to calibrate from"
+        )
+    return calibrate_pairs(_photos(project), project_board(boards), boards.distortion, cache, progress)
+
+
+def project_board(boards: BoardsFile) -> Board:
+    """Return the board that a project's calibration photos show."""
+    return Board(
+        kind=boards.kind,
+        columns=boards.columns,
+        rows=boards.rows,
+        square_m=boards.square_m,
+        marker_m=boards.marker_m or 0.0,
+        dictionary=boards.dictionary or "",
+    )
+
+
+def calibrate_pairs(
+    pairs: Sequence[tuple[Photo, Photo]], board: Board, lens: LensModel, cache: Cache, progress: Progress
+) -> Calibration:
+    """Calibrate from pairs of board photos, once: the same photos and board come from the cache.
+
+    Raises:
+        CalibrationError: the boards give no rig.
+    """
+    libraries = [f"{name} {version}" for name, version in sorted(library_versions().items())]
+    digests = [photo.digest for pair in pairs for photo in pair]
+    names = [photo.name for pair in pairs for photo in pair]
+    key = digest_of(["calibration", repr(board), lens, measuring_code_digest(), *libraries, *digests, *names])
+    found = cache.get(key, Calibration)
+    if found is not None:
+        return found
+    made = calibrate_stereo(pairs, board, lambda done, total: progress("calibrate", done, total), lens)
+    cache.put(key, made, Calibration)
+    return made
+
+
+def _photos(project: Project) -> list[tuple[Photo, Photo]]:
+    def named(path: Path) -> Photo:
+        return replace(read_photo(path), name=project.relative(path))
+
+    try:
+        return [(named(left), named(right)) for left, right in project.rig.pairs]
+    except PhotoError as problem:
+        raise CalibrationError(f"calibration: {problem}") from problem

@@ -1,0 +1,1 @@
+"""Bodies of IFC products become faces: planes and cylinders."""

@@ -1,0 +1,1 @@
+"""An IFC file becomes the design as plain data."""

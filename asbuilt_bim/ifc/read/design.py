@@ -1,0 +1,152 @@
+"""One IFC file, or several that describe one building, become a `BimModel`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import Path
+from typing import Any, TypeVar
+
+from asbuilt_bim.bim.exposure import expose
+from asbuilt_bim.bim.model import BimModel, CostLine, Obstacle, Task
+from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.geometry.neighbours import read_obstacles
+from asbuilt_bim.ifc.read.cost import read_cost_lines
+from asbuilt_bim.ifc.read.elements import ReadElements, read_elements
+from asbuilt_bim.ifc.read.facts import FileFacts, read_facts
+from asbuilt_bim.ifc.read.federation import Member, member, same_storeys
+from asbuilt_bim.ifc.read.schedule import read_tasks
+from asbuilt_bim.ifc.read.source import files_digest, open_ifc
+
+_DAMAGE = (AssertionError, AttributeError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
+"""What ifcopenshell raises where an entity outside the elements lacks what the schema says it has."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inspection:
+    """What a file holds, and the design that is made of it: None where it can't be used, and why not."""
+
+    facts: FileFacts
+    design: BimModel | None
+    refusal: str
+
+
+Planned = TypeVar("Planned", Task, CostLine)
+
+
+def read_design(path: Path | str | Sequence[Path | str], scope: str | None = None) -> BimModel:
+    """Read the design from an IFC file (IFC2X3, IFC4, IFC4X3): walls and columns with their exposed faces.
+
+    Several files are one design in the world of the first: what two of them hold counts for the one named first, and
+    solids of one touch elements of another. `scope` is an ifcopenshell selector that picks the elements to be
+    monitored; the others still touch them. One element that can't be used becomes a note, not an error.
+
+    Raises:
+        DesignError: a file is missing, no IFC, cut short, of another schema, two walls or columns of it share a
+            GlobalId, or there is no wall or column that has a body.
+    """
+    paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path)]
+    return _design([(one, open_ifc(one)) for one in paths], scope)
+
+
+def inspect_file(path: Path, scope: str | None = None) -> Inspection:
+    """Read what a file holds even where it is no design.
+
+    Raises:
+        DesignError: it can't be opened, or is damaged.
+    """
+    file = open_ifc(path)
+    with _damage_named(path):
+        facts = read_facts(file)
+    try:
+        return Inspection(facts=facts, design=_design([(path, file)], scope), refusal="")
+    except DesignError as error:
+        return Inspection(facts=facts, design=None, refusal=str(error))
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Turn what a damaged file makes ifcopenshell raise into a refusal that names the file."""
+    try:
+        yield
+    except _DAMAGE as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+        raise DesignError(f"{path}: the file is damaged ({reason}); export it again") from error
+
+
+def _design(files: Sequence[tuple[Path, Any]], scope: str | None) -> BimModel:
+    members: list[Member] = []
+    found: list[ReadElements] = []
+    for number, (path, file) in enumerate(files):
+        with _damage_named(path):
+            members.append(member(path, file, members[0] if members else None))
+            taken = frozenset(e.global_id for read in found for e in read.elements)
+            found.append(read_elements(members[-1], number, scope, taken))
+    elements = tuple(chain.from_iterable(read.elements for read in found))
+    where = ", ".join(str(path) for path, _ in files)
+    if not elements:
+        raise DesignError(f"{where}: {_why_empty([note for read in found for note in read.notes], scope)}")
+    obstacles: list[Obstacle] = []
+    for one, read in zip(members, found, strict=True):
+        with _damage_named(one.path):
+            obstacles += read_obstacles(one, read.others, elements)
+    exposed, exposure_notes = expose(elements, tuple(obstacles))
+    storeys, elements = same_storeys(members, exposed)
+    design = BimModel(
+        file_name=", ".join(path.name for path, _ in files),
+        file_digest=files_digest([path for path, _ in files]),
+        schema=", ".join(dict.fromkeys(file.schema for _, file in files)),
+        project_name=next((one.project_name for one in members if one.project_name), ""),
+        storeys=storeys,
+        elements=elements,
+        obstacles=tuple(obstacles),
+        tasks=(),
+        cost_lines=(),
+        notes=(
+            *chain.from_iterable((*one.notes, *read.notes) for one, read in zip(members, found, strict=True)),
+            *exposure_notes,
+        ),
+    )
+    return _with_plan(members, design)
+
+
+def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
+    """Return a design with its tasks and cost lines, each of the file that is named first, with every file's ties."""
+    ids = frozenset(element.global_id for element in design.elements)
+    tasks: dict[str, Task] = {}
+    lines: dict[str, CostLine] = {}
+    notes = list(design.notes)
+    for one in members:
+        with _damage_named(one.path):
+            planned, task_notes = read_tasks(one.file, ids)
+            for task in planned:
+                tasks[task.global_id] = _with_ties(tasks.get(task.global_id, task), task)
+            read, cost_notes = read_cost_lines(one.file, ids, one.units)
+            for line in read:
+                lines[line.global_id] = _with_ties(lines.get(line.global_id, line), line)
+            notes += (*task_notes, *cost_notes)
+    if homeless := sum(not element.storey for element in design.elements):
+        why = "" if design.storeys else " (the file holds no IfcBuildingStorey)"
+        notes.append(f"{homeless} walls or columns belong to no storey{why}: they count in the whole only")
+    for kind, things in (("task", tasks.values()), ("cost line", lines.values())):
+        if without := len(ids.difference(*(thing.elements for thing in things))) if things else 0:
+            notes.append(f"walls and columns in no {kind}: {without} of {len(ids)}")
+    return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
+
+
+def _with_ties(first: Planned, again: Planned) -> Planned:
+    """Return a task or cost line of several files with the elements that all of them tie it to."""
+    if first is again:
+        return first
+    elements = tuple(dict.fromkeys((*first.elements, *again.elements)))
+    return replace(first, elements=elements, others=first.others + again.others)
+
+
+def _why_empty(notes: Sequence[str], scope: str | None) -> str:
+    if notes:
+        return f"no wall or column has a body that can be used ({notes[0]}); export it with its geometry"
+    if scope:
+        return f"no wall or column lies in the scope {scope!r}; widen it"
+    return "there is no IfcWall or IfcColumn; give the structural model"

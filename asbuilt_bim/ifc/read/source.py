@@ -1,0 +1,103 @@
+"""Opening an IFC file, or saying plainly why it can't be opened."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import ifcopenshell
+
+from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.read.archive import MAX_BYTES, unpacked
+from asbuilt_bim.ifc.read.header import HEADER_BYTES, declared_schema
+from asbuilt_bim.storage.regular_file import open_regular
+
+SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
+_TAIL_BYTES = 65536
+_ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the second is an archive of nothing
+
+
+def open_ifc(path: Path) -> Any:
+    """Open an IFC file (STEP text, or an .ifczip with one in it) of one of `SCHEMAS` as an ifcopenshell file.
+
+    Raises:
+        DesignError: it is missing, empty, of another format, too large, cut short, damaged, or of another schema.
+    """
+    head, tail = _ends(path)
+    if not head.startswith(_ZIP):
+        return _open_text(path, path, head, tail)
+    with unpacked(path) as inside:
+        return _open_text(inside, path, *_ends(inside))
+
+
+def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
+    """Open the STEP text at `where`; messages name `path`, the file that the user gave."""
+    _check_kind(path, head)
+    if b"END-ISO-10303-21" not in tail:
+        raise DesignError(
+            f"{path}: the file ends before END-ISO-10303-21, so it was cut short; copy or export it again"
+        )
+    name, wrong = declared_schema(head)
+    if wrong:
+        raise DesignError(f"{path}: the file is damaged ({wrong}); export it as {', '.join(SCHEMAS)}")
+    try:
+        file = ifcopenshell.open(str(where), format=".ifc")
+    except (RuntimeError, ValueError, OSError, ifcopenshell.Error) as error:
+        reason = f"schema {name} or damaged ({_plain(error)})"
+        raise DesignError(f"{path}: can't be opened: {reason}; export it as {', '.join(SCHEMAS)}") from error
+    if file is None or file.schema not in SCHEMAS:
+        raise DesignError(f"{path}: schema {name} is not supported; export it as one of {', '.join(SCHEMAS)}")
+    return file
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file's bytes as hexadecimal text."""
+    with open_regular(path) as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def files_digest(paths: Sequence[Path]) -> str:
+    """Return the digest of a design: its file's, or one over those of its files in their order."""
+    digests = [file_digest(path) for path in paths]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("\n".join(digests).encode()).hexdigest()
+
+
+def _ends(path: Path) -> tuple[bytes, bytes]:
+    """Return the first and the last bytes of a file."""
+    try:
+        with open_regular(path) as stream:
+            head = stream.read(HEADER_BYTES)
+            if (size := path.stat().st_size) > MAX_BYTES:
+                raise DesignError(f"{path}: {size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB; split the model")
+            stream.seek(max(0, size - _TAIL_BYTES))
+            return head, stream.read()
+    except FileNotFoundError:
+        raise DesignError(f"{path}: there is no such file; check the path") from None
+    except IsADirectoryError as error:
+        raise DesignError(f"{path}: {error.strerror} (FILE.ifc)") from error
+    except OSError as error:
+        raise DesignError(f"{path}: can't be read ({error.strerror}); check that it is a file you may read") from error
+
+
+def _check_kind(path: Path, head: bytes) -> None:
+    """Refuse what isn't STEP text, naming what it is instead where that can be told."""
+    text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    if text.startswith(b"ISO-10303-21"):
+        return
+    if not text:
+        found = "the file is empty; export it again"
+    elif text.startswith(_ZIP):
+        found = "this is a zip archive within another; unpack it and give the .ifc inside"
+    elif text.startswith(b"<"):
+        found = "this is XML (.ifcXML?); export it as IFC-SPF (.ifc)"
+    elif b"\x00" in head:
+        found = "this is a binary file, not IFC; export the model as IFC-SPF (.ifc)"
+    else:
+        found = "this is not an IFC file: it doesn't begin with ISO-10303-21; export the model as IFC-SPF (.ifc)"
+    raise DesignError(f"{path}: {found}")
+
+
+def _plain(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__

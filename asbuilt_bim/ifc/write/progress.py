@@ -1,0 +1,132 @@
+"""State, completion and as-built areas of elements, storeys and tasks: our sets, and standard ones where they fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from asbuilt_bim.ifc.names import PROGRAM, Value
+from asbuilt_bim.ifc.write.entities import Marker
+from asbuilt_bim.ifc.write.tasks import write_task
+from asbuilt_bim.progress.report import Completion, ElementProgress, GroupProgress, ProgressReport, TaskProgress
+from asbuilt_bim.version import __version__
+
+OCCURRENCE_SET = "Pset_ConstructionOccurence"  # buildingSMART spells it so
+UNCERTAINTY_SET = "Pset_Uncertainty"
+
+
+def observed(progress: ElementProgress) -> bool:
+    """Say whether anything at all is known of an element: only then does it get our sets."""
+    return progress.completion.coverage > 0.0 or progress.as_built_area_m2 is not None
+
+
+def mark_element(marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport) -> None:
+    """Give an observed element its sets."""
+    marker.properties(
+        element,
+        {
+            "State": progress.state,
+            **_completion_values(progress.completion),
+            "DeviationFromDesign": progress.offset_m,
+            "DeviationSigma": progress.offset_sigma_m,
+            "Tilt": progress.tilt_rad,
+            "VisitDate": progress.last_seen or report.visit_date,
+            "Stations": ", ".join(progress.stations) or None,
+            "ProgramVersion": _version(report),
+        },
+    )
+    marker.areas(
+        element,
+        {
+            "AsBuiltArea": progress.as_built_area_m2,
+            "AsBuiltAreaSigma": progress.as_built_sigma_m2,
+            "DesignExposedArea": progress.design_area_m2,
+        },
+    )
+    if marker.schema == "IFC4X3":
+        _standard_sets(marker, element, progress)
+
+
+def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: ProgressReport) -> None:
+    """Give a storey its sets; the areas are sums over its walls and columns, absent where none was measured."""
+    inside = set(group.elements)
+    measured = any(e.as_built_area_m2 is not None for e in report.elements if e.global_id in inside)
+    marker.properties(storey, _group_values(group, report))
+    marker.areas(
+        storey,
+        {
+            "AsBuiltArea": group.as_built_area_m2 if measured else None,
+            "AsBuiltAreaSigma": group.as_built_sigma_m2 if measured else None,
+            "DesignExposedArea": group.design_area_m2,
+        },
+    )
+
+
+def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
+    """Write a task's measured time, and our set with what was overwritten."""
+    said = write_task(marker, thing, task, report.visit_date)
+    marker.properties(thing, _group_values(task.progress, report) | said.values, said.dates)
+
+
+def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> None:
+    """Add the two standard sets of IFC4X3 that fit, unless the design has them already."""
+    taken = {
+        getattr(relation.RelatingPropertyDefinition, "Name", None)
+        for relation in getattr(element, "IsDefinedBy", None) or ()
+    }
+    if progress.complete_on is not None and OCCURRENCE_SET not in taken:
+        installed = marker.single("InstallationDate", marker.measure("date", progress.complete_on))
+        marker.add_set(element, OCCURRENCE_SET, [installed], PROGRAM)
+    sigma = progress.offset_sigma_m
+    if sigma is not None and sigma > 0.0 and UNCERTAINTY_SET not in taken:
+        make = marker.file.create_entity
+        basis = make(
+            "IfcPropertyEnumeratedValue", Name="UncertaintyBasis", EnumerationValues=[make("IfcLabel", "MEASUREMENT")]
+        )
+        says = "one standard deviation of AsBuilt_Progress.DeviationFromDesign, across the measured face"
+        size = make("IfcPositiveLengthMeasure", sigma / marker.units.length_scale)
+        marker.add_set(
+            element,
+            UNCERTAINTY_SET,
+            [
+                basis,
+                marker.single("UncertaintyDescription", make("IfcText", says)),
+                marker.single("OrthogonalUncertainty", size),
+            ],
+            PROGRAM,
+        )
+
+
+def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Value | None]:
+    return {
+        "State": _group_state(group),
+        **_completion_values(group.completion),
+        "VisitDate": report.visit_date,
+        "ProgramVersion": _version(report),
+        "ElementsComplete": group.complete,
+        "ElementsPart": group.part,
+        "ElementsNotStarted": group.not_started,
+        "ElementsUnknown": group.unknown,
+    }
+
+
+def _group_state(group: GroupProgress) -> str:
+    """Return a group's state; what has no best estimate, as where some of it isn't measured here, is no whole."""
+    done = group.completion
+    if done.best is not None and group.complete == len(group.elements):
+        return "complete"
+    if done.best is not None and group.not_started == len(group.elements):
+        return "not started"
+    return "part" if (done.best or done.lower) > 0.0 or (group.part and done.best is not None) else "unknown"
+
+
+def _completion_values(completion: Completion) -> dict[str, Value | None]:
+    return {
+        "CompletionBest": completion.best,
+        "CompletionLower": completion.lower,
+        "CompletionUpper": completion.upper,
+        "Coverage": completion.coverage,
+    }
+
+
+def _version(report: ProgressReport) -> str:
+    return report.provenance.program_version if report.provenance is not None else __version__

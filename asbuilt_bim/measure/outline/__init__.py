@@ -1,0 +1,1 @@
+"""Where each face ends: sides, corners, openings, and what proves them."""

@@ -1,0 +1,212 @@
+"""Does a face end where its outline does? An edge made merely by lost depth or by shade proves nothing.
+
+A side is proven by what is measured just beyond it: another depth, or another surface that meets the face. Where
+nothing is measured a plain edge in the photos stands for it. Where the face itself goes on further out, nothing does;
+nor where a strip labelled otherwise, at the face's own depth, parts it from another piece of its plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
+from asbuilt_bim.measure.outline.edges import pixel_plane
+from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
+from asbuilt_bim.measure.outline.profile import IntArray, at_places, owners, walk
+from asbuilt_bim.measure.workbench import Workbench
+from asbuilt_bim.vision.scene.read import q_of_piece
+from asbuilt_bim.vision.stereo.warp import sample
+
+OFF_PX, OFF_SIGMAS = 1.0, 2.0
+NEAR_PX = (2.0, 4.0, 6.0, 8.0, 11.0)
+"""The matcher's window carries a surface up to some 8 px past its edge, and loses what lies behind for as far."""
+FAR_PX = (14.0, 17.0, 20.0, 23.0, 26.0, 29.0, 32.0, 35.0, 38.0)
+FATTENED_PX = 10.0
+"""What is labelled as the face this near beyond its edge is the matcher's window, not the face."""
+PLAIN_STRENGTH = 0.25
+"""Over a quarter of a side's length must show an edge where no depth speaks for it."""
+MOST_UNPROVEN = 0.5
+LEAST_SIDE_PX = 10.0
+LEAST_SHARE = 0.03
+CROSSING_SHARE = 0.4
+"""A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
+STEP_PX, STEP_RUN = 6.0, 8
+"""Brightness is compared 6 px to either side, past what a mask's border errs, in means over runs of 16 px."""
+STRIP_PX = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+STEP_TIMES, LEAST_STEP_GREY = 3.0, 5.0
+GRAIN_TIMES, GLARE_GREY = 3.0, 250.0
+WITHIN_PX = (-3.0, -6.0, -9.0)
+LEAST_HELD = 0.5
+"""A border that no photo shows ends a face where the face is measured on half of the strip inside it, at least."""
+
+MISS_PX, MISS_SIGMAS = 0.5, 3.5
+"""A station has some hundred sides, so three sigmas would doubt one that is sound at every few stations."""
+SAME_PLANE_DEG = 12.0
+"""A surface that lies on the face's plane and is turned from it by less goes on from it: a corner turns by far more."""
+LEAST_KNOWN = 30
+
+UNKNOWN, PROVEN, GOES_ON, MEETS, PARTED = range(5)
+
+
+def is_open(bench: Workbench, outline: Outline, q_px: FloatArray, label: int, narrow_px: float) -> bool:
+    """Say whether a side of the face `label` isn't proven to be its end: it may be larger than its outline."""
+    p = pixel_plane(q_px, bench.pair.camera)
+    same = _in_one_plane(bench, q_px, label)
+    around = sum(float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum()) for ring in outline.rings)
+    limit = max(LEAST_SIDE_PX, min(LEAST_SHARE * around, CROSSING_SHARE * narrow_px))
+    for side in _sides(bench, outline, p, label, same):
+        if side.length_px > limit and side.unproven_px > MOST_UNPROVEN * side.length_px:
+            return True
+        if side.parted_px > limit:
+            return True
+    return False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Side:
+    """The length of a side, of what isn't proven of it, and where its plane goes on in another piece."""
+
+    length_px: float
+    unproven_px: float
+    parted_px: float
+
+
+def _sides(bench: Workbench, outline: Outline, p: FloatArray, label: int, same: Sequence[int]) -> Iterator[_Side]:
+    """Yield each straight side of the outline, and what of each ring has no line as one."""
+    for ring in outline.rings:
+        points, normals, steps = walk(ring)
+        state = _beyond(bench, points, normals, p, label, same)
+        framed = at_places(bench.frame, points)
+        owner = owners([edge.line for edge in outline.edges], points, normals)
+        for number in np.unique(owner):
+            own = owner == number
+            edge = outline.edges[number] if number >= 0 else None
+            plain = edge is not None and _is_plain(edge)
+            plain = plain or _looks_other(bench, points[own], normals[own])
+            held = not _is_of_another(edge) and (
+                _is_shown(edge) or _is_measured(bench, points[own], normals[own], label)
+            )
+            proven = framed | (((state == PROVEN) | ((state == UNKNOWN) & plain)) & held)
+            yield _Side(
+                length_px=float(steps[own].sum()), unproven_px=float(steps[own & ~proven].sum()),
+                parted_px=float(steps[own & (state == PARTED)].sum()),
+            )  # fmt: skip
+
+
+def _is_plain(edge: FaceEdge) -> bool:
+    """Say whether the photos, or the plane that the face meets there, put the edge where it is."""
+    if edge.source in ("planes", "frame"):
+        return True
+    return edge.fit is not None and edge.source != "mask" and edge.fit.strength >= PLAIN_STRENGTH
+
+
+def _is_shown(edge: FaceEdge | None) -> bool:
+    """Say whether anything but a mask puts the edge where it is."""
+    return edge is not None and edge.source != "mask"
+
+
+def _is_measured(bench: Workbench, points: FloatArray, normals: FloatArray, label: int) -> bool:
+    """Say whether stereo sees the face itself along the inside of a border.
+
+    A mask may give the face what no stereo measured; where it does, the border of that proves nothing.
+    """
+    labels = bench.scene.labels
+    on_face = []
+    for inwards in WITHIN_PX:
+        x, y = np.round(points + inwards * normals).astype(np.intp).T
+        on_face.append(labels[np.clip(y, 0, labels.shape[0] - 1), np.clip(x, 0, labels.shape[1] - 1)] == label)
+    return float(np.mean(on_face)) >= LEAST_HELD
+
+
+def _is_of_another(edge: FaceEdge | None) -> bool:
+    """Say whether the photos show an edge off the face's plane: that of what stands before it, or lies beyond it.
+
+    A narrow side lit as the face is shows no edge between the two; the one that is found is its far one.
+    """
+    if edge is None or edge.fit is None or not np.isfinite(edge.fit.disparity_miss_px):
+        return False
+    return abs(edge.fit.disparity_miss_px) > max(MISS_PX, MISS_SIGMAS * edge.fit.miss_sigma_px)
+
+
+def _looks_other(bench: Workbench, points: FloatArray, normals: FloatArray) -> bool:
+    """Say whether brightness steps at a side by far more than anywhere near it on the face, or the grain ends there.
+
+    A rough face hides a weak edge from votes pixel by pixel; means along the side don't. Glare has no grain either.
+    """
+    run = np.arange(len(points)) // STEP_RUN
+    size = np.bincount(run)
+
+    def strip(image: Float32Array, middle: float) -> FloatArray:
+        at = points[:, None] + (middle + STRIP_PX[None, :, None]) * normals[:, None]
+        values = sample(image, at[..., 0].astype(np.float32), at[..., 1].astype(np.float32)).mean(axis=1)
+        mean: FloatArray = np.bincount(run, weights=values) / size
+        return mean
+
+    grey = bench.grey_levels[0]
+    means = {k: strip(grey, k * STEP_PX) for k in (1.0, -1.0, -2.0, -3.0, -4.0, -5.0)}
+    inside = np.concatenate([means[-k] - means[-k - 2.0] for k in (1.0, 2.0, 3.0)])
+    step = abs(median(means[1.0] - means[-1.0]))
+    if step > max(LEAST_STEP_GREY, STEP_TIMES * float(np.sqrt(np.mean(inside**2)))):
+        return True
+    grain = [float(sum(strip(np.abs(s), k * STEP_PX).mean() for s in (bench.slopes.left_x, bench.slopes.left_y)))
+             for k in (1.0, -1.0)]  # fmt: skip
+    return bool(GRAIN_TIMES * grain[0] < grain[1] and float(means[1.0].mean()) < GLARE_GREY)
+
+
+def _in_one_plane(bench: Workbench, q_px: FloatArray, label: int) -> list[int]:
+    """Return the other flat pieces that lie on the face's plane: past its side the face goes on in them."""
+    found: list[int] = []
+    for number, (rays, disparity) in bench.samples.items():
+        if number == label or len(disparity) <= LEAST_KNOWN:
+            continue
+        q = q_of_piece(bench.scene.pieces[number], bench.scene.level)
+        cosine = float(q @ q_px) / float(np.linalg.norm(q) * np.linalg.norm(q_px))
+        if cosine >= np.cos(np.radians(SAME_PLANE_DEG)) and abs(median(disparity - rays @ q_px)) < OFF_PX:
+            found.append(number)
+    return found
+
+
+def _beyond(
+    bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, label: int, same: Sequence[int]
+) -> IntArray:
+    """Return per place (N,) what lies beyond: PROVEN to be another surface, the face that GOES_ON, PARTED from
+    another piece of its plane, or UNKNOWN.
+
+    What is taken for bars stands for no end by itself: a border of shade looks like one, and concrete ends at an edge.
+    Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
+    in it, and what is measured past it speaks for the edge all the same.
+    """
+    level, labels = bench.scene.level, bench.scene.labels
+    height, width = labels.shape
+    state = np.full(len(points), UNKNOWN, dtype=np.intp)
+    for beyond in (*NEAR_PX, *FAR_PX):
+        at = points + beyond * normals
+        x, y = np.round(at).astype(np.intp).T
+        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+        step = np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2])
+        sigma = np.nan_to_num(level.sigma_px[y, x], nan=4.0, posinf=4.0)
+        off = level.measured[y, x] & (np.abs(step) > np.maximum(OFF_PX, OFF_SIGMAS * sigma))
+        seen = labels[y, x]
+        of_plane = np.isin(seen, same)
+        hidden_strip = _in_strip(normals, step, beyond)
+        near = (beyond <= NEAR_PX[-1]) | hidden_strip
+        state[(state == MEETS) & inside & of_plane & ~off] = PARTED
+        state[((state == UNKNOWN) | (state == MEETS)) & inside & off & near] = PROVEN
+        other = inside & (seen >= 0) & (seen != label) & (seen != bench.scene.bars_label)
+        state[(state == UNKNOWN) & other & near] = MEETS
+        state[(state == MEETS) & of_plane & other] = PROVEN  # at once: a joint or a gap, which the photos show
+        if beyond > FATTENED_PX:
+            state[(state == UNKNOWN) & inside & (seen == label)] = GOES_ON
+    state[state == MEETS] = PROVEN
+    return state
+
+
+def _in_strip(normals: FloatArray, step: FloatArray, beyond: float) -> BoolArray:
+    """Say where a place may lie past the strip that the step in disparity hides from one photo."""
+    left = (normals[:, 0] < -0.5) & (beyond < -step + NEAR_PX[-1])
+    right = (normals[:, 0] > 0.5) & (beyond < step + NEAR_PX[-1])
+    return np.asarray(left | right)

@@ -1,0 +1,215 @@
+"""Sides of a face that run plumb and level, drawn straight on: the mask's rags don't matter, openings are cut out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
+from asbuilt_bim.measure.outline.contour import Course, Side, contours
+from asbuilt_bim.measure.outline.edges import Gradients, Line
+from asbuilt_bim.measure.outline.face_cost import FOREIGN, bridged, face_cost
+from asbuilt_bim.measure.outline.steps import edge_votes, straight_region
+from asbuilt_bim.measure.planes.raster import FaceRaster, face_raster
+
+MOST_APART = 0.12
+RAGGED_PX = 3.0
+"""Mask and straight region may differ by this share of their area and, all round, by what a mask's rags come to;
+beyond, the face isn't a thing of right angles."""
+MOST_UNPROVEN = 0.4
+"""The share of a straight region that may be unmeasured: over half must be seen to lie on its plane."""
+THIN_M, LOW_M = 0.11, 0.26
+"""No wall or column is thinner, no lift lower; starter bars, tripod legs and rubble at the foot are."""
+GAP_M = 0.35
+"""A patch of smooth concrete without a match; windows are larger, and are seen to lie behind."""
+NARROW_PX = 24
+SAME_POUR = -0.1
+MOST_AGAINST = 0.1
+LEAST_OPENING_PX = 10
+LEAST_OPENING_SHARE = 0.008
+"""A form-tie cone is no opening; a window is over 1 % of its wall."""
+BEHIND_PX = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Surroundings:
+    """What an outline is searched in: both photos, their gradients, the labels and the planes behind them.
+
+    `planes` holds q (3,) by label; `frame` (H, W) is True within a few px of the left photo's end;
+    `off_px` (H, W) is the measured disparity less the face's own plane, NaN where not measured.
+    """
+
+    colour: ByteImage  # the left photo
+    left_grey: Float32Array
+    right_grey: Float32Array
+    gradients: Gradients
+    labels: NDArray[np.int16]
+    planes: Mapping[int, FloatArray]
+    frame: BoolArray
+    valid_right: BoolArray
+    marks: BoolArray  # (H, W) print on boards
+    off_px: Float32Array
+    camera: RectifiedCamera
+    down: FloatArray  # (3,) rectified
+    texture_grey: float = 1.5
+    meets: tuple[int, ...] = ()  # the labels of the faces that it meets in a convex edge
+    apart: Mapping[int, FloatArray] = field(
+        default_factory=dict
+    )  # by label, the covariance (3, 3) of own q less that one's
+
+
+def straight_sides(
+    mask: BoolArray, label: int, around: Surroundings, ends: FloatArray | None = None
+) -> list[list[Side]] | None:
+    """Return the sides of the face's rings (outer one first), plumb and level; None where those don't explain the mask.
+
+    `ends` (2, 2): top and foot, in the photo, of the edge shared with a wider neighbour. One pour has one top and one
+    foot, so a narrow face goes no further.
+    """
+    raster = face_raster(mask, around.planes[label], around.camera, around.down)
+    if raster is None:
+        return None
+    own = raster.lay(mask.view(np.uint8), nearest=True) > 0
+    off = raster.lay(around.off_px, nearest=True).astype(np.float32)
+    labels = raster.lay(around.labels, nearest=True)
+    colour = raster.lay(around.colour).astype(np.uint8)
+    other = (labels >= 0) & (labels != label)
+    meets = np.isin(labels, around.meets)
+    gap = int(np.clip(round(GAP_M / raster.step_m[0]), 3, 81))
+    own = _stout(bridged(own, meets, other, off, colour, gap), raster)
+    if np.count_nonzero(own) < 60:
+        return None
+    left = raster.lay(around.left_grey).astype(np.float32)
+    right = raster.lay(around.right_grey, right=True).astype(np.float32)
+    paired = raster.lay(around.valid_right.view(np.uint8), right=True, nearest=True) > 0
+    ended = raster.lay(around.frame.view(np.uint8), nearest=True) > 0
+    cost = face_cost(own, other, off, left - right, paired, colour, ended)
+    across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
+    if ends is not None:
+        _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -BEHIND_PX), raster, ends)
+    clear = raster.lay(around.marks.view(np.uint8), nearest=True) == 0
+    across, along = across * clear, along * clear
+    region = _without_tabs(straight_region(cost, across, along, own), LOW_M / raster.step_m[1])
+    region &= ~_openings(region, off, across, along)
+    against = ((labels >= 0) & (labels != label)) | (np.nan_to_num(np.abs(off), nan=0.0) > BEHIND_PX)
+    if not _explains(region, own, against):
+        return None
+    rings = [_sides_of(ring, raster) for ring in contours(region)]
+    kept = [ring for ring in rings if len(ring) >= 4]
+    return kept if kept and len(rings[0]) >= 4 else None
+
+
+def _without_tabs(region: BoolArray, low_px: float) -> BoolArray:
+    """Cut off what hangs under `low_px` below the foot on both sides of it: a floor that was matched to the face."""
+    columns = np.flatnonzero(region.any(axis=0))
+    height = len(region)
+    foot = height - np.argmax(region[::-1, columns], axis=0)
+    stands = np.maximum(np.minimum.accumulate(foot), np.minimum.accumulate(foot[::-1])[::-1])
+    foot = np.where(foot - stands < low_px, stands, foot)
+    cut = region.copy()
+    cut[:, columns] &= np.arange(height)[:, None] < foot
+    return cut
+
+
+def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceRaster, ends: FloatArray) -> None:
+    """Make every row above the upper and below the lower of `ends` foreign, in place.
+
+    A face's mask often breaks off where the matcher failed on it: rows between the ends count for it, of a wider face
+    where nothing speaks `against` them.
+    """
+    rows = np.sort(raster.from_photo(ends)[:, 1])
+    top, foot = (int(np.clip(round(row), 0, raster.height)) for row in rows)
+    if foot - top < 8:
+        return
+    for beyond in (slice(0, top), slice(foot, raster.height)):
+        cost[beyond] = FOREIGN
+        own[beyond] = False
+    rows_of_it = np.asarray(own.any(axis=1), dtype=bool)
+    if not rows_of_it.any():
+        return
+    usual = own[rows_of_it].mean(axis=0) > 0.4
+    bare = top + np.flatnonzero(~rows_of_it[top:foot])
+    wide = cv2.boundingRect(own.view(np.uint8))[2] >= NARROW_PX
+    if wide and (not bare.size or np.mean(against[np.ix_(bare, np.flatnonzero(usual))]) > MOST_AGAINST):
+        return
+    own[np.ix_(bare, np.flatnonzero(usual))] = True
+    cost[np.ix_(bare, np.flatnonzero(usual))] = SAME_POUR
+
+
+def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
+    """Drop what is thinner than concrete: starter bars, props and tripod legs that were labelled with the face."""
+    thin, low = THIN_M / raster.step_m[0], LOW_M / raster.step_m[1]
+    if cv2.boundingRect(own.view(np.uint8))[2] < NARROW_PX:  # a mask's rags would break it up
+        low = THIN_M / raster.step_m[1]
+    across, along = int(np.clip(round(thin), 3, 61)), int(np.clip(round(low), 3, 121))
+    whole = own.view(np.uint8)
+    opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, across), np.uint8))
+    opened = cv2.morphologyEx(opened, cv2.MORPH_OPEN, np.ones((along, 1), np.uint8))
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    if count <= 1:
+        return own
+    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    keep = [i for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 0.2 * stats[largest, cv2.CC_STAT_AREA]]
+    return np.isin(parts, keep)
+
+
+def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:
+    """Say whether the straight region is the mask but for its rags, and for what could not be measured.
+
+    A dark or even piece of a face has no disparity: that speaks neither for nor `against` it.
+    """
+    _, _, width, height = cv2.boundingRect(region.view(np.uint8))
+    apart = np.count_nonzero((own & ~region) | (region & ~own & against))
+    unproven = np.count_nonzero(region & ~own & ~against)
+    rags = RAGGED_PX * 2.0 * (width + height)
+    small = MOST_APART * np.count_nonzero(region | own) + rags
+    return bool(apart <= small and unproven <= MOST_UNPROVEN * np.count_nonzero(region) + rags)
+
+
+def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along: Float32Array) -> BoolArray:
+    """Return what lies behind the face within its region, with straight borders of its own."""
+    behind = (np.nan_to_num(off, nan=0.0) < -BEHIND_PX) & region
+    kernel = np.ones((LEAST_OPENING_PX // 2 * 2 - 3,) * 2, np.uint8)
+    clean = cv2.morphologyEx(behind.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    clean = cv2.morphologyEx(clean, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(clean, connectivity=4)
+    found = np.zeros_like(region)
+    least = max(LEAST_OPENING_SHARE * np.count_nonzero(region), LEAST_OPENING_PX**2)
+    for part in range(1, count):
+        box = stats[part]
+        small = min(box[cv2.CC_STAT_WIDTH], box[cv2.CC_STAT_HEIGHT]) < LEAST_OPENING_PX
+        if small or box[cv2.CC_STAT_AREA] < least:
+            continue
+        own = parts == part
+        known = np.isfinite(off)
+        cost = np.where(own, -0.3, np.where(known & (np.abs(off) < 0.8), 0.3, 0.03)).astype(np.float32)
+        hole = straight_region(cost, across, along, own)
+        # the rim that hides behind the face's border was matched to the face: an opening is no smaller than seen
+        found |= hole
+    return found & region
+
+
+def _sides_of(ring: FloatArray, raster: FaceRaster) -> list[Side]:
+    """Cut a ring of a rectilinear raster region at its corners and carry the pieces to the photo."""
+    flat = np.ascontiguousarray(ring[:, None, :], dtype=np.float32)
+    corners = np.asarray(cv2.approxPolyDP(flat, 1.5, True), dtype=np.float64).reshape(-1, 2)
+    found: list[Side] = []
+    for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        run = stop - start
+        level = abs(run[0]) > abs(run[1])
+        course: Course = "level" if level else "upright"
+        # the ring's corners are cut by the pixel's diagonal: draw the side exactly plumb or level
+        middle = 0.5 * (start + stop)
+        ends = (
+            np.array([[start[0], middle[1]], [stop[0], middle[1]]])
+            if level
+            else np.array([[middle[0], start[1]], [middle[0], stop[1]]])
+        )
+        points = raster.to_photo(ends[0] + np.linspace(0.0, 1.0, 25)[:, None] * (ends[1] - ends[0]))
+        found.append(Side(course=course, line=Line(start=points[0], stop=points[-1]), points=points))
+    return found

@@ -1,0 +1,1 @@
+"""The plane of each face, on the pixels of both photos."""

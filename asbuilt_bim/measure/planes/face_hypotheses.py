@@ -1,0 +1,267 @@
+"""Faces in the making: a piece of an instance, its plane as the photos show it, its outline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.disparity_plane import fit_q
+from asbuilt_bim.geometry.masks import Box, box_of, nonzero
+from asbuilt_bim.measure.outline.edges import Gradients, pixel_plane
+from asbuilt_bim.measure.outline.fit import Outline, find_outline, shared_ends
+from asbuilt_bim.measure.outline.straight import Surroundings
+from asbuilt_bim.measure.planes.adjust import PlaneSight
+from asbuilt_bim.measure.planes.crossing import apart, side_by_side
+from asbuilt_bim.measure.planes.raster import shrunk
+from asbuilt_bim.measure.planes.refine import PlaneFit, refine_plane
+from asbuilt_bim.measure.workbench import Workbench
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.scene.read import Scene, q_of_piece
+
+LEAST_SHARE = 0.3
+"""A piece belongs to the instance that covers at least this share of it."""
+LEAST_PIXELS = 150
+MATCHER_BLOCK_PX = 150.0
+"""Pixels of a matcher's answer that err together: its window and its smoothness."""
+MATCHER_MISS_PX = 24.0
+"""How far a border may be missed: left of it lies a strip that the right photo doesn't show."""
+EDGE_PX = 6.0
+"""A matcher's answer this near a border may be the neighbour's; further off it means what it says."""
+OFF_PLANE_PX = 1.5
+HIDDEN_SHARE = 0.12
+LEAK_PX, SLANT_PX = 0.25, 4.5
+"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border; and
+what it carries the more where the face's own disparity changes from pixel to pixel: each photo foreshortens it else."""
+BORDERS_PX, NARROW_PX = (2, 3), 90
+"""What is left out along a border; of a narrow face, where a pixel tilts the plane, it is tried with a pixel more."""
+CONTRADICTS_SIGMAS = 2.0
+NARROW_SHARE = 0.9
+"""A face under this share of its neighbour's width in the photo takes top and foot from it."""
+WHOLE: Box = (slice(None), slice(None))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Draft:
+    """A face in the making: `piece` of the scene, `instance`, its pixels (H, W), its plane and, later, its outline.
+
+    `texture_grey` is the gradient that an edge must stand out of.
+    """
+
+    piece: int
+    instance: int
+    mask: BoolArray
+    texture_grey: float
+    sight: PlaneSight
+    refined: bool
+    outline: Outline | None = None
+
+
+def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
+    """Draft a face for each flat piece of each instance, with its plane refined on both photos."""
+    drafts: list[Draft] = []
+    for number, instance in enumerate(instances):
+        for piece in pieces_of(bench.scene, instance):
+            if bench.scene.pieces[piece].circle is not None:
+                continue
+            drafts.append(_draft(bench, piece, number, piece_mask(bench.scene, piece, instance)))
+    return drafts
+
+
+def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
+    """Return the pixels (H, W) of a piece in an instance.
+
+    A mask that doesn't come from the disparity knows the border that the matcher missed: what it holds beside the
+    piece, and isn't another one's, goes to the nearest; not what is measured to lie off its plane: a mask may be rough.
+    """
+    own = scene.mask(piece) & instance.mask
+    if instance.source.startswith("geometr"):
+        return own
+    others = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & ~own
+    near, far = (
+        cv2.distanceTransform((~area).astype(np.uint8), cv2.DIST_L2, 3) for area in (own, others & instance.mask)
+    )
+    level = scene.level
+    elsewhere = level.measured & (np.abs(level.d_px - scene.pieces[piece].at(level.x_px)) > OFF_PLANE_PX)
+    elsewhere |= scene.labels >= len(scene.pieces)
+    open_to_it = (near < EDGE_PX) | ((near < MATCHER_MISS_PX) & ~elsewhere)
+    filled: BoolArray = own | (instance.mask & ~others & open_to_it & (near < far))
+    return filled
+
+
+def pieces_of(scene: Scene, instance: Instance) -> list[int]:
+    """Return the scene's pieces that lie in an instance's mask."""
+    x0, y0, x1, y1 = instance.box_px
+    labels, mask = scene.labels[y0:y1, x0:x1], instance.mask[y0:y1, x0:x1]
+    inside = labels[mask & (labels >= 0) & (labels < len(scene.pieces))]
+    counts = np.bincount(inside, minlength=len(scene.pieces))
+    return [int(n) for n in np.flatnonzero(counts >= np.maximum(LEAST_PIXELS, LEAST_SHARE * scene.sizes))]
+
+
+def outline_faces(
+    bench: Workbench, drafts: Sequence[Draft], planes: FloatArray, joint: FloatArray | None = None
+) -> list[Draft]:
+    """Draw every draft's outline with the planes (n, 3) as they stand; drafts without one are kept without.
+
+    `joint` (3n, 3n) is the planes' covariance; without it they are as the photos alone show each.
+    """
+    scene = bench.scene
+    joint = side_by_side([draft.sight.covariance for draft in drafts]) if joint is None else joint
+    known = {draft.piece: planes[i] for i, draft in enumerate(drafts)}
+    known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(scene.floors)}
+    widths = [_width_px(draft.mask) for draft in drafts]
+    drawn = dict(enumerate(drafts))
+    for i in sorted(drawn, key=lambda k: -widths[k]):  # the wide ones first: they tell their neighbours top and foot
+        draft = drafts[i]
+        touching = _touching(bench, drafts, i)
+        around = Surroundings(
+            colour=bench.pair.left, marks=bench.marks, left_grey=bench.grey_levels[0], right_grey=bench.grey_levels[1],
+            gradients=bench.slopes, labels=scene.labels, planes=known, frame=bench.frame,
+            valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]), camera=bench.pair.camera,
+            down=scene.level.view.down, texture_grey=draft.texture_grey,
+            meets=tuple(drafts[j].piece for j in touching), apart=_apart(joint, i, drafts, scene),
+        )  # fmt: skip
+        ends = None
+        for j in touching:
+            neighbour = drawn[j].outline
+            if neighbour is not None and widths[i] < NARROW_SHARE * widths[j]:
+                ends = _down_to(shared_ends(neighbour, draft.piece), draft.mask)
+        drawn[i] = replace(draft, outline=find_outline(draft.mask, draft.piece, around, ends))
+    return [drawn[i] for i in range(len(drafts))]
+
+
+def _apart(joint: FloatArray, i: int, drafts: Sequence[Draft], scene: Scene) -> dict[int, FloatArray]:
+    """Return, by label, the covariance (3, 3) of draft i's q less that of what lies there; a floor's own is small."""
+    own = joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
+    floors = {len(scene.pieces) + k: own for k in range(len(scene.floors))}
+    return floors | {draft.piece: apart(joint, i, j) for j, draft in enumerate(drafts)}
+
+
+def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
+    """Let a shared edge go down to the mask's own foot where that is much lower: something hides the neighbour."""
+    if ends is None:
+        return None
+    rows, _ = box_of(mask)
+    if rows.stop - ends[1, 1] <= HIDDEN_SHARE * (rows.stop - rows.start) or ends[1, 1] - ends[0, 1] < 1.0:
+        return ends
+    run = (ends[1] - ends[0]) / (ends[1, 1] - ends[0, 1])
+    return np.stack([ends[0], ends[0] + (rows.stop - ends[0, 1]) * run])
+
+
+def _touching(bench: Workbench, drafts: Sequence[Draft], i: int) -> list[int]:
+    """Return the drafts of the same instance that meet draft i in a convex edge."""
+    pieces = bench.scene.pieces
+    found: list[int] = []
+    for j, other in enumerate(drafts):
+        low, high = sorted((drafts[i].piece, other.piece))
+        if other.instance == drafts[i].instance and high == low + 1 and pieces[low].convex_next:
+            found.append(j)
+    return found
+
+
+def _width_px(mask: BoolArray) -> int:
+    _, columns = box_of(mask)
+    return int(columns.stop - columns.start)
+
+
+def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
+    """Refine every plane again on the pixels that its outline holds for sure."""
+    better: list[Draft] = []
+    for draft in drafts:
+        if draft.outline is None:
+            better.append(draft)
+            continue
+        fit = refined_inside(bench, draft, filled(draft.outline.rings, draft.mask.shape))
+        sight = _sight(fit, draft.mask, bench) if fit is not None else draft.sight
+        better.append(replace(draft, sight=sight, refined=draft.refined or fit is not None))
+    return better
+
+
+def refined_inside(bench: Workbench, draft: Draft, inside: BoolArray) -> PlaneFit | None:
+    """Refine a draft's plane on the pixels `inside` (H, W) its outline, less a border.
+
+    Pixels make a fit surer. Where a narrow face's outermost ones don't, or tilt it by more than so many can by chance,
+    they carry something else, what lies beyond the edge or its chamfer, and are left out.
+
+    Reference: Hausman 1978: of two fits of which one uses what the other does, variances subtract.
+    """
+    box, usable = box_of(inside), np.zeros_like(inside)
+    usable[box] = _near(bench, draft, 1.5, box) & ~bench.marks[box]
+    fits: list[PlaneFit | None] = []
+    for border_px in BORDERS_PX[: 2 if _width_px(inside) < NARROW_PX else 1]:
+        core = shrunk(inside, border_px) & usable
+        fits.append(refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px, again=draft.refined))
+    first, last = fits[0], fits[-1]
+    if first is None or last is None:
+        return first
+    more = max(float(last.covariance[0, 0] - first.covariance[0, 0]), 0.0)
+    agree = abs(float(last.q_px[0] - first.q_px[0])) <= CONTRADICTS_SIGMAS * np.sqrt(more)
+    return first if agree else last
+
+
+def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
+    """Return the pixels (H, W) whose centres an outline's rings hold, holes off."""
+    canvas = np.zeros(shape[:2], dtype=np.uint8)
+    for value, ring in zip([1] + [0] * (len(rings) - 1), rings, strict=True):
+        cv2.fillPoly(canvas, [np.round(ring * 16.0).astype(np.int32)], value, lineType=cv2.LINE_8, shift=4)
+    return canvas > 0
+
+
+def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draft:
+    start = q_of_piece(bench.scene.pieces[piece], bench.scene.level)
+    core = shrunk(mask, 2)
+    core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
+    fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
+    if fit is not None:
+        sight = _sight(fit, mask, bench)
+    else:
+        level = bench.scene.level
+        known = core & level.measured
+        rays, d, sigma = level.rays[known], level.disparity_px[known], level.sigma_px[known]
+        q, covariance = fit_q(rays, d, np.clip(sigma, 0.1, 2.0)) if len(d) > 30 else (start, np.eye(3))
+        sight = PlaneSight(q_px=q, covariance=covariance * MATCHER_BLOCK_PX)
+    texture_grey = _texture(bench.slopes, mask)
+    return Draft(
+        piece=piece, instance=instance, mask=mask, texture_grey=texture_grey, sight=sight, refined=fit is not None
+    )
+
+
+def _off_plane(bench: Workbench, q_px: FloatArray, box: Box = WHOLE) -> Float32Array:
+    """Return the measured disparity less the plane's (H, W), in a box of it, NaN where not measured."""
+    p = pixel_plane(q_px, bench.pair.camera).astype(np.float32)
+    height, width = bench.disparity_px.shape
+    rows = p[1] * np.arange(height, dtype=np.float32)[box[0]] + p[2]
+    off: Float32Array = bench.disparity_px[box] - rows[:, None]
+    off -= p[0] * np.arange(width, dtype=np.float32)[None, box[1]]
+    return off
+
+
+def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
+    """Take a refined plane, with what its border leaks into it: a narrow face is mostly border."""
+    rows, columns = nonzero(mask)
+    width = max(float(np.sqrt(12.0) * columns.std()), 4.0)
+    f_px = bench.pair.camera.f_px
+    middle = bench.scene.level.rays[rows[:: max(1, len(rows) // 2000)], columns[:: max(1, len(rows) // 2000)]].mean(
+        axis=0
+    )
+    across = f_px / width * np.array([1.0, 0.0, -middle[0]])  # q that tilts by 1 px over the width, about the middle
+    carried_px = LEAK_PX + SLANT_PX * abs(float(fit.q_px[0])) / f_px
+    leak = (carried_px / width) ** 2 * (np.outer(across, across) + 0.25 * np.diag([0.0, 0.0, 1.0]))
+    return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
+
+
+def _near(bench: Workbench, draft: Draft, most_px: float, box: Box) -> BoolArray:
+    """Say where in a box the measured disparity agrees with the draft's plane (or nothing was measured)."""
+    with np.errstate(invalid="ignore"):
+        off = np.abs(_off_plane(bench, draft.sight.q_px, box)) > most_px
+    return ~(off & bench.scene.level.measured[box])
+
+
+def _texture(slopes: Gradients, mask: BoolArray) -> float:
+    """Return the gradient that an edge must stand out of: twice the usual one on the face."""
+    at = nonzero(mask)
+    x, y = slopes.left_x[at], slopes.left_y[at]
+    return float(np.clip(2.0 * np.median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5

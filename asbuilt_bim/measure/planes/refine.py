@@ -1,0 +1,215 @@
+"""A plane refined on the pixels of both photos: the homography it induces is fitted by Gauss-Newton.
+
+The right photo read at x - q . r must look like the left one. Hundredths of a pixel, without the matcher's locking.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
+from asbuilt_bim.geometry.masks import nonzero
+from asbuilt_bim.vision.stereo.warp import sample_sharp, with_slope
+
+IndexArray = NDArray[np.intp]
+
+BLOCK_PX = 16
+"""Residuals within a block are taken as one observation: texture and interpolation err together over that far."""
+MOST_PIXELS = 40_000
+"""Enough for thousandths of a pixel; more only costs time."""
+ENOUGH_COARSE = 8_000
+"""For the coarse level, which only has to lead into the fine one's basin."""
+MOST_STEEP = 5.0
+STILL_PX = 0.002
+"""A step that moves no pixel further than this is the last one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pictures:
+    """Both photos of a pair as grey levels, as they are; a coarse level beside.
+
+    Neither is the fine level smoothed nor a local mean taken off: near a face's border both would carry the background,
+    which lies elsewhere in each photo. On twins a blur of 0.8 px doubled the planes' error.
+    """
+
+    fine: tuple[Float32Array, Float32Array]  # left (H, W), right with its slope (H, W, 2)
+    coarse: tuple[Float32Array, Float32Array]
+    valid_right: Float32Array  # (H, W), 1 where the right photo and its neighbours are
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlaneFit:
+    """q (3,) and its covariance (3, 3) from the pictures alone, the residual's rms in grey levels, the pixels used."""
+
+    q_px: FloatArray
+    covariance: FloatArray
+    rms_grey: float
+    pixels: int
+
+
+def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: BoolArray) -> Pictures:
+    """Prepare both photos: smoothing by 2 px widens the basin."""
+
+    def level(image: Float32Array, sigma: float) -> Float32Array:
+        return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.float32)
+
+    inner = cv2.erode(valid_right.astype(np.uint8), np.ones((9, 9), np.uint8), borderValue=0).astype(np.float32)
+    return Pictures(
+        fine=(left_grey, with_slope(right_grey)),
+        coarse=(level(left_grey, 2.0), with_slope(level(right_grey, 2.0))),
+        valid_right=inner,
+    )
+
+
+def refine_plane(
+    both: Pictures, rays: FloatArray, mask: BoolArray, start_px: FloatArray, most_px: float = 2.5, again: bool = False
+) -> PlaneFit | None:
+    """Refine q (3,) on the pixels of `mask` (H, W); None where the pictures don't hold it.
+
+    `again`: the start was refined before, on other pixels, and needs no wide basin. Refused where it diverges: a
+    disparity inside the mask that moves by over `most_px`, or a picture without texture.
+
+    Reference: the plane-induced homography, x_right = x - q . r.
+    """
+    rows, columns = nonzero(mask)
+    if rows.size < 40:
+        return None
+    if rows.size > MOST_PIXELS:  # the steepest pixels of each neighbourhood hold the plane best
+        rows, columns = _steepest(both.fine[0], rows, columns)
+    r = rays[rows, columns]
+    partner = np.round(columns - r @ np.asarray(start_px)).astype(np.intp)
+    paired = (partner >= 0) & (both.valid_right[rows, np.clip(partner, 0, mask.shape[1] - 1)] > 0.5)
+    rows, columns, r = rows[paired], columns[paired], r[paired]
+    if rows.size < 40:
+        return None
+    q = np.asarray(start_px, dtype=np.float64)
+    fit: PlaneFit | None = None
+    some = slice(None, None, max(1, rows.size // ENOUGH_COARSE))
+    levels = [(*both.coarse, some, 4), (*both.fine, slice(None), 6)]
+    for left, right, used, steps in levels[1 if again else 0 :]:
+        fit = _gauss_newton(left, right, rows[used], columns[used], r[used], q, steps)
+        if fit is None or float(np.max(np.abs(r @ (fit.q_px - start_px)))) > most_px:
+            return None
+        q = fit.q_px
+    return fit
+
+
+def _gauss_newton(
+    left: Float32Array,
+    right: Float32Array,
+    rows: IndexArray,
+    columns: IndexArray,
+    r: FloatArray,
+    q: FloatArray,
+    steps: int,
+) -> PlaneFit | None:
+    x, y = columns.astype(np.float32), rows.astype(np.float32)
+    seen = left[rows, columns].astype(np.float64)
+    ahead, behind = np.minimum(columns + 1, left.shape[1] - 1), np.maximum(columns - 1, 0)
+    left_slope = 0.5 * (left[rows, ahead] - left[rows, behind]).astype(np.float64)
+    usual_slope = median(np.abs(left_slope))
+    # q is solved about the patch's own middle: well-conditioned however far off the axis it lies
+    middle, basis = _basis(r)
+    own = (r - middle) @ basis.T
+    own = np.concatenate([own, np.ones((len(own), 1))], axis=1)
+    hessian = np.eye(3)
+    jacobian, residual, weight = own, seen, np.ones_like(seen)
+    for _ in range(steps):
+        at = x - (r @ q).astype(np.float32)
+        there, right_slope = _line(right, at, y)
+        gain, offset = _exposure(seen, there, weight)
+        residual = seen - gain * there - offset
+        scale = max(1.4826 * median(np.abs(residual)), 0.5)
+        weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
+        # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
+        weight /= np.maximum(1.0, np.square(left_slope / (MOST_STEEP * usual_slope + 1e-6)))
+        # the left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their
+        # product counts texture only. Squared, grain would pass for texture, and sigma come out too small by half.
+        jacobian = left_slope[:, None] * own
+        hessian = (jacobian * weight[:, None]).T @ (gain * right_slope[:, None] * own)
+        spread = np.linalg.eigvalsh(hessian + hessian.T)
+        if spread[0] < 1e-10 * spread[2] or spread[2] < 1.0:
+            return None
+        change = -np.linalg.solve(hessian, (jacobian * weight[:, None]).T @ residual)
+        moved = float(np.max(np.abs(own @ change)))
+        q = q + _q_change(change / max(moved, 1.0), middle, basis)  # a px a step: beyond, the slope means nothing
+        if moved < STILL_PX:
+            break
+    covariance = _sandwich(jacobian, residual, weight, hessian, rows, columns)
+    lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
+    return PlaneFit(
+        q_px=q,
+        covariance=lift @ covariance @ lift.T,
+        rms_grey=float(np.sqrt(np.average(residual**2, weights=weight + 1e-9))),
+        pixels=len(rows),
+    )
+
+
+def _exposure(seen: FloatArray, there: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    """Return gain and offset that carry the right photo's grey levels to the left one's."""
+    total = float(weight.sum()) + 1e-9
+    mean_seen, mean_there = float(weight @ seen) / total, float(weight @ there) / total
+    spread = float(weight @ np.square(there - mean_there))
+    gain = float(weight @ ((seen - mean_seen) * (there - mean_there))) / max(spread, 1e-9)
+    gain = float(
+        np.clip(gain, 0.8, 1.25)
+    )  # noise pulls it towards 0, exposure of a synchronised rig doesn't differ more
+    return gain, mean_seen - gain * mean_there
+
+
+def _steepest(image: Float32Array, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Keep `MOST_PIXELS` pixels: of each run of neighbours the one with the steepest slope along x."""
+    step = -(-rows.size // MOST_PIXELS)
+    slope = np.abs(image[rows, np.minimum(columns + 1, image.shape[1] - 1)] - image[rows, np.maximum(columns - 1, 0)])
+    count = rows.size // step
+    picked = np.arange(count) * step + np.argmax(slope[: count * step].reshape(count, step), axis=1)
+    return rows[picked], columns[picked]
+
+
+def _basis(r: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rays' mean (3,) and two axes (2, 3) of the image plane scaled to the patch's spread."""
+    spread = np.maximum(r[:, :2].std(axis=0), 1e-6)
+    return r.mean(axis=0), np.array([[1.0 / spread[0], 0.0, 0.0], [0.0, 1.0 / spread[1], 0.0]])
+
+
+def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> FloatArray:
+    """Turn (slope x, slope y, offset at the middle) into a change of q: d = c0 (x-mx)/sx + c1 (y-my)/sy + c2."""
+    sloped: FloatArray = change[0] * basis[0] + change[1] * basis[1]
+    sloped[2] = change[2] - sloped[:2] @ middle[:2]
+    return sloped
+
+
+def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> tuple[FloatArray, FloatArray]:
+    """Sample a picture with its slope (H, W, 2) at (N,) places; remap wants an image, so they are laid out in rows."""
+    width, count = 4096, len(x)
+    columns = np.zeros(-(-count // width) * width, dtype=np.float32)
+    rows = np.zeros_like(columns)
+    columns[:count], rows[:count] = x, y
+    laid = sample_sharp(image, columns.reshape(-1, width), rows.reshape(-1, width)).reshape(-1, 2)[:count]
+    return laid[:, 0].astype(np.float64), laid[:, 1].astype(np.float64)
+
+
+def _sandwich(
+    jacobian: FloatArray,
+    residual: FloatArray,
+    weight: FloatArray,
+    hessian: FloatArray,
+    rows: IndexArray,
+    columns: IndexArray,
+) -> FloatArray:
+    """Return the covariance (3, 3) with the residuals' own correlation in it: scores are summed by block first."""
+    score = jacobian * (weight * residual)[:, None]
+    block = (rows // BLOCK_PX) * 4096 + columns // BLOCK_PX
+    _, index = np.unique(block, return_inverse=True)
+    sums = np.stack([np.bincount(index, weights=score[:, i]) for i in range(3)], axis=1)
+    inverse = np.linalg.inv(hessian)
+    blocks = len(sums)
+    together = sums.T @ sums * (blocks / max(blocks - 3, 1))
+    # slow shading joins blocks, and a handful can't show their scatter: half of what independent pixels give on top
+    alone = (jacobian * weight[:, None]).T @ jacobian * float(np.average(residual**2, weights=weight + 1e-12))
+    covariance: FloatArray = inverse @ (together + 0.5 * alone) @ inverse.T
+    return covariance

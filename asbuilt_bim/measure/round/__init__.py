@@ -1,0 +1,1 @@
+"""Round columns: circle, silhouettes, top and foot."""

@@ -1,0 +1,137 @@
+"""Round columns: silhouettes are tangent rays and give direction and radius over distance; stereo the distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.polygon import ring_area
+from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.outline.fit import Outline
+from asbuilt_bim.measure.outline.occlusion import how_seen
+from asbuilt_bim.measure.round.circle import fit_circle
+from asbuilt_bim.measure.round.ends import find_ends
+from asbuilt_bim.measure.round.silhouettes import chord_plane, facing_plane
+from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, rings_area_m2
+from asbuilt_bim.measure.workbench import Workbench
+from asbuilt_bim.vision.masks.segment import Instance
+
+ARC_POINTS = 24
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RoundFit:
+    """A round column's circle in the level plan, with sigmas of radius and distance, and its rise below the camera."""
+
+    circle: Circle
+    radius_sigma_m: float
+    distance_sigma_m: float
+    top_m: float  # below the camera (negative: above)
+    foot_m: float
+    height_sigma_m: float
+    proven: bool  # the mantle is seen to end on all four sides
+
+
+def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundFit | None:
+    """Fit the circle on silhouettes and disparities; None where the mask shows no round column."""
+    if np.count_nonzero(mask) < 150:
+        return None
+    found = fit_circle(bench, circle, mask)
+    ends = find_ends(bench, found.circle, mask)
+    if ends is None:
+        return None
+    return RoundFit(
+        circle=found.circle, radius_sigma_m=found.radius_sigma_m, distance_sigma_m=found.distance_sigma_m,
+        top_m=ends.top_m, foot_m=ends.foot_m, height_sigma_m=ends.height_sigma_m, proven=found.proven and ends.proven,
+    )  # fmt: skip
+
+
+def round_face(
+    bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray, rig: StereoRig
+) -> MeasuredFace:
+    """Build the metric face of a round column: the visible arc times its height, on the mantle."""
+    camera = bench.pair.camera
+    frame = _frame(bench, fit)
+    distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
+    half_arc = float(np.arccos(np.clip(fit.circle.radius_m / distance, 0.0, 1.0)))
+    u = np.linspace(-half_arc, half_arc, ARC_POINTS) * fit.circle.radius_m
+    height = fit.foot_m - fit.top_m
+    ring = np.concatenate(
+        [np.stack([u, np.zeros_like(u)], axis=1), np.stack([u[::-1], np.full_like(u, height)], axis=1)]
+    )
+    points = frame.from_uv(ring)
+    ring_px = camera.project(points)
+    area = ring_area(ring)
+    sigma = float(
+        np.hypot(area * fit.radius_sigma_m / fit.circle.radius_m, area * fit.height_sigma_m / max(height, 1e-6))
+    )
+    clockwise = ring_area(ring_px) < 0.0
+    outline = Outline(rings=(ring_px[::-1] if clockwise else ring_px,), edges=())
+    middle = frame.from_uv(np.array([0.0, 0.5 * height]))
+    seen = how_seen(bench, outline, _front_plane(bench, fit))
+    return MeasuredFace(
+        face_id=face_id, label=instance.label, score=instance.score, source=instance.source, frame=frame,
+        outline_uv_m=(frozen(ring),),
+        outline_px=(frozen(ring_px),), area_m2=float(area),
+        area_sigma_calibration_m2=_calibration_sigma(bench, fit, float(area), rig),
+        area_sigma_image_m2=sigma,
+        covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
+        height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),
+        cut_by_frame=seen.cut_by_frame, occluded=seen.occluded, flatness_rms_m=_roundness(bench, fit.circle, mask),
+        instance=number, open_edge=not fit.proven,
+    )  # fmt: skip
+
+
+def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> float:
+    """Return what the rig's covariance does to the area: the same share as to the upright plane through both tangents.
+
+    Arc and chord grow alike with radius and distance, and the heights are the same.
+    """
+    camera, view = bench.pair.camera, bench.scene.level.view
+    distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
+    sine = fit.circle.radius_m / distance
+    forward = np.array([fit.circle.x_m, fit.circle.z_m]) / distance
+    middle = forward * distance * (1.0 - sine**2)
+    across = np.array([forward[1], -forward[0]]) * fit.circle.radius_m * np.sqrt(1.0 - sine**2)
+    corners = [(-1.0, fit.top_m), (1.0, fit.top_m), (1.0, fit.foot_m), (-1.0, fit.foot_m)]
+    level = np.array([[*(middle + side * across), below] for side, below in corners])[:, [0, 2, 1]]
+    rectified = level @ view.level_from_rectified
+    ring = rectified[:, :2] / rectified[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
+    plane = chord_plane(bench, fit.circle)
+    sigma = float(calibration_sigmas_m2([([ring], plane)], rig, camera)[0])
+    return area_m2 * sigma / rings_area_m2([ring], plane, camera)
+
+
+def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
+    """Return the mantle's frame in the LEFT frame, its zero towards the camera, its origin at the foot."""
+    left_from_level = bench.pair.camera.rectified_from_left.T @ bench.scene.level.view.level_from_rectified.T
+    foot = left_from_level @ np.array([fit.circle.x_m, fit.foot_m, fit.circle.z_m])
+    towards = np.array([-fit.circle.x_m, 0.0, -fit.circle.z_m])
+    return CylinderFrame(
+        origin_m=frozen(foot),
+        axis=frozen(left_from_level @ np.array([0.0, -1.0, 0.0])),
+        zero=frozen(left_from_level @ (towards / np.linalg.norm(towards))),
+        radius_m=fit.circle.radius_m,
+    )
+
+
+def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
+    """Return q (3,) of the upright plane that touches the column's near side."""
+    return facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
+
+
+def _roundness(bench: Workbench, circle: Circle, mask: BoolArray) -> float:
+    """Return the rms along the line of sight between the measured mantle and the circle, in metres."""
+    level = bench.scene.level
+    known = mask & level.measured
+    d = level.d_px[known]
+    miss = d - disparity_of_circle(circle, level.x_px[known])
+    miss = miss[np.isfinite(miss) & (np.abs(miss) < 1.0)]
+    if miss.size == 0:
+        return 0.0
+    return float(np.sqrt(np.mean(miss**2)) * circle.z_m / max(float(np.median(d)), 1e-6))

@@ -1,0 +1,1 @@
+"""How sure an area and the rig's scale are."""

@@ -1,0 +1,1 @@
+"""From cells to elements, storeys, tasks and cost lines."""

@@ -1,0 +1,1 @@
+"""Built, open or unknown: from the stations' evidence to samples and cells."""

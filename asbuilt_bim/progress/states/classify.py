@@ -1,0 +1,38 @@
+"""Each design face after a visit: what of it is built, what is open, and what nobody knows."""
+
+from __future__ import annotations
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.match.result import FaceMatch, MatchResult
+from asbuilt_bim.progress.history import VisitHistory
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states.decide import decide_element
+from asbuilt_bim.progress.states.evidence import view_of
+from asbuilt_bim.progress.surface import SurfaceState, unseen
+
+
+def classify_surface(
+    matched: MatchResult, design: BimModel, history: VisitHistory, options: ProgressOptions
+) -> tuple[SurfaceState, ...]:
+    """Say of each design face what of its exposed surface is built, what is open, and what nobody knows.
+
+    What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
+    been built since.
+    """
+    views = [view_of(placed, _good_faces(matched, placed.pose.station)) for placed in matched.stations]
+    by_face: dict[str, list[FaceMatch]] = {}
+    for match in matched.matches:
+        by_face.setdefault(match.design_face, []).append(match)
+    unobserved = set(matched.unobserved)
+    states: list[SurfaceState] = []
+    for element in design.elements:
+        earlier = [history.earlier(element.global_id, face, options) for face in element.faces]
+        if all(face.face_id in unobserved for face in element.faces) and not any(earlier):
+            states.extend(unseen(face) for face in element.faces)
+            continue
+        states.extend(decide_element(element, views, by_face, earlier, options))
+    return tuple(states)
+
+
+def _good_faces(matched: MatchResult, station: str) -> list[str]:
+    return [match.face_id for match in matched.matches if match.station == station]

@@ -1,0 +1,211 @@
+"""Decides an element's surface by its stations' votes and its history: each sample is built, open or unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.border_boxes import border_boxes
+from asbuilt_bim.bim.cells import CellSamples, cell_samples
+from asbuilt_bim.bim.model import BimElement, DesignFace
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.match.result import FaceMatch
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states.as_built import as_built
+from asbuilt_bim.progress.states.cell_states import in_conflict
+from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
+from asbuilt_bim.progress.states.evidence import StationView
+from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
+from asbuilt_bim.progress.states.sample_grid import strips
+from asbuilt_bim.progress.states.votes import Votes, gather
+from asbuilt_bim.progress.states.whole import Checked, check_whole
+from asbuilt_bim.progress.surface import SurfaceState, unseen
+
+OVERLAP_M = 1e-6
+"""Sample boxes are grown by this, so that neighbours join without a crack."""
+
+
+def decide_element(
+    element: BimElement,
+    views: Sequence[StationView],
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    earlier: Sequence[SurfaceState | None],
+    options: ProgressOptions,
+) -> list[SurfaceState]:
+    """Return the state of each face of an element, `earlier` being what earlier visits made of them.
+
+    What was built stays so, but not where sides contradicted one another: that was never settled; nor in the cells of
+    which this visit sees a good piece open: which of both is right is unknown until a visit says so again.
+    """
+    samples = cell_samples(element, options.spacing_m)
+    votes = gather(element, samples, views, by_face, options)
+    past = _past(element, samples, votes, earlier, options)
+    return [
+        _face_state(
+            face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], past, options
+        )
+        for index, face in enumerate(element.faces)
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Past:
+    """What earlier visits saw built (N,), what of it looks open now, what of it is still held to stand; and what
+    they saw open, as long as nothing says that it has been built since.
+    """
+
+    built: BoolArray
+    undone: BoolArray
+    stands: BoolArray
+    open: BoolArray
+
+
+def _past(
+    element: BimElement,
+    samples: CellSamples,
+    votes: Votes,
+    earlier: Sequence[SurfaceState | None],
+    options: ProgressOptions,
+) -> _Past:
+    built, opened = (np.zeros(len(samples.face), dtype=bool) for _ in range(2))
+    if not any(earlier):
+        return _Past(built=built, undone=built, stands=built, open=opened)
+    known = [was or unseen(face) for was, face in zip(earlier, element.faces, strict=True)]
+    for index, was in enumerate(known):
+        own = samples.face == index
+        if was.built_uv_m and own.any():
+            built[own] = polygon.contains(was.built_uv_m, samples.uv_m[own])
+        for region in (was.open_uv_m, was.was_open_uv_m):
+            if region and own.any():
+                opened[own] |= polygon.contains(region, samples.uv_m[own])
+    opened &= not _has_risen(opened, samples, votes)
+    built &= ~in_conflict(element, known, options)[samples.cell]
+    undone = built & (votes.open > votes.built)
+    gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
+    lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]
+    return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost), open=opened)
+
+
+def _has_risen(opened: BoolArray, samples: CellSamples, votes: Votes) -> bool:
+    """Say whether most of what was open and is seen again is built now: then the rest may well be, too."""
+    built = opened & (votes.built > 0.0) & (votes.built >= votes.open)
+    return bool(samples.area_m2[built].sum() > samples.area_m2[opened & (votes.open > votes.built)].sum())
+
+
+def _face_state(
+    face: DesignFace,
+    samples: CellSamples,
+    own: BoolArray,
+    votes: Votes,
+    matches: Sequence[FaceMatch],
+    earlier: SurfaceState | None,
+    past: _Past,
+    options: ProgressOptions,
+) -> SurfaceState:
+    now_built = own & (votes.built > 0.0) & (votes.built >= votes.open)
+    now_open = own & (votes.open > votes.built)
+    built = now_built | (past.stands & own)
+    opened = now_open & ~past.built
+    conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | past.undone)
+    gone_m2 = float(samples.area_m2[own & past.undone].sum())
+    regions = [_region(samples, one, face) for one in (built, opened)]
+    checked = _checked(face, samples, own, votes, matches, built, options)
+    taken_down = bool((past.built & own).any()) and not built.any()
+    measured = as_built(checked.matches, None if taken_down else earlier, face)
+    areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
+    built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
+    doubts = tuple(past_design(checked.matches, options))
+    return SurfaceState(
+        face_id=face.face_id,
+        element=face.element,
+        built_uv_m=regions[0],
+        open_uv_m=regions[1],
+        unknown_uv_m=polygon.difference(face.exposed_uv_m, polygon.union(regions)),
+        outline_uv_m=measured.outline_uv_m,
+        built_area_m2=built_area,
+        open_area_m2=open_area,
+        unknown_area_m2=max(face.exposed_area_m2 - built_area - open_area, 0.0),
+        as_built_area_m2=measured.area_m2,
+        as_built_sigma_calibration_m2=measured.sigma_calibration_m2,
+        as_built_sigma_image_m2=measured.sigma_image_m2,
+        offset_m=measured.offset_m,
+        offset_sigma_m=measured.offset_sigma_m,
+        tilt_rad=measured.tilt_rad,
+        stations={name: value for name, value in areas.items() if value > 0.0},
+        conflict_area_m2=float(samples.area_m2[conflict].sum()),
+        notes=(
+            *doubts,
+            *checked.notes,
+            *measured.notes,
+            *_notes(samples, own, votes, built | opened, gone_m2, matches, options),
+        ),
+        parts=checked.parts,
+        doubts=doubts,
+        gone_area_m2=gone_m2,
+        whole=measured.whole,
+        was_open_uv_m=_region(samples, own & past.open & ~built & ~opened, face),
+    )
+
+
+def _checked(
+    face: DesignFace,
+    samples: CellSamples,
+    own: BoolArray,
+    votes: Votes,
+    matches: Sequence[FaceMatch],
+    built: BoolArray,
+    options: ProgressOptions,
+) -> Checked:
+    """Return a face's matches that speak for concrete; of a mantle, whole is what one station can see of it."""
+    standing = tuple(match for match in matches if match in votes.spoken)
+    if isinstance(face.frame, CylinderFrame):
+        return Checked(matches=standing, parts=(), notes=())
+    return check_whole(standing, samples, np.flatnonzero(own), built, options)
+
+
+def _region(samples: CellSamples, chosen: BoolArray, face: DesignFace) -> Region:
+    """Return what the chosen samples (N,) of one face stand for, as polygons within its exposed surface."""
+    if not chosen.any():
+        return polygon.EMPTY
+    own = np.flatnonzero(samples.face == samples.face[np.argmax(chosen)])
+    step = samples.step_m[own[0]]
+    past, owner = border_boxes(face.exposed_uv_m, samples.uv_m[own], step)
+    past = past[chosen[own][owner]]
+    low, high = strips(samples, np.flatnonzero(chosen))
+    low, high = np.concatenate([low, past - 0.5 * step]), np.concatenate([high, past + 0.5 * step])
+    low, high = np.round(low - OVERLAP_M, 6), np.round(high + OVERLAP_M, 6)
+    joined = polygon.boxes(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    return polygon.intersection(joined, face.exposed_uv_m)
+
+
+def _notes(
+    samples: CellSamples,
+    own: BoolArray,
+    votes: Votes,
+    decided: BoolArray,
+    gone_m2: float,
+    matches: Sequence[FaceMatch],
+    options: ProgressOptions,
+) -> list[str]:
+    notes = []
+    hidden = float(samples.area_m2[own & votes.before & ~decided].sum())
+    if hidden >= 0.1:
+        notes.append("something stands before a part of it")
+    if 0.1 <= gone_m2 < GONE_M2:
+        notes.append(f"{gone_m2:.1f} m2 that an earlier visit saw built look open now")
+    for match in matches:
+        if match in votes.spoken:
+            continue
+        what = f"a surface of {match.area_m2:.2f} m2 isn't borne out by depth or colour"
+        if stands_off(match, options):
+            where = "before" if match.offset_m > 0.0 else "behind"
+            what = f"a surface stands {abs(match.offset_m) * 100:.0f} cm {where} it"
+        elif looks_like_bars(match, options):
+            what = f"a surface of {match.area_m2:.2f} m2 on it may be starter bars"
+        notes.append(f"station {match.station}: {what} and was not counted as built")
+    return notes

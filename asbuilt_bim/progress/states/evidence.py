@@ -1,0 +1,226 @@
+"""What one station's depth says of points of the design's surface: there, seen through, hidden, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.transform import apply, inverse, rotate, unit
+from asbuilt_bim.match.score import point_sigma_m
+from asbuilt_bim.measure.depth_reference import unpack, unpack_beyond
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states.colour import ConcreteColour, concrete_colour
+from asbuilt_bim.register.pose import PlacedStation, StationPose
+from asbuilt_bim.vision.stereo.occluder_free import BEYOND_SIGMA_PX
+
+RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+"""A sample's own reference pixel and eight round it, in units of the margin."""
+
+FEWEST, DISSENT = 5, 1
+"""Of these nine at least five must be measured, and one of them may differ: a speckle is no edge."""
+
+FEWEST_PAST = 3
+"""Where something stands before the others, so many must be seen past it, the sample's own among them, and agree."""
+
+
+EVEN_PX = 5.0
+"""A ring is 18 px high in a photo of 1280: over it the ground's disparity changes by 3 px, give or take its noise."""
+
+FRAME = 0.02
+"""Of the width, which a lens's distortion bends a rectified photo's border in. What stands so far left that the right
+photo doesn't show it can only be taken for something farther, by a look that doesn't ask how sure it is."""
+
+
+class Verdict(IntEnum):
+    """What a station's depth says of one sample."""
+
+    NOT_FACED = 0  # out of the frame, too far, or turned away
+    NOT_MEASURED = 1
+    NEAR = 2  # the measured surface is there
+    BEHIND = 3  # one sees through where it should be
+    BEFORE = 4  # something stands before it
+    MIXED = 5  # a depth edge runs through here
+    OTHER = 6  # a surface is there, but it hasn't the colour of concrete
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationView:
+    """A placed station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels.
+
+    `beyond_px` (h, w) is the same with bars and other thin things taken out of the photos.
+    """
+
+    pose: StationPose
+    camera: RectifiedCamera
+    disparity_px: Float32Array
+    sigma_px: Float32Array
+    scale: int
+    beyond_px: Float32Array | None = None
+    colour: ConcreteColour | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evidence:
+    """Verdicts (N,) uint8 of `Verdict`, and how well each surface point is known along its normal (N,) in metres.
+
+    `own` is what the sample's own pixel says, whatever its neighbours do, and `offset_m` (N,) how far before the design
+    its surface stands; `common_m` (N,) is the part of that which all samples err by alike, by the rig and the pose.
+    `drop_m` (N,) is how far the line of sight falls within the tolerance: lower over its foot, a surface can't be told
+    from the ground behind it. `tinted` says where it can't be concrete, `through` where one sees past it between bars,
+    `surely_through` where what is seen there is even: a matcher that still sees bars answers with shreds of depths.
+    """
+
+    verdict: NDArray[np.uint8]
+    sigma_m: FloatArray
+    own: NDArray[np.uint8]
+    offset_m: FloatArray
+    common_m: FloatArray
+    drop_m: FloatArray
+    tinted: BoolArray
+    through: BoolArray
+    surely_through: BoolArray
+
+
+def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
+    """Read a placed station's depth reference, and learn the colour of concrete from its matched faces (ids)."""
+    disparity, sigma, scale = unpack(placed.measurement.depth_ref)
+    return StationView(
+        pose=placed.pose,
+        camera=placed.measurement.camera,
+        disparity_px=disparity,
+        sigma_px=sigma,
+        scale=scale,
+        beyond_px=unpack_beyond(placed.measurement.depth_ref),
+        colour=concrete_colour(placed.measurement, matched),
+    )
+
+
+def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options: ProgressOptions) -> Evidence:
+    """Ask a station about world points (N, 3) of design surface with outward normals (N, 3).
+
+    Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one for each pixel
+    of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose.
+    """
+    left_from_world = inverse(view.pose.world_from_left)
+    points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
+    verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
+    own = verdict.copy()
+    tinted, through, even = (np.zeros(len(points), dtype=bool) for _ in range(3))
+    sigma, offset, common, drop = (np.full(len(points), np.inf) for _ in range(4))
+    pixels = view.camera.project(points)
+    asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
+    if len(asked):
+        pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
+        ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+        verdict[asked], own[asked] = _decided(ring.votes), ring.votes[:, 0]
+        sigma[asked], offset[asked], common[asked] = ring.sigma_m, ring.offset_m, ring.common_m
+        towards = unit(points_m[asked] - view.pose.world_from_left[:3, 3])
+        steepness = -towards[:, 2] / np.abs(np.sum(towards * normals[asked], axis=1))
+        drop[asked] = np.maximum(steepness, 0.0) * (options.building_tolerance_m + options.sigmas * ring.sigma_m)
+        if view.beyond_px is not None:
+            bare = replace(view, disparity_px=view.beyond_px, sigma_px=np.full_like(view.beyond_px, BEYOND_SIGMA_PX))
+            past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+            through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
+            even[asked] = past.range_px <= EVEN_PX
+        if view.colour is not None:
+            tinted[asked] = ~view.colour.fits(pixels[asked])
+    near = verdict == Verdict.NEAR
+    verdict[near & tinted] = Verdict.OTHER
+    verdict[near & ~tinted & (options.sigmas * common > options.max_blur_m)] = Verdict.NOT_MEASURED
+    return Evidence(
+        verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted,
+        through=through, surely_through=through & even,
+    )  # fmt: skip
+
+
+def _faced(
+    view: StationView, points: FloatArray, facing: FloatArray, pixels: FloatArray, options: ProgressOptions
+) -> BoolArray:
+    distance = np.linalg.norm(points, axis=1)
+    towards = -np.sum(points * facing, axis=1) / np.maximum(distance, 1e-9)
+    with np.errstate(invalid="ignore"):
+        inside = np.all((pixels >= -0.5) & (pixels < [view.camera.width_px - 0.5, view.camera.height_px - 0.5]), axis=1)
+    turned = towards > np.cos(np.radians(options.max_incidence_deg))
+    faced: BoolArray = inside & turned & (distance < options.max_distance_m)
+    return faced
+
+
+def _on_both(view: StationView, points: FloatArray, pixels: FloatArray) -> BoolArray:
+    """Say which points (N, 3) in the left frame, at pixels (N, 2), the right photo shows as well."""
+    camera = view.camera
+    depth = points @ camera.rectified_from_left[2]
+    right: BoolArray = pixels[:, 0] - camera.f_px * camera.baseline_m / depth > FRAME * camera.width_px
+    return right
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Ring:
+    """What the pixels round n samples say, (n, 9) votes, and of their own pixels (n,) the rest, in metres."""
+
+    votes: NDArray[np.uint8]
+    sigma_m: FloatArray
+    offset_m: FloatArray
+    common_m: FloatArray
+    range_px: FloatArray  # by how much the nine disparities differ; NaN where not all were measured
+
+
+def _ring(
+    view: StationView,
+    points: FloatArray,
+    facing: FloatArray,
+    pixels: FloatArray,
+    pose_sigma: FloatArray,
+    options: ProgressOptions,
+) -> _Ring:
+    height, width = view.disparity_px.shape
+    own = np.floor((pixels + 0.5) / view.scale).astype(int)
+    around = own[:, None, :] + RING * options.margin_px
+    inside = np.all((around >= 0) & (around < [width, height]), axis=-1)
+    column, row = np.clip(around[..., 0], 0, width - 1), np.clip(around[..., 1], 0, height - 1)
+    measured = np.where(inside, view.disparity_px[row, column], np.nan).astype(np.float64)
+    noise = np.hypot(view.sigma_px[row, column], options.rig_sigma_px)
+    rays = view.camera.rays(np.stack([column, row], axis=-1) * float(view.scale) + 0.5 * (view.scale - 1))
+    rays[:, 0] = view.camera.rays(pixels)  # its own pixel is judged at the sample itself
+    along = np.einsum("nki,ni->nk", rays, facing)
+    to_plane = np.sum(points * facing, axis=1)[:, None]
+    power = view.camera.f_px * view.camera.baseline_m
+    predicted = power * along / to_plane  # the tangent plane is linear in disparity
+    with np.errstate(divide="ignore", invalid="ignore"):
+        px_per_m = predicted**2 / (power * np.abs(along))  # of disparity, for a metre along the normal
+        allowed = options.sigmas * np.hypot(noise, pose_sigma[:, None] * px_per_m)
+        allowed += options.building_tolerance_m * px_per_m
+        off = measured - predicted
+        sigma = np.hypot(noise / px_per_m, pose_sigma[:, None])
+        common = np.hypot(options.rig_sigma_px / px_per_m[:, 0], pose_sigma)
+    votes = np.full(measured.shape, Verdict.NEAR, dtype=np.uint8)
+    votes[off < -allowed] = Verdict.BEHIND
+    votes[off > allowed] = Verdict.BEFORE
+    votes[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
+    extent = measured.max(axis=1) - measured.min(axis=1)  # NaN, and so not even, where one is not measured
+    return _Ring(
+        votes=votes, sigma_m=sigma[:, 0], offset_m=off[:, 0] / px_per_m[:, 0], common_m=common, range_px=extent
+    )
+
+
+def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return what the rings (n, 9) say together: one thing, or a depth edge that runs through.
+
+    What stands before a part of a ring hides it and says nothing of the design: then what is seen past it decides.
+    """
+    counts = {kind: np.sum(votes == kind, axis=1) for kind in (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE)}
+    known = sum(counts.values())
+    past = known - counts[Verdict.BEFORE]
+    decided = np.full(len(votes), Verdict.MIXED, dtype=np.uint8)
+    for kind, count in counts.items():
+        decided[(count >= known - DISSENT) & (count >= FEWEST)] = kind
+        if kind != Verdict.BEFORE:
+            alike = (votes[:, 0] == kind) & (count == past) & (count >= FEWEST_PAST)
+            decided[alike & (known >= FEWEST)] = kind
+    decided[known < FEWEST] = Verdict.NOT_MEASURED
+    return decided

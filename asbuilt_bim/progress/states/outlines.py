@@ -1,0 +1,99 @@
+"""Which outlines of measured faces may speak for built concrete: not formwork, starter bars or a neighbour's side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from asbuilt_bim.bim.cells import CellSamples
+from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.result import FaceMatch
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states.evidence import Evidence, Verdict
+from asbuilt_bim.progress.states.sample_grid import Indices, share_along, share_around
+
+
+def speaking(
+    element: BimElement,
+    samples: CellSamples,
+    station: str,
+    evidence: Evidence,
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> list[tuple[FaceMatch, Indices]]:
+    """Return a station's matches that may speak for built concrete, each with the samples in its outline.
+
+    An outline doesn't speak where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
+    have, or where most of it hasn't the colour of concrete.
+    """
+    found: list[tuple[FaceMatch, Indices]] = []
+    for index, face in enumerate(element.faces):
+        own = np.flatnonzero(samples.face == index)
+        for match in by_face.get(face.face_id, ()) if len(own) else ():
+            if match.station != station or not may_be_concrete(match, options):
+                continue
+            covered = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
+            if len(covered) == 0 or np.mean(evidence.own[covered] == Verdict.NEAR) < options.solid_share:
+                continue
+            if np.mean(evidence.tinted[covered]) <= options.tinted_share:
+                found.append((match, covered))
+    return found
+
+
+def standing_off(
+    element: BimElement,
+    samples: CellSamples,
+    station: str,
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> BoolArray:
+    """Say which samples (N,) lie in outlines of a station's faces that were measured to stand off their design face.
+
+    A plane through thousands of pixels knows better than one of them whether it is that surface. (A cylinder's offset
+    is how far off its middle is.)
+    """
+    off = np.zeros(len(samples.uv_m), dtype=bool)
+    for index, face in enumerate(element.faces):
+        own = np.flatnonzero(samples.face == index)
+        for match in by_face.get(face.face_id, ()) if len(own) else ():
+            if match.station == station and isinstance(face.frame, PlaneFrame) and stands_off(match, options):
+                off[own] |= polygon.contains(match.outline_uv_m, samples.uv_m[own])
+    return off
+
+
+def outlined_samples(
+    samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
+) -> tuple[BoolArray, FloatArray]:
+    """Say which samples lie in outlines that speak, with depth on the surface round them, and the planes' sigma (m).
+
+    Concrete is solid over its whole width: an outline that runs up into starter bars has gaps at their height.
+    """
+    inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
+    for match, covered in speak:
+        inside[covered] = True
+        sigma[covered] = np.minimum(sigma[covered], match.offset_sigma_m)
+    hit = evidence.own == Verdict.NEAR
+    solid = share_along(samples, hit, inside & (evidence.own != Verdict.BEFORE)) >= options.solid_share
+    return inside & solid & (hit | (share_around(samples, hit, inside) >= options.solid_share)), sigma
+
+
+def stands_off(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face stands further off its design face than concrete may: formwork, a neighbour's side."""
+    return abs(match.offset_m) > options.building_tolerance_m + 2.0 * match.offset_sigma_m
+
+
+def looks_like_bars(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face may be starter bars: too small to be anything, or small and not known to lie nearer
+    the design face than steel may, which has its cover of concrete before it.
+    """
+    small = match.area_m2 < options.min_patch_m2
+    return match.area_m2 < options.min_face_m2 or (small and match.offset_m < -options.cover_m + match.offset_sigma_m)
+
+
+def may_be_concrete(match: FaceMatch, options: ProgressOptions) -> bool:
+    """Say whether a matched face may speak for built concrete."""
+    return not stands_off(match, options) and not looks_like_bars(match, options)

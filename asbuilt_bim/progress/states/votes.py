@@ -1,0 +1,105 @@
+"""What every station says of every sample of an element's surface, put together: weights for built and for open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.cells import CellSamples
+from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.match.result import FaceMatch
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states.evidence import StationView, Verdict, judge
+from asbuilt_bim.progress.states.outlines import outlined_samples, speaking, standing_off
+from asbuilt_bim.progress.states.sides import mistaken
+from asbuilt_bim.progress.states.trust import WIDER_THAN_A_BAR, WIDER_THAN_A_COLUMN, large_enough, seen_through, trusted
+
+SECOND_LOOK = 0.3
+"""What is only seen open past bars counts less than what another station sees built, plainly and without bars."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Votes:
+    """Weights (N,) for built and for open of an element's samples, and who decided what (station -> bool (N,))."""
+
+    built: FloatArray
+    open: FloatArray
+    decided_by: dict[str, BoolArray]
+    before: BoolArray  # something stands before it, at one station at least
+    spoken: tuple[FaceMatch, ...]  # the matches that were taken for concrete
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Said:
+    """What one station says: weights (N,) for built, for built by a measured outline, and for open; what is hidden."""
+
+    built: FloatArray
+    firm: FloatArray
+    open: FloatArray
+    hidden: BoolArray
+    spoken: tuple[FaceMatch, ...]
+
+
+def gather(
+    element: BimElement,
+    samples: CellSamples,
+    views: Sequence[StationView],
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> Votes:
+    """Ask every station about every sample; a side that is measured to be built overrules one hardly seen open."""
+    nothing = np.zeros(len(samples.points_m))
+    said = {view.pose.station: _asked(view, element, samples, by_face, options) for view in views}
+    built = sum((one.built for one in said.values()), nothing)
+    firm = sum((one.firm for one in said.values()), nothing)
+    opened = sum((one.open for one in said.values()), nothing)
+    decided_by = {station: (one.built > 0.0) | (one.open > 0.0) for station, one in said.items()}
+    return Votes(
+        built=built,
+        open=np.where(mistaken(samples, firm, opened), 0.0, opened),
+        decided_by={station: decided for station, decided in decided_by.items() if decided.any()},
+        before=np.any([nothing > 0.0, *(one.hidden for one in said.values())], axis=0),
+        spoken=tuple(match for one in said.values() for match in one.spoken),
+    )
+
+
+def _asked(
+    view: StationView,
+    element: BimElement,
+    samples: CellSamples,
+    by_face: Mapping[str, Sequence[FaceMatch]],
+    options: ProgressOptions,
+) -> _Said:
+    """Ask one station; a matched outline speaks for its samples where depth doesn't contradict.
+
+    Depth alone says that something is there, not that it is concrete: it counts where a measured face of this element
+    backs it, or where it covers a patch too large for starter bars and clutter.
+    """
+    station = view.pose.station
+    height = samples.points_m[:, 2] - element.vertices_m[:, 2].min(initial=np.inf)
+    least_wide = WIDER_THAN_A_COLUMN if element.kind == "wall" else WIDER_THAN_A_BAR
+    evidence = judge(view, samples.points_m, samples.normals, options)
+    speak = speaking(element, samples, station, evidence, by_face, options)
+    outlined, sigma = outlined_samples(samples, speak, evidence, options)
+    near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options, least_wide)
+    near &= ~standing_off(element, samples, station, by_face, options)
+    hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER) | before_it
+    behind = evidence.verdict == Verdict.BEHIND
+    behind |= seen_through(samples, evidence, outlined | near, options) | evidence.through
+    near, outlined = near & ~evidence.through, outlined & ~evidence.through
+    passed = (evidence.own == Verdict.BEHIND) | evidence.surely_through
+    bars = (passed | (evidence.own == Verdict.NEAR)) & ~(outlined | near | hidden)
+    rails = hidden | (evidence.own == Verdict.BEFORE)
+    behind = large_enough(samples, behind, passed, options.min_face_m2, bars, rails)
+    there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
+    weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
+    return _Said(
+        built=np.where(there, weight, 0.0),
+        firm=np.where(there & outlined, weight, 0.0),
+        open=np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0),
+        hidden=hidden,
+        spoken=tuple(match for match, _ in speak),
+    )

@@ -1,0 +1,80 @@
+"""The networks and plugins that a project names: checked before anything is measured, opened again in each worker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import cast
+
+from asbuilt_bim.measure.station import Instruments
+from asbuilt_bim.storage.plugins import PREFIX, PluginGroup, find
+from asbuilt_bim.vision.masks.segment import Segmenter
+from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
+from asbuilt_bim.vision.stereo.depth import RelativeDepth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NetworkChoice:
+    """What stands under `networks` in a project file: a card's absolute path, `plugin:NAME`, or "" for none."""
+
+    segment: str = ""
+    depth: str = ""
+    stereo: str = ""
+
+
+NONE = NetworkChoice()
+
+
+def identities(choice: NetworkChoice) -> dict[str, str]:
+    """Return name -> digest (of a network with its card) or version (of a plugin) of all that is chosen.
+
+    Raises:
+        NetworkError: a card or its network can't be used.
+        PluginError: a plugin can't be found or made.
+    """
+    if choice == NONE:
+        return {}
+    from asbuilt_bim.vision.networks.card import read_card
+    from asbuilt_bim.vision.networks.kinds import network_digest
+
+    instruments_of(choice)  # opens all of them: what is wrong is said before a station is measured
+    named: dict[str, str] = {}
+    for chosen, group in (
+        (choice.segment, PluginGroup.SEGMENTERS),
+        (choice.depth, PluginGroup.DEPTH_NETWORKS),
+        (choice.stereo, None),
+    ):
+        if chosen.startswith(PREFIX) and group is not None:
+            named[chosen] = find(group, chosen).identity
+        elif chosen:
+            named[read_card(Path(chosen)).name] = network_digest(Path(chosen))
+    return named
+
+
+@lru_cache(maxsize=2)
+def instruments_of(choice: NetworkChoice) -> Instruments:
+    """Open what a project has chosen, once a process.
+
+    Raises:
+        NetworkError: a card or its network can't be used.
+        PluginError: a plugin can't be found or made.
+    """
+    if choice == NONE:
+        return Instruments()
+    from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkMatcher, NetworkSegmenter, load
+
+    segmenter: Segmenter | None = None
+    if choice.segment.startswith(PREFIX):
+        plugin = find(PluginGroup.SEGMENTERS, choice.segment)
+        segmenter = CheckedSegmenter(name=plugin.name, who=plugin.who, inner=cast(Segmenter, plugin.made))
+    elif choice.segment:
+        segmenter = NetworkSegmenter(loaded=load(Path(choice.segment), "segment"))
+    depth: RelativeDepth | None = None
+    if choice.depth.startswith(PREFIX):
+        plugin = find(PluginGroup.DEPTH_NETWORKS, choice.depth)
+        depth = CheckedDepth(name=plugin.name, who=plugin.who, inner=cast(RelativeDepth, plugin.made))
+    elif choice.depth:
+        depth = NetworkDepth(loaded=load(Path(choice.depth), "depth"))
+    matcher = NetworkMatcher(loaded=load(Path(choice.stereo), "stereo")) if choice.stereo else None
+    return Instruments(opinion=segmenter, relative_depth=depth, matcher=matcher)

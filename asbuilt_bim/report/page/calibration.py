@@ -1,0 +1,123 @@
+"""The page that says whether a calibration is to be trusted: one file, without scripts and without requests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
+from asbuilt_bim.camera.calibration.calibrate import Calibration
+from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.wording.values import shown
+from asbuilt_bim.storage.atomic_write import replace_bytes
+
+TEMPLATES = Path(__file__).parent / "templates"
+GOOD_AREA, USABLE_AREA = 0.01, 0.03
+"""Of an area at 5 m, one sigma: a third of what areas are wanted to, and all of it."""
+
+Grade = Literal["good", "usable", "doubtful"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What to make of a calibration, in words: a grade, a sentence, and the reasons for care."""
+
+    grade: Grade
+    sentence: str
+    reasons: tuple[str, ...]
+
+
+def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[LengthCheck, ...]) -> Verdict:
+    """Judge a calibration by what it does to an area, and by every check that gave a warning."""
+    reasons = list(calibration.checks.warnings)
+    if not checks:
+        wrong = "points measured in another unit" if calibration.from_control_points else "a board of another size"
+        reasons.append(
+            f"no known length was checked: {wrong} would show in nothing here; pass --check-length, or a second board"
+        )
+    unsure = [check for check in checks if abs(check.off) > SCALE_LIMIT]
+    reasons += [_unsure(check) for check in unsure]
+    sigma = effect.sigma if effect is not None else 1.0
+    if sigma > USABLE_AREA:
+        sentence = f"Don't measure with this rig: the calibration alone leaves an area at 5 m open by {_share(sigma)}."
+        return Verdict(grade="doubtful", sentence=sentence, reasons=tuple(reasons))
+    begin = f"An area at 5 m is known to {_share(sigma)} by this calibration (one sigma)"
+    if calibration.checks.warnings or unsure or sigma > GOOD_AREA:
+        return Verdict(grade="usable", sentence=f"Usable with care. {begin}.", reasons=tuple(reasons))
+    scale = " and a known length came out right" if checks else ""
+    return Verdict(grade="good", sentence=f"Good. {begin}{scale}.", reasons=tuple(reasons))
+
+
+def _unsure(check: LengthCheck) -> str:
+    off, sigma, limit = (f"{100 * share:.2f} %" for share in (check.off, check.sigma_m / check.known_m, SCALE_LIMIT))
+    return (
+        f"{check.what} is {off} off, and marked too unsurely (± {sigma}) to tell that from {limit}: check with a "
+        "longer or a nearer one"
+    )
+
+
+def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> str:
+    """Return the page of a calibration; `checks` are the known lengths that it was held against."""
+    rig, effect = calibration.rig, area_effect(calibration.rig)
+    fits = calibration.corners_left, calibration.corners_right
+    scale_px = arrow_scale_px(fits)
+    frames = [
+        frame_drawing("left", rig.left, fits[0], scale_px),
+        frame_drawing("right", rig.right, fits[1], scale_px),
+    ]
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=shown,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update({"share": _share, "fixed": _fixed, "degrees": _degrees})
+    template = environment.get_template("calibration.html.j2")
+    return template.render(
+        calibration=calibration,
+        rig=rig,
+        effect=effect,
+        verdict=verdict(calibration, effect, checks),
+        checks=checks,
+        frames=frames,
+        bars=view_bars(calibration),
+    )
+
+
+def calibration_page(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> bytes:
+    """Return the page as the file holds it."""
+    return calibration_html(calibration, checks).encode("utf-8", "replace")
+
+
+def write_calibration_page(calibration: Calibration, path: Path, checks: tuple[LengthCheck, ...] = ()) -> None:
+    """Write the page, whole or not at all.
+
+    Raises: OutputError where it can't be written.
+    """
+    try:
+        replace_bytes(path, calibration_page(calibration, checks))
+    except OSError as error:
+        raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error
+
+
+def _share(value: float) -> str:
+    """Write a share in per cent with two digits that count: 0.031 %, 0.31 %, 3.1 %."""
+    per_cent = 100.0 * value
+    digits = 1 if per_cent >= 1.0 else 2 if per_cent >= 0.1 else 3
+    return f"{per_cent:.{digits}f} %"
+
+
+def _fixed(value: float, digits: int = 2) -> str:
+    return f"{value:.{digits}f}"
+
+
+def _degrees(value: float) -> str:
+    return f"{np.rad2deg(value):.0f}°"

@@ -1,0 +1,223 @@
+"""A plan of each storey: elements coloured by state, and where the photos were taken."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, State, StationRecord
+from asbuilt_bim.report.drawings.colours import element_names, element_states
+from asbuilt_bim.report.drawings.label_placing import Box, free_box
+from asbuilt_bim.report.wording.values import percent
+
+WIDTH = 1000.0  # of the drawing, in its own units
+_MARGIN = 60.0
+_TEXT = 17.0
+MAX_NAME = 18
+_MAX_LABELS = 60  # beyond, names would hide the plan; each element still has its tooltip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanElement:
+    """An element's outline in the drawing's units, and its label's place."""
+
+    name: str
+    state: State
+    tooltip: str
+    path: str
+    label: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanStation:
+    """A station: its place and the wedge that its left camera sees."""
+
+    name: str
+    x: float
+    y: float
+    wedge: str
+    label: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoreyPlan:
+    """The drawing of one storey, the part of the common sheet from `top` on; `y_axis` is where the world's y points."""
+
+    storey: str
+    top: float
+    width: float
+    height: float
+    elements: tuple[PlanElement, ...]
+    stations: tuple[PlanStation, ...]
+    five_metres: float
+    y_axis: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Sheet:
+    """How world metres become the drawing's units: turned along the building, y downwards."""
+
+    origin_m: FloatArray  # (2,) world
+    turn: FloatArray  # (2, 2)
+    low_m: FloatArray  # (2,) after turning
+    scale: float
+    height: float
+
+    def draw(self, points_m: FloatArray) -> FloatArray:
+        """Return the drawing's points (N, 2) of world points (N, 2)."""
+        turned = (points_m - self.origin_m) @ self.turn.T
+        moved = (turned - self.low_m) * self.scale + _MARGIN
+        return np.stack([moved[:, 0], self.height - moved[:, 1]], axis=1)
+
+
+def storey_plans(report: ProgressReport) -> tuple[StoreyPlan, ...]:
+    """Draw every storey that has exposed faces, all at one scale and turned along the building."""
+    footprints = _footprints(report)
+    if not footprints:
+        return ()
+    stands = [s.world_from_left[None, :2, 3] for s in report.stations if s.world_from_left is not None]
+    sheet = _sheet(report, np.vstack([*footprints.values(), *stands]))
+    order = {storey.key: index for index, storey in enumerate(report.storeys)}
+    plans = []
+    for storey in sorted({e.storey for e in report.elements}, key=lambda key: (order.get(key, len(order)), key)):
+        inside = {e.global_id for e in report.elements if e.storey == storey and e.global_id in footprints}
+        if inside:
+            plans.append(_plan(storey, inside, footprints, sheet, report))
+    return tuple(plans)
+
+
+def _footprints(report: ProgressReport) -> dict[str, FloatArray]:
+    """Return each element's hull (N, 2) in world x and y, of all its exposed faces."""
+    points: dict[str, list[FloatArray]] = {}
+    for face in report.faces:
+        if len(corners := _corners(face)):
+            points.setdefault(face.element, []).append(corners)
+    return {element: _hull(np.vstack(found)) for element, found in points.items()}
+
+
+def _corners(face: DesignFaceRecord) -> FloatArray:
+    """Return the world x and y (N, 2) that a face covers; a mantle gives its whole circle."""
+    origin, u, v = face.frame_m
+    if face.kind == "cylinder":
+        angles = np.linspace(0.0, 2.0 * math.pi, 32, endpoint=False)
+        circle: FloatArray = origin[:2] + face.radius_m * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return circle
+    rings = [polygon[0] for polygon in face.exposed_uv_m if polygon and len(polygon[0])]
+    if not rings:
+        return np.zeros((0, 2))
+    uv = np.vstack(rings)
+    corners: FloatArray = (origin + uv[:, :1] * u + uv[:, 1:2] * v)[:, :2]
+    return corners
+
+
+def _hull(points_m: FloatArray) -> FloatArray:
+    """Return the convex hull (N, 2); worked out near zero, since OpenCV's hull is in single precision."""
+    origin = points_m.mean(axis=0)
+    near = (points_m - origin).astype(np.float32)
+    hull: FloatArray = np.asarray(cv2.convexHull(near), dtype=np.float64).reshape(-1, 2) + origin
+    return hull
+
+
+def _sheet(report: ProgressReport, points_m: FloatArray) -> _Sheet:
+    """Turn the plan along the faces' main direction and fit it to the drawing."""
+    turn = _turn(_building_angle(report))
+    origin = points_m.mean(axis=0)
+    turned = (points_m - origin) @ turn.T
+    if np.ptp(turned[:, 1]) > np.ptp(turned[:, 0]):
+        turn = _turn(math.pi / 2) @ turn
+        turned = (points_m - origin) @ turn.T
+    size = np.maximum(np.ptp(turned, axis=0), 1.0)
+    scale = (WIDTH - 2 * _MARGIN) / float(size[0])
+    height = float(size[1]) * scale + 2 * _MARGIN
+    return _Sheet(origin_m=origin, turn=turn, low_m=turned.min(axis=0), scale=scale, height=height)
+
+
+def _building_angle(report: ProgressReport) -> float:
+    """Return the faces' main direction modulo a right angle, in radians, weighted by area."""
+    u = np.array([face.frame_m[1, :2] for face in report.faces if face.kind == "plane"]).reshape(-1, 2)
+    weights = np.array([face.area_m2 for face in report.faces if face.kind == "plane"])
+    angles = 4.0 * np.arctan2(u[:, 1], u[:, 0])
+    return math.atan2(float(np.sum(weights * np.sin(angles))), float(np.sum(weights * np.cos(angles)))) / 4.0
+
+
+def _turn(angle_rad: float) -> FloatArray:
+    """Return the matrix that turns by minus the angle."""
+    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    return np.array([[c, s], [-s, c]])
+
+
+def _plan(
+    storey: str, inside: set[str], footprints: dict[str, FloatArray], sheet: _Sheet, report: ProgressReport
+) -> StoreyPlan:
+    """Draw one storey."""
+    outlines = {key: sheet.draw(footprints[key]) for key in inside}
+    taken: list[Box] = [_bounds(outline) for outline in outlines.values()]
+    seen = [s for s in report.stations if s.world_from_left is not None and inside & _seen_by(s)]
+    stations = tuple(_station(station, sheet, taken) for station in seen)
+    states, names = element_states(report), element_names(report)
+    done = {e.global_id: e.completion for e in report.elements}
+    elements = []
+    for key in sorted(inside, key=lambda k: names[k]):
+        outline = outlines[key]
+        tooltip = f"{names[key]}: {states[key]}, best {percent(done[key].best)}, seen {percent(done[key].coverage)}"
+        label = _label(names[key], outline, sheet, taken) if len(inside) <= _MAX_LABELS else None
+        elements.append(
+            PlanElement(name=names[key], state=states[key], tooltip=tooltip, path=closed_path(outline), label=label)
+        )
+    up = sheet.turn @ np.array([0.0, 1.0])
+    levels = [y for outline in outlines.values() for y in outline[:, 1]] + [station.y for station in stations]
+    top = max(min(levels) - _MARGIN, 0.0)
+    return StoreyPlan(
+        storey=storey,
+        top=top,
+        width=WIDTH,
+        height=max(levels) + _MARGIN - top,
+        elements=tuple(elements),
+        stations=stations,
+        five_metres=5.0 * sheet.scale,
+        y_axis=(float(up[0]), float(-up[1])),
+    )
+
+
+def _bounds(outline: FloatArray) -> Box:
+    """Return the box around an outline (N, 2)."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
+
+
+def _seen_by(station: StationRecord) -> set[str]:
+    """Return the elements that a station's faces were matched to."""
+    return {element for face in station.faces for element in face.elements}
+
+
+def _label(name: str, outline: FloatArray, sheet: _Sheet, taken: list[Box]) -> tuple[float, float]:
+    """Place an element's name near its middle."""
+    x, y = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+    short = name if len(name) <= MAX_NAME else f"{name[: MAX_NAME - 1]}…"
+    width = 0.6 * _TEXT * len(short)
+    left, top, _, _ = free_box((float(x), float(y) + 1.4 * _TEXT), width, 1.2 * _TEXT, (WIDTH, sheet.height), taken)
+    return left + width / 2.0, top + 0.95 * _TEXT
+
+
+def _station(station: StationRecord, sheet: _Sheet, taken: list[Box]) -> PlanStation:
+    """Draw a station and the wedge it sees, 2.5 m deep."""
+    pose = station.world_from_left
+    assert pose is not None  # only placed stations come here
+    half = math.atan2(station.width_px / 2.0, station.f_px)
+    rays = [[math.sin(angle), 0.0, math.cos(angle)] for angle in np.linspace(-half, half, 9)]
+    arc = pose[:2, 3] + 2.5 * (np.array(rays) @ pose[:3, :3].T)[:, :2]
+    points = sheet.draw(np.vstack([pose[None, :2, 3], arc]))
+    x, y = float(points[0, 0]), float(points[0, 1])
+    width = 0.6 * _TEXT * len(station.name) + 8.0
+    left, top, _, _ = free_box((x, y + 1.3 * _TEXT), width, 1.2 * _TEXT, (WIDTH, sheet.height), taken)
+    label = (left + width / 2.0, top + 0.95 * _TEXT)
+    return PlanStation(name=station.name, x=x, y=y, wedge=closed_path(points), label=label)
+
+
+def closed_path(ring: FloatArray) -> str:
+    """Return a ring (N, 2) as SVG path data with one decimal."""
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in np.asarray(ring)) + "Z"

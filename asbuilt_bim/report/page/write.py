@@ -1,0 +1,161 @@
+"""`report.html`: one file that holds everything, without scripts and without requests."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport, StationRecord
+from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
+from asbuilt_bim.report.drawings.overlay import decode_picture, encode_picture, narrowed
+from asbuilt_bim.report.drawings.overlay_layout import OverlayLayout, overlay_layout
+from asbuilt_bim.report.page.elevation import element_drawings
+from asbuilt_bim.report.page.next_photos import MOST_SHOWN, next_rows
+from asbuilt_bim.report.page.plan import storey_plans
+from asbuilt_bim.report.page.since_last_visit import since_rows
+from asbuilt_bim.report.schedule.task_rows import late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.tables import (
+    NO_STOREY,
+    StationRow,
+    group_rows,
+    lost_stations,
+    station_rows,
+    storey_names,
+    subject_of,
+)
+from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.workbook.cost_groups import cost_groups
+
+TEMPLATES = Path(__file__).parent / "templates"
+FULL_WIDTH_PX, SMALL_WIDTH_PX = 1280, 720
+MANY_STATIONS = 40  # from here on smaller pictures, so that the page can still be mailed (about 6 MB)
+_QUALITY = 80
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StationCard:
+    """A station on the page: its row, its record where it was measured, its picture with what is drawn over it."""
+
+    row: StationRow
+    record: StationRecord | None
+    picture: str  # data: address, "" where there is none
+    layout: OverlayLayout | None
+
+
+def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: ProgressReport | None = None) -> str:
+    """Return the page; `pictures` maps a station's name to its rectified left photo as JPEG.
+
+    `before` is the report of the visit before, where there was one.
+
+    Raises:
+        OutputError: a picture can't be decoded.
+    """
+    names = storey_names(report)
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            report=report,
+            storeys=group_rows(report),
+            elements=_by_storey(report, names),
+            storey_names=names,
+            no_storey=NO_STOREY,
+            plans=storey_plans(report),
+            drawings=element_drawings(report),
+            stations=_cards(report, pictures),
+            lost=lost_stations(report),
+            other_rejections=_others(report),
+            doubted=[element for element in report.elements if element.doubts],
+            conflicts=[element for element in report.elements if element.cells_conflict > 0],
+            tasks=task_rows(report),
+            late=late_rows(report),
+            plan_words=plan_words(report),
+            late_words=late_words(report),
+            cost_groups=cost_groups(report),
+            before=before,
+            since=since_rows(before, report) if before else (),
+            next_rows=next_rows(report),
+            most_shown=MOST_SHOWN,
+            order=ORDER,
+            target_colour=TARGET_COLOUR,
+        )
+    )
+
+
+def write_page(
+    report: ProgressReport, pictures: Mapping[str, bytes], path: Path, before: ProgressReport | None = None
+) -> None:
+    """Write the page.
+
+    Raises:
+        OutputError: it can't be written, or a picture can't be decoded.
+    """
+    data = page_html(report, pictures, before).encode("utf-8", "replace")
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error
+
+
+def _environment() -> Environment:
+    """Make the template environment: everything escaped, nothing undefined."""
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=wording.shown,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    filters: dict[str, Callable[..., str]] = {
+        "percent": wording.percent,
+        "percent_certain": wording.percent_certain,
+        "number": wording.number,
+        "rate": wording.rate,
+        "area": wording.area,
+        "metres": wording.length,
+        "millimetres": wording.millimetres,
+        "plumb": wording.millimetres_per_metre,
+        "day": wording.day,
+        "unit": wording.unit_sign,
+        "plain": wording.plain,
+    }
+    environment.filters.update(filters)
+    environment.globals["percent_range"] = wording.percent_range
+    return environment
+
+
+def _by_storey(report: ProgressReport, names: dict[str, str]) -> list[tuple[str, list[ElementProgress]]]:
+    """Return the elements by storey from below, within it by class and name."""
+    groups: dict[str, list[ElementProgress]] = {key: [] for key in names}
+    for element in sorted(report.elements, key=lambda e: (e.ifc_class, e.name, e.global_id)):
+        groups.setdefault(element.storey, []).append(element)
+    return [(names.get(key, NO_STOREY), elements) for key, elements in groups.items() if elements]
+
+
+def _cards(report: ProgressReport, pictures: Mapping[str, bytes]) -> list[StationCard]:
+    """Make the stations' cards with their pictures inside."""
+    width = SMALL_WIDTH_PX if len(report.stations) > MANY_STATIONS else FULL_WIDTH_PX
+    records = {station.name: station for station in report.stations}
+    cards = []
+    for row in station_rows(report):
+        record, layout, address = records.get(row.name), None, ""
+        if data := pictures.get(row.name):
+            image = narrowed(decode_picture(data, f"station {row.name}"), width)
+            address = f"data:image/jpeg;base64,{base64.b64encode(encode_picture(image, _QUALITY)).decode('ascii')}"
+            layout = overlay_layout(record, report, image.shape[1], image.shape[0]) if record else None
+        cards.append(StationCard(row=row, record=record, picture=address, layout=layout))
+    return cards
+
+
+def _others(report: ProgressReport) -> list[str]:
+    """Return what was left out besides stations and the survey; faces and other discs stand with their stations."""
+    named = {id(reason) for row in lost_stations(report) for reason in row.reasons}
+    named |= {id(doubt) for doubt in report.survey_doubts}
+    rest = [rejection for rejection in report.rejections if id(rejection) not in named]
+    return [str(r) for r in rest if subject_of(r)[0] != "face" and ", red disc" not in r.what]

@@ -1,0 +1,1 @@
+"""`result.json` and `measure.json`, written, read and described."""

@@ -1,0 +1,82 @@
+"""`ProgressReport` to plain values and back, by cattrs: no field is named twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from datetime import date, datetime
+from functools import cache
+from typing import Any
+
+from cattrs import Converter, transform_error
+from cattrs.errors import BaseValidationError
+from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
+from cattrs.v import format_exception
+
+from asbuilt_bim.progress.report import SHARE_DECIMALS, ProgressReport
+from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
+from asbuilt_bim.report.result.terms import SHARES
+
+
+def report_to_plain(report: ProgressReport) -> dict[str, Any]:
+    """Return the report as dictionaries, lists, strings and numbers, arrays rounded as `ARRAY_FORMS` says."""
+    plain: dict[str, Any] = _converter().unstructure(report)
+    return plain
+
+
+def report_from_plain(values: dict[str, Any]) -> ProgressReport:
+    """Build a report from plain values; keys that it doesn't know are passed over.
+
+    Raises:
+        ValueError: values are missing or of the wrong kind; the message names each place.
+    """
+    try:
+        return _converter().structure(values, ProgressReport)
+    except BaseValidationError as error:
+        raise ValueError("; ".join(transform_error(error, "result", _in_words)[:5])) from error
+
+
+@cache
+def _converter() -> Converter:
+    """Make the converter once: dates as ISO text, arrays as nested lists."""
+    converter = Converter()
+    converter.register_unstructure_hook(date, lambda day: day.isoformat())
+    converter.register_unstructure_hook(datetime, lambda moment: moment.isoformat())
+    converter.register_structure_hook(date, lambda text, _: date.fromisoformat(text))
+    converter.register_structure_hook(datetime, lambda text, _: datetime.fromisoformat(text))
+    converter.register_unstructure_hook_factory(is_dataclass, lambda cls: _unstructure(cls, converter))
+    converter.register_structure_hook_factory(is_dataclass, lambda cls: _structure(cls, converter))
+    return converter
+
+
+def _unstructure(cls: type[Any], converter: Converter) -> Callable[[Any], dict[str, Any]]:
+    """Return the writer of one dataclass, with the array fields' own writers."""
+    overrides: dict[str, Any] = {
+        name: override(unstruct_hook=writer_of(ARRAY_FORMS[name])) for name in _array_fields(cls)
+    }
+    shares = [field.name for field in fields(cls) if field.name in SHARES]
+    overrides |= {name: override(unstruct_hook=_rounded_share) for name in shares}
+    return make_dict_unstructure_fn(cls, converter, **overrides)
+
+
+def _structure(cls: type[Any], converter: Converter) -> Callable[[Any, Any], Any]:
+    """Return the reader of one dataclass, with the array fields' own readers."""
+    overrides: dict[str, Any] = {
+        name: override(struct_hook=reader_of(ARRAY_FORMS[name])) for name in _array_fields(cls)
+    }
+    return make_dict_structure_fn(cls, converter, **overrides)
+
+
+def _in_words(error: BaseException, kind: type[Any] | None) -> str:
+    """Say what a value should have been; our own array checks say it themselves."""
+    return str(error) if type(error) is ValueError else str(format_exception(error, kind))
+
+
+def _rounded_share(value: float | None) -> float | None:
+    """Round a share in 0..1."""
+    return None if value is None else round(float(value), SHARE_DECIMALS)
+
+
+def _array_fields(cls: type[Any]) -> list[str]:
+    """Return the fields of a dataclass that hold arrays; their annotations read differently from numpy to numpy."""
+    return [field.name for field in fields(cls) if field.name in ARRAY_FORMS]

@@ -1,0 +1,146 @@
+"""`result.json`: the one file that every other output is made from."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from asbuilt_bim.errors import OutputError, ResultError
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.report.result.convert import report_from_plain, report_to_plain
+from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.strict_json import parse_json
+from asbuilt_bim.storage.validate import first_faults
+
+FORMAT = "asbuilt-bim/result"
+VERSION = 1  # raised when an older program could no longer read the file
+MINOR = 3  # raised when keys are added
+MAX_BYTES = 500_000_000  # some thousand stations; a larger file is not one of ours, or would fill the memory
+VISITS, CARRIED = "visits", "history"
+"""Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
+REMEDY = "run the visit again, or take the file of another run folder"
+
+
+def write_result(report: ProgressReport, path: Path) -> None:
+    """Write `report` to `path` as JSON, after holding it against the schema.
+
+    Raises:
+        ResultError: the report itself is not right (a number that isn't finite, a key the schema doesn't know).
+        OutputError: the file can't be written.
+    """
+    document = result_document(report)
+    try:
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        path.write_bytes(f"{text}\n".encode("utf-8", "backslashreplace"))  # a lone surrogate becomes JSON's own escape
+    except OSError as error:
+        reason = error.strerror or error
+        raise OutputError(f"{path}: can't be written: {reason}; free space or choose another --out") from error
+
+
+def result_document(report: ProgressReport) -> dict[str, Any]:
+    """Return the report as plain JSON values, schema-checked.
+
+    Raises:
+        ResultError: a number isn't finite, or the report doesn't fit the schema; this is an error of the program.
+    """
+    document = {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_plain(report)}
+    faults = [f"{where}: {value} is not a finite number" for where, value in _not_finite(document)]
+    faults = faults or first_faults("result-1", document)
+    if faults:
+        raise ResultError("the result is not fit to be written: " + "; ".join(faults[:5]))
+    return document
+
+
+def read_result(path: Path | str) -> ProgressReport:
+    """Read a `result.json`, written by this version or a newer minor one.
+
+    Raises:
+        ResultError: missing, too large, no JSON, another format or a newer version, or damaged; says where.
+    """
+    path = Path(path)
+    document = _loaded(path)
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise ResultError(f'{path}: not a result: "format" is not "{FORMAT}"; give the result.json of a run folder')
+    version, minor = document.get("version"), document.get("minor", 0)
+    if not isinstance(version, int) or not isinstance(minor, int):
+        raise ResultError(f'{path}: "version" and "minor" must be whole numbers; {REMEDY}')
+    if version != VERSION:
+        remedy = "update asbuilt-bim" if version > VERSION else "run the visit again"
+        raise ResultError(f"{path}: result version {version}, this program reads version {VERSION}; {remedy}")
+    faults = first_faults("result-1", document, newer=minor > MINOR)
+    if faults:
+        raise ResultError(f"{path}: damaged: {'; '.join(faults)}; {REMEDY}")
+    values = {key: value for key, value in document.items() if key not in ("format", "version", "minor")}
+    try:
+        return report_from_plain(values)
+    except ValueError as error:
+        raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
+
+
+def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
+    """Read results of earlier runs in the order of their visits, all of them before the day `until`.
+
+    Raises:
+        ResultError: one can't be read, is of that day or later, two are of one visit, or one was made without the one
+            before it: what only that one saw would be lost.
+    """
+    past = sorted(((read_result(path), path) for path in paths), key=lambda pair: pair[0].visit_date)
+    for number, (report, path) in enumerate(past):
+        day = report.visit_date.isoformat()
+        if report.visit_date >= until:
+            raise ResultError(
+                f"{path}: is of {day}, and the first visit of {until.isoformat()}; a history comes before all visits"
+            )
+        if number and past[number - 1][0].visit_date == report.visit_date:
+            raise ResultError(f"{path}: is of {day} like {past[number - 1][1]}; name one result a visit")
+        if number and past[number - 1][0].visit_date not in report.earlier_visits:
+            raise ResultError(
+                f"{path}: was made without the visit of {past[number - 1][0].visit_date.isoformat()}, and says nothing "
+                f"of what only that one saw; make it again with history: [{past[number - 1][1].name}], or name one only"
+            )
+    return tuple(report for report, _ in past)
+
+
+def read_before(folder: Path, day: date) -> tuple[ProgressReport, ...]:
+    """Read what a run folder holds of the visits before a day: carried over from earlier runs, then the run's own.
+
+    Raises:
+        ResultError: one can't be read.
+    """
+    paths = [path for name in (CARRIED, VISITS) for path in sorted((folder / name).glob("*.json"))]
+    before = [report for report in map(read_result, paths) if report.visit_date < day]
+    return tuple(sorted(before, key=lambda report: report.visit_date))
+
+
+def _loaded(path: Path) -> Any:
+    """Read the bytes within bounds and parse them strictly."""
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            sizes = f"{size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB"
+            raise ResultError(f"{path}: {sizes}; not a result of this program")
+        with open_regular(path) as file:
+            return parse_json(file.read().decode("utf-8"))
+    except OSError as error:
+        raise ResultError(f"{path}: can't be read: {error.strerror or error}; {REMEDY}") from error
+    except RecursionError as error:
+        raise ResultError(f"{path}: damaged: nested too deeply; {REMEDY}") from error
+    except ValueError as error:  # JSONDecodeError and UnicodeDecodeError among them
+        raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
+
+
+def _not_finite(value: Any, where: str = "result") -> Iterator[tuple[str, float]]:
+    """Yield the places of numbers that JSON can't hold."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            yield where, value
+    elif isinstance(value, Mapping):
+        for key, part in value.items():
+            yield from _not_finite(part, f"{where}.{key}")
+    elif isinstance(value, list | tuple):
+        for index, part in enumerate(value):
+            yield from _not_finite(part, f"{where}[{index}]")

@@ -1,0 +1,118 @@
+"""Makes `schemas/result-1.json` from the dataclasses of the report, so that the two can't drift apart.
+
+`python -m asbuilt_bim.report.result.schema schemas/result-1.json` writes the file; a test compares them.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import MISSING, fields, is_dataclass
+from datetime import date, datetime
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
+from asbuilt_bim.report.result.document import FORMAT, VERSION
+from asbuilt_bim.report.result.terms import SHARES, describe, describe_class
+
+_NUMBER = {"type": "number"}
+_SHAPES: dict[tuple[int | None, ...], str] = {
+    (2,): "vector2",
+    (3, 3): "matrix3",
+    (4, 4): "matrix4",
+    (6, 6): "matrix6",
+    (None, 2): "ring2",
+    (None, 3): "ring3",
+}
+
+
+def result_schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of `result.json`."""
+    definitions: dict[str, Any] = {name: _array_schema(shape) for shape, name in _SHAPES.items()}
+    body = _object(ProgressReport, definitions)
+    head = {
+        "format": {"const": FORMAT, "description": "What this file is."},
+        "version": {"const": VERSION, "description": "Raised when an older program could no longer read the file."},
+        "minor": {"type": "integer", "minimum": 0, "description": "Raised when keys are added."},
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": "https://asbuilt-bim.org/schemas/result-1.json",
+        "title": "asbuilt_bim result",
+        "description": f"{body['description']} Lengths in metres, areas in m2, angles in radians, unless it says px.",
+        "type": "object",
+        "properties": head | body["properties"],
+        "required": [*head, *body["required"]],
+        "additionalProperties": False,
+        "$defs": dict(sorted(definitions.items())),
+    }
+
+
+def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of one dataclass; those it holds go into `definitions`."""
+    hints = get_type_hints(cls)
+    properties: dict[str, Any] = {}
+    required: list[str] = []
+    for field in fields(cls):
+        if field.name in ARRAY_FORMS:
+            part = _array_field(ARRAY_FORMS[field.name], optional=type(None) in get_args(hints[field.name]))
+        else:
+            part = _schema_of(hints[field.name], definitions)
+        if field.name in SHARES:
+            part = part | {"minimum": 0, "maximum": 1}
+        properties[field.name] = part | {"description": describe(cls.__name__, field.name)}
+        if field.default is MISSING and field.default_factory is MISSING:
+            required.append(field.name)
+    return {
+        "type": "object",
+        "description": describe_class(cls.__name__),
+        "properties": properties,
+        "required": required,
+        "additionalProperties": False,
+    }
+
+
+def _schema_of(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of one annotation."""
+    plain = {str: {"type": "string"}, bool: {"type": "boolean"}, int: {"type": "integer"}, float: _NUMBER}
+    dated = {date: {"type": "string", "format": "date"}, datetime: {"type": "string", "format": "date-time"}}
+    if kind in plain or kind in dated:
+        return dict((plain | dated)[kind])
+    if is_dataclass(kind) and isinstance(kind, type):
+        definitions.setdefault(kind.__name__, {})
+        definitions[kind.__name__] = definitions[kind.__name__] or _object(kind, definitions)
+        return {"$ref": f"#/$defs/{kind.__name__}"}
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return {"enum": list(arguments)}
+    if origin in (Union, UnionType):
+        return {"anyOf": [{"type": "null"} if a is type(None) else _schema_of(a, definitions) for a in arguments]}
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return {"type": "array", "items": _schema_of(arguments[0], definitions)}
+    if origin is dict:
+        return {"type": "object", "additionalProperties": _schema_of(arguments[1], definitions)}
+    raise TypeError(f"no JSON form is known for {kind}: enter arrays in ARRAY_FORMS, or extend result_schema")
+
+
+def _array_field(form: ArrayForm, *, optional: bool) -> dict[str, Any]:
+    """Return the schema of an array field."""
+    part: dict[str, Any] = {"$ref": f"#/$defs/{_SHAPES[form.shape]}"}
+    for _ in range(form.nesting):
+        part = {"type": "array", "items": part}
+    return {"anyOf": [part, {"type": "null"}]} if optional else part
+
+
+def _array_schema(shape: tuple[int | None, ...]) -> dict[str, Any]:
+    """Return the schema of nested lists of numbers of one shape."""
+    part: dict[str, Any] = dict(_NUMBER)
+    for length in reversed(shape):
+        bounds = {} if length is None else {"minItems": length, "maxItems": length}
+        part = {"type": "array", "items": part} | bounds
+    return part
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(json.dumps(result_schema(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

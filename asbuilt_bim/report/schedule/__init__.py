@@ -1,0 +1,1 @@
+"""Schedules as MS Project, Primavera P6 and spreadsheets read them."""

@@ -1,0 +1,142 @@
+"""The rows of tasks and of late elements, worked out once: csv, workbook and page only write them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date, datetime
+
+from asbuilt_bim.progress.completion.planned import Knowledge, due_but_unknown, late_elements, verdict
+from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
+from asbuilt_bim.report.tables import NO_STOREY, storey_names
+from asbuilt_bim.report.wording.values import plain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskRow:
+    """A task: what the plan wants, what is known, how late it is."""
+
+    identification: str
+    name: str
+    outline: str
+    global_id: str
+    planned_start: datetime | None
+    planned_finish: datetime | None
+    seen_begun: date | None
+    seen_complete: date | None
+    knowledge: Knowledge
+    completion: Completion
+    told: float | None  # share that schedules are told
+    planned: float | None
+    days_late: int | None  # None: unknown, or there is no plan
+    days_late_least: int | None  # None: there is no plan
+    days_late_most: int | None  # None: there is no plan
+    late: bool | None
+    elements: int
+    complete: int
+    part: int
+    not_started: int
+    unknown: int
+    others: int  # made by the task, too, and not measured here
+    note: str
+
+    @property
+    def has_plan(self) -> bool:
+        """Say whether lateness can be told at all."""
+        return self.days_late_least is not None
+
+    @property
+    def days_range(self) -> str:
+        """Write how many days late it is at least and at most; the one or the other where that is all that is told."""
+        least, most = self.days_late_least, self.days_late_most
+        return str(least) if most is None or most <= (least or 0) else f"{least} to {most}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LateRow:
+    """An element that should stand and was seen not to."""
+
+    storey: str
+    name: str
+    global_id: str
+    state: str
+    best: float | None
+    task: str
+    due: date
+    days_late: int
+
+
+def task_rows(report: ProgressReport) -> tuple[TaskRow, ...]:
+    """Return the tasks in the schedule's order."""
+    return tuple(_task_row(task) for task in report.tasks)
+
+
+def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
+    """Return the late elements, the latest first."""
+    names = storey_names(report)
+    return tuple(
+        LateRow(
+            storey=names.get(late.element.storey, NO_STOREY),
+            name=late.element.name or late.element.global_id,
+            global_id=late.element.global_id,
+            state=late.element.state,
+            best=late.element.completion.best,
+            task=late.task,
+            due=late.due,
+            days_late=late.days_late,
+        )
+        for late in late_elements(report)
+    )
+
+
+def plan_words(report: ProgressReport) -> str:
+    """Return in a sentence what the planned dates are and how they are counted."""
+    status = f"Status date: the end of {report.visit_date.isoformat()}."
+    if report.schedule is None:
+        return f"{status} Planned dates are the IFC file's; every day counts alike."
+    source, working = report.schedule, plain(report.schedule.calendar.name)
+    return f"{status} Planned dates are those of {plain(source.name)} ({source.kind}), working time '{working}'."
+
+
+def late_words(report: ProgressReport) -> str:
+    """Return in a sentence how many elements are late; "" where the plan has no dates."""
+    if not any(task.schedule_finish for task in report.tasks):
+        return ""
+    late, unknown = late_rows(report), due_but_unknown(report)
+    open_ones = f"; {unknown} {'more ' if late else ''}should stand, and too little was seen of them to say"
+    more = open_ones if unknown else ""
+    if not late and report.nothing_seen:
+        return f"Nothing was seen at this visit, so nothing says whether an element is late{more}."
+    if not late:
+        return f"No element was seen late{more}."
+    days = f"{late[0].days_late} day{'' if late[0].days_late == 1 else 's'}"
+    count = "1 element is" if len(late) == 1 else f"{len(late)} elements are"
+    return f"{count} late, '{plain(late[0].name)}' by {days}{more}."
+
+
+def _task_row(task: TaskProgress) -> TaskRow:
+    told, group = verdict(task), task.progress
+    return TaskRow(
+        identification=task.identification,
+        name=group.name or group.key,
+        outline=" / ".join(task.outline),
+        global_id=group.key,
+        planned_start=task.schedule_start,
+        planned_finish=task.schedule_finish,
+        seen_begun=task.actual_start,
+        seen_complete=task.actual_finish,
+        knowledge=told.knowledge,
+        completion=group.completion,
+        told=told.share,
+        planned=task.planned,
+        days_late=task.days_late,
+        days_late_least=task.days_late_least,
+        days_late_most=task.days_late_most,
+        late=task.late,
+        elements=len(group.elements),
+        complete=group.complete,
+        part=group.part,
+        not_started=group.not_started,
+        unknown=group.unknown,
+        others=task.others,
+        note=told.note,
+    )

@@ -1,0 +1,1 @@
+"""All that the program says to people, in one place."""

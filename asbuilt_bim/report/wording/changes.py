@@ -1,0 +1,214 @@
+"""Says in words what changed from one result to the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from datetime import date
+from pathlib import Path
+
+from asbuilt_bim.progress.globalid_remap import named_again
+from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, TaskProgress
+from asbuilt_bim.progress.revision import design_changes
+from asbuilt_bim.report.tables import station_rows, storey_names
+from asbuilt_bim.report.wording.cost_changes import cost_changes
+from asbuilt_bim.report.wording.values import area, percent, plain
+
+SAME_SHARE = 0.005  # half a percent: below, the words would read the same
+SAME_AREA_M2 = 0.005  # half of the last decimal shown
+
+
+def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
+    """Return one line a change: visits and what they rest on, stations, storeys, tasks, cost lines, elements."""
+    before = named_again(before, after)
+    return (
+        *_visits(before, after),
+        *_schedule(before, after),
+        *_stations(before, after),
+        *_storeys(before, after),
+        *_tasks(before, after),
+        *cost_changes(before, after),
+        *_elements(before, after),
+    )
+
+
+def write_changes(before: ProgressReport, after: ProgressReport, path: Path) -> None:
+    """Write all that changed from an earlier run's result to a later one's, one line a change; no name breaks a line.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    made = before.provenance.created if before.provenance else "a time unknown"
+    head = f"Against the earlier run in this folder, of {made}, visit of {before.visit_date.isoformat()}:"
+    lines = changes(before, after) or ("Nothing has changed.",)
+    text = "".join(f"{plain(line)}\n" for line in (head, *(" ".join(line.split()) for line in lines)))
+    path.write_bytes(text.encode("utf-8", "backslashreplace"))
+
+
+def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say that it is another visit, or that the same files were computed by another version."""
+    if before.visit_date != after.visit_date:
+        yield f"visit: {before.visit_date.isoformat()} -> {after.visit_date.isoformat()}"
+    were, are = ({*one.earlier_visits, one.visit_date} for one in (before, after))
+    yield from (f"visit {day}: new among the earlier visits" for day in sorted(are - were - {after.visit_date}))
+    gone = sorted(day for day in were - are if day < after.visit_date)
+    yield from (f"visit {day}: no longer among the earlier visits" for day in gone)
+    if before.project_name != after.project_name:
+        yield f"project: {before.project_name} -> {after.project_name}"
+    old, new = before.provenance, after.provenance
+    if old is None or new is None:
+        return
+    inputs = {
+        "IFC file": (old.ifc_digest, new.ifc_digest),
+        "rig": (old.rig_digest, new.rig_digest),
+        "survey": (old.survey_digest, new.survey_digest),
+        "scope or options": (old.options_digest, new.options_digest),
+    }
+    yield from (f"{name}: another than before" for name, (a, b) in inputs.items() if a != b)
+    if old.program_version != new.program_version:
+        yield f"program: {old.program_version} -> {new.program_version}"
+
+
+def _schedule(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say that planned dates come from another file beside the IFC, or from another state of it."""
+    old, new = before.schedule, after.schedule
+    if (old.digest if old else "") == (new.digest if new else ""):
+        return
+    was, now = (one.name if one else "the IFC's own dates" for one in (old, new))
+    yield "schedule: another than before" if was == now else f"schedule: {was} -> {now}"
+
+
+def _stations(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say which stations came, went, or changed their status or their photos; those of two visits share names only."""
+    if before.visit_date != after.visit_date:
+        return
+    old = {row.name: row for row in station_rows(before)}
+    new = {row.name: row for row in station_rows(after)}
+    photos_old = {s.name: (s.left_digest, s.right_digest) for s in before.stations}
+    photos_new = {s.name: (s.left_digest, s.right_digest) for s in after.stations}
+    for name in sorted(old.keys() | new.keys()):
+        if name not in old:
+            yield f"station {name}: new, {_status(new[name].status, new[name].reasons)}"
+        elif name not in new:
+            yield f"station {name}: no longer there"
+        elif old[name].status != new[name].status:
+            yield f"station {name}: {old[name].status} -> {_status(new[name].status, new[name].reasons)}"
+        elif photos_old.get(name, ()) != photos_new.get(name, ()):
+            yield f"station {name}: other photos"
+        elif new[name].status != "placed" and old[name].reasons != new[name].reasons:
+            yield f"station {name}: {_status(new[name].status, new[name].reasons)} now"
+
+
+def _status(status: str, reasons: tuple[object, ...]) -> str:
+    """Write a status; one that loses the station gives its reasons."""
+    return status if status == "placed" or not reasons else f"{status} ({'; '.join(map(str, reasons))})"
+
+
+def _storeys(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say how storeys and the whole moved."""
+    names = storey_names(before) | storey_names(after)
+    old = {group.key: group for group in before.storeys}
+    for group in after.storeys:
+        if group.key in old:
+            yield from _group(f"storey {names[group.key]}", old[group.key], group)
+        else:
+            yield f"storey {names[group.key]}: new"
+    gone = old.keys() - {group.key for group in after.storeys}
+    yield from (f"storey {names[key]}: no longer there" for key in sorted(gone))
+    yield from _group("whole", before.whole, after.whole)
+
+
+def _group(what: str, old: GroupProgress, new: GroupProgress) -> Iterator[str]:
+    """Say how one group moved."""
+    parts = [
+        _share("completion", old.completion.best, new.completion.best),
+        _share("seen", old.completion.coverage, new.completion.coverage),
+    ]
+    if text := ", ".join(part for part in parts if part):
+        yield f"{what}: {text}"
+
+
+def _tasks(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say which tasks came, went, or have other dates, planned or seen."""
+    old = {task.progress.key: task for task in before.tasks}
+    new = {task.progress.key: task for task in after.tasks}
+    for key, task in new.items():
+        name = f"task {task.progress.name or key}"
+        if key not in old:
+            yield f"{name}: new"
+        elif text := ", ".join(_dates(old[key], task)):
+            yield f"{name}: {text}"
+    yield from (f"task {old[key].progress.name or key}: no longer there" for key in old if key not in new)
+
+
+def _dates(old: TaskProgress, new: TaskProgress) -> Iterator[str]:
+    """Yield what changed of a task's dates."""
+    dates: dict[str, tuple[date | None, date | None]] = {
+        "planned start": (old.schedule_start, new.schedule_start),
+        "planned finish": (old.schedule_finish, new.schedule_finish),
+        "seen begun": (old.actual_start, new.actual_start),
+        "seen complete": (old.actual_finish, new.actual_finish),
+    }
+    for what, (was, now) in dates.items():
+        if was != now:
+            yield f"{what} {_moment(was)} -> {_moment(now)}"
+
+
+def _moment(value: date | None) -> str:
+    """Write a day, with its time to the minute where it has one."""
+    return "none" if value is None else str(value)[:16]
+
+
+def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say which elements came, went, or changed."""
+    old = {element.global_id: element for element in before.elements}
+    new = {element.global_id: element for element in after.elements}
+    where = "the scope" if _rescoped(before, after) else "the design"
+    revised = design_changes(before, after)
+    designed = {e.global_id: "other shape in the design" for e in revised.reshaped}
+    designed |= {e.global_id: "moved in the design" for e in revised.moved}
+    for key, element in new.items():
+        if key not in old:
+            yield f"{_named(element)}: new in {where}, {element.state}"
+        elif parts := [*filter(None, [designed.get(key)]), *_element(old[key], element)]:
+            yield f"{_named(element)}: {', '.join(parts)}"
+    yield from (f"{_named(old[key])}: no longer in {where}" for key in old if key not in new)
+
+
+def _rescoped(before: ProgressReport, after: ProgressReport) -> bool:
+    """Say whether both are of one state of one design, with other options: what comes or goes does so by the scope."""
+    old, new = before.provenance, after.provenance
+    if old is None or new is None:
+        return False
+    return old.ifc_digest == new.ifc_digest and old.options_digest != new.options_digest
+
+
+def _element(old: ElementProgress, new: ElementProgress) -> Iterator[str]:
+    """Yield what changed on one element."""
+    if old.state != new.state:
+        yield f"{old.state} -> {new.state}"
+    yield from filter(None, [_share("completion", old.completion.best, new.completion.best)])
+    yield from filter(None, [_share("seen", old.completion.coverage, new.completion.coverage)])
+    if _differ(old.as_built_area_m2, new.as_built_area_m2, SAME_AREA_M2):
+        was, now = area(old.as_built_area_m2), area(new.as_built_area_m2, new.as_built_sigma_m2)
+        yield f"as-built area {was} -> {now}"
+
+
+def _share(what: str, old: float | None, new: float | None) -> str:
+    """Write a moved share, "" where it stayed."""
+    if not _differ(old, new, SAME_SHARE):
+        return ""
+    was, now = percent(old), percent(new)
+    return f"{what} {was} -> {now}" if was != now else ""
+
+
+def _differ(old: float | None, new: float | None, same: float) -> bool:
+    """Say whether two values differ by more than `same`; unknown differs from every number."""
+    if old is None or new is None:
+        return old is not new
+    return not math.isclose(old, new, rel_tol=0.0, abs_tol=same)
+
+
+def _named(element: ElementProgress) -> str:
+    """Name an element."""
+    return f"{element.kind} {element.name or element.global_id}"

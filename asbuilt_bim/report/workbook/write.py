@@ -1,0 +1,263 @@
+"""`quantities.xlsx`: the workbook for cost control."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+from xlsxwriter.workbook import Workbook
+from xlsxwriter.worksheet import Worksheet
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.progress.report import GroupProgress, ProgressReport
+from asbuilt_bim.report.schedule.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.tables import (
+    NO_STOREY,
+    ElementRow,
+    StationRow,
+    element_rows,
+    group_rows,
+    station_rows,
+    storey_names,
+)
+from asbuilt_bim.report.wording.values import plain
+from asbuilt_bim.report.workbook.columns import COST, COST_PARTS, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
+from asbuilt_bim.report.workbook.cost import write_cost
+from asbuilt_bim.report.workbook.cost_groups import NO_CURRENCY
+from asbuilt_bim.report.workbook.cost_parts import CostPart, cost_parts
+from asbuilt_bim.report.workbook.sheet import (
+    Cell,
+    Column,
+    Styles,
+    finish_table,
+    page_setup,
+    write_cell,
+    write_head,
+    write_row,
+)
+
+
+def write_workbook(report: ProgressReport, path: Path) -> None:
+    """Write the workbook; it holds no macros, links or hidden columns, and its cost sheet calculates.
+
+    Raises:
+        OutputError: the file can't be written, for instance because it is open in another program.
+    """
+    try:
+        path.write_bytes(workbook_bytes(report))
+    except OSError as error:
+        raise OutputError(
+            f"{path}: can't be written: {error.strerror or error}; close it elsewhere or free space"
+        ) from error
+
+
+def workbook_bytes(report: ProgressReport) -> bytes:
+    """Return the workbook's bytes; the same report gives the same cells."""
+    out = io.BytesIO()
+    book = Workbook(
+        out, {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "remove_timezone": True}
+    )
+    book.set_properties({"title": plain(f"{report.project_name}: as-built quantities {report.visit_date}")})
+    styles = Styles(book)
+    _summary(book.add_worksheet("Summary"), report, styles)
+    _table(book.add_worksheet("Elements"), ELEMENTS, [_element(row) for row in element_rows(report)], styles, keep=4)
+    write_cost(book.add_worksheet("Cost"), report, styles)
+    parts = [_part(one, storey_names(report)) for one in cost_parts(report)]
+    _table(book.add_worksheet("Cost by element"), COST_PARTS, parts, styles, keep=3)
+    _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
+    _table(book.add_worksheet("Late"), LATE, [_late(row) for row in late_rows(report)], styles, keep=2)
+    _table(book.add_worksheet("Stations"), STATIONS, [_station(row) for row in station_rows(report)], styles, keep=1)
+    _notes(book.add_worksheet("Notes"), report, styles)
+    book.close()
+    return out.getvalue()
+
+
+def _table(
+    sheet: Worksheet, columns: Sequence[Column], rows: Sequence[Sequence[Cell]], styles: Styles, *, keep: int
+) -> None:
+    """Write a sheet that is one table."""
+    write_head(sheet, 0, columns, styles)
+    for index, cells in enumerate(rows):
+        rejected = "rejected" in cells or "not placed" in cells
+        write_row(sheet, index + 1, cells, columns, styles, "loud" if rejected else "body")
+    finish_table(sheet, 0, len(rows), columns, keep=keep)
+
+
+def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
+    """Write the title, what was lost, and the storeys."""
+    write_cell(sheet, 0, 0, report.project_name, "text", styles, "title")
+    sheet.set_row(0, 22)
+    write_cell(sheet, 1, 0, f"As-built quantities, visit of {report.visit_date.isoformat()}", "text", styles)
+    row = _doubts(sheet, 3, report, styles)
+    lost = [s for s in station_rows(report) if s.status != "placed"]
+    if lost:
+        heading = f"{len(lost)} station(s) count for nothing in these numbers"
+        row = _lost(sheet, row, heading, lost, styles)
+    write_head(sheet, row, STOREYS, styles)
+    groups = group_rows(report)
+    for index, (name, group) in enumerate(groups):
+        role = "total" if index == len(groups) - 1 else "body"
+        write_row(sheet, row + 1 + index, _group(name, group), STOREYS, styles, role)
+    row += len(groups) + 2
+    for note in report.notes:
+        write_cell(sheet, row, 0, note, "text", styles)
+        row += 1
+    page_setup(sheet)
+
+
+def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) -> int:
+    """Write what speaks against the survey in a loud colour; return the next free row."""
+    if not report.survey_doubts:
+        return row
+    heading = "Nobody should be paid by these numbers before the survey is clear"
+    for column in range(len(STOREYS)):
+        write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
+    for doubt in report.survey_doubts:
+        row += 1
+        write_cell(sheet, row, 0, str(doubt), "text", styles)
+    return row + 2
+
+
+def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[StationRow], styles: Styles) -> int:
+    """Write the rejected stations in a loud colour; return the next free row."""
+    for column in range(len(STOREYS)):
+        write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
+    for station in lost:
+        row += 1
+        write_cell(sheet, row, 0, f"{station.name}: {station.status}", "text", styles, "heading")
+        for reason in station.reasons:
+            row += 1
+            write_cell(sheet, row, 0, str(reason), "text", styles)
+    return row + 2
+
+
+def _part(part: CostPart, storeys: dict[str, str]) -> tuple[Cell, ...]:
+    """Lay out an element's part of a cost line."""
+    element, line = part.element, part.line
+    return (
+        line.identification,
+        line.name,
+        element.name,
+        element.global_id,
+        storeys.get(element.storey, NO_STOREY),
+        element.state,
+        line.unit,
+        part.planned_quantity,
+        part.certain,
+        part.as_built_lower,
+        part.earned_lower,
+        line.currency or NO_CURRENCY,
+    )
+
+
+def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
+    """Lay out a storey."""
+    done = group.completion
+    seen = group.as_built_area_m2 > 0.0 or done.coverage > 0.0
+    return (
+        name,
+        len(group.elements),
+        group.complete,
+        group.part,
+        group.not_started,
+        group.unknown,
+        group.design_area_m2,
+        group.as_built_area_m2 if seen else None,
+        group.as_built_sigma_m2 if seen else None,
+        done.best,
+        done.lower,
+        done.upper,
+        done.coverage,
+    )
+
+
+def _element(row: ElementRow) -> tuple[Cell, ...]:
+    """Lay out an element."""
+    return (
+        row.storey,
+        row.global_id,
+        row.ifc_class,
+        row.name,
+        row.state,
+        row.design_area_m2,
+        row.as_built_area_m2,
+        row.sigma_m2,
+        row.best,
+        row.lower,
+        row.upper,
+        row.coverage,
+        row.offset_mm,
+        row.visit,
+        row.last_seen or "",
+        row.stations,
+        row.notes,
+    )
+
+
+def _task(row: TaskRow) -> tuple[Cell, ...]:
+    """Lay out a task."""
+    done = row.completion
+    late = {None: None, True: "late", False: "no"}[row.late]
+    dates = (row.planned_start, row.planned_finish, row.seen_begun, row.seen_complete)
+    return (
+        row.name,
+        *(date or "" for date in dates),
+        row.knowledge,
+        done.best,
+        done.lower,
+        done.upper,
+        done.coverage,
+        "" if row.planned is None else row.planned,
+        row.days_late if row.has_plan else "",
+        row.days_late_least if row.has_plan else "",
+        row.days_late_most if row.has_plan else "",
+        late,
+        row.elements,
+        row.complete,
+    )
+
+
+def _late(row: LateRow) -> tuple[Cell, ...]:
+    """Lay out a late element."""
+    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.days_late)
+
+
+def _station(row: StationRow) -> tuple[Cell, ...]:
+    """Lay out a station."""
+    return (
+        row.name,
+        row.status,
+        row.target_range_m,
+        row.target_depth_m,
+        row.target_depth_sigma_m,
+        row.residual_px,
+        row.markers,
+        row.faces,
+        row.matched,
+        "; ".join(str(reason) for reason in (*row.reasons, *row.left_out)),
+    )
+
+
+def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
+    """Explain every column."""
+    write_head(sheet, 0, NOTES, styles)
+    tables = (
+        ("Summary", STOREYS),
+        ("Elements", ELEMENTS),
+        ("Cost", COST),
+        ("Cost by element", COST_PARTS),
+        ("Tasks", TASKS),
+        ("Late", LATE),
+    )
+    every = (*tables, ("Stations", STATIONS))
+    rows: list[tuple[Cell, ...]] = [(name, c.heading, c.meaning) for name, columns in every for c in columns]
+    rows += [("Tasks", "", plan_words(report)), ("Late", "", late_words(report))] if report.tasks else []
+    rows += [("", "", "")] + [("Left out", item.what, str(item)) for item in (*report.rejections, *report.unmatched)]
+    if report.provenance:
+        made = report.provenance
+        rows += [("Made", "Program", f"asbuilt_bim {made.program_version}, {made.created}")]
+        rows += [("Made", "IFC file", f"{made.ifc_name} {made.ifc_digest}"), ("Made", "Rig", made.rig_digest)]
+    for index, cells in enumerate(rows):
+        write_row(sheet, index + 1, cells, NOTES, styles)
+    finish_table(sheet, 0, 0, NOTES)

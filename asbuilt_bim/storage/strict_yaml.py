@@ -1,0 +1,167 @@
+"""YAML read with no surprises: no code, no doubled keys, no aliases, no bombs; and the line of every key.
+
+`StrictLoader` is what every YAML file goes through: projects, cards of networks, rigs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.yaml_words import character_words, yaml_words
+
+MAX_BYTES = 1_000_000
+"""A project file of a thousand stations is about 150 kB; more than this is no project file."""
+
+
+_TAG = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class YamlDocument:
+    """What a YAML file holds, and the line (from 1) of each key path such as `visits[0].date`."""
+
+    value: object
+    lines: dict[str, int]
+
+
+class StrictLoader(yaml.SafeLoader):
+    """SafeLoader that refuses aliases, doubled keys, foreign tags and halves of characters, each with its line."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Refuse an alias before it is followed."""
+        if self.check_event(yaml.events.AliasEvent):
+            event = self.peek_event()  # type: ignore[no-untyped-call]
+            raise _refusal("aliases (*name) aren't read here: write the value out", event)
+        node: yaml.Node | None = super().compose_node(parent, index)
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        """Refuse keys that stand twice, that merge, or that are no plain values."""
+        seen: dict[object, int] = {}
+        for key_node, _ in node.value:
+            if key_node.tag == f"{_TAG}merge":
+                raise _refusal("merging (<<) isn't read here: write the keys out", key_node)
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, Hashable):
+                raise _refusal("a key must be plain text", key_node)
+            line = key_node.start_mark.line + 1
+            if key in seen:
+                raise _refusal(f"the key '{key}' stands twice (first in line {seen[key]})", key_node)
+            seen[key] = line
+        return super().construct_mapping(node, deep=deep)
+
+    def construct_scalar(self, node: Any) -> Any:
+        """Refuse halves of characters, which no file name and no text can hold."""
+        value = super().construct_scalar(node)
+        if isinstance(value, str) and (half := next((c for c in value if "\ud800" <= c <= "\udfff"), "")):
+            raise _refusal(f"holds half a character (\\u{ord(half):04x}), which no text has; write it whole", node)
+        return value
+
+
+def _refusal(words: str, where: Any) -> yaml.constructor.ConstructorError:
+    return yaml.constructor.ConstructorError(None, None, words, where.start_mark)
+
+
+def _unknown_tag(loader: StrictLoader, node: yaml.Node) -> object:
+    tag = str(node.tag).replace(_TAG, "!!")
+    raise _refusal(f"the tag {tag} isn't allowed: plain values only, nothing that runs code", node)
+
+
+def _plain_or_refused(construct: Callable[..., object], what: str) -> Callable[..., object]:
+    """Return a constructor that says with its line what YAML's own stumbles over: `!!bool maybe`, `!!int ''`."""
+
+    def constructor(loader: StrictLoader, node: yaml.Node) -> object:
+        try:
+            return construct(loader, node)
+        except (ValueError, KeyError, IndexError, AttributeError, OverflowError) as problem:
+            shown = str(node.value)[:40]
+            reason = f" ({problem})" if what == "day of the calendar" and isinstance(problem, ValueError) else ""
+            raise _refusal(f"{shown or 'an empty value'} is no {what}{reason}", node) from problem
+
+    return constructor
+
+
+StrictLoader.add_constructor(None, _unknown_tag)
+for _kind, _what in (
+    ("bool", "true or false"),
+    ("int", "whole number"),
+    ("float", "number"),
+    ("timestamp", "day of the calendar"),
+):
+    _construct = yaml.SafeLoader.yaml_constructors[f"{_TAG}{_kind}"]
+    StrictLoader.add_constructor(f"{_TAG}{_kind}", _plain_or_refused(_construct, _what))
+
+
+def read_yaml(path: Path) -> YamlDocument:
+    """Read one YAML document strictly.
+
+    Raises:
+        ProjectError: the file is missing, too large, no UTF-8 text, or no plain YAML; the message names file and line.
+    """
+    return parse_yaml(_text(path), path)
+
+
+def parse_yaml(text: str, path: Path) -> YamlDocument:
+    """Read YAML from text; `path` is for messages only.
+
+    Raises:
+        ProjectError: the text is no plain YAML.
+    """
+    try:
+        loader = StrictLoader(text)
+        node = loader.get_single_node()
+        if node is None:
+            raise ProjectError(f"{path}: the file is empty; start from the example in the README")
+        value = loader.construct_document(node)
+        lines: dict[str, int] = {}
+        _note_lines(node, "", lines)
+    except yaml.MarkedYAMLError as problem:
+        raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
+    except yaml.reader.ReaderError as problem:
+        raise ProjectError(f"{path}{character_words(problem, text)}") from problem
+    except (yaml.YAMLError, ValueError) as problem:
+        raise ProjectError(f"{path}: not YAML: {str(problem).splitlines()[0]}") from problem
+    except RecursionError as problem:
+        raise ProjectError(f"{path}: nested too deep for a project file") from problem
+    return YamlDocument(value=value, lines=lines)
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.is_dir():
+            raise ProjectError(f"{path}: is a folder; name the YAML file in it")
+        with open_regular(path) as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError as problem:
+        raise ProjectError(f"{path}: no such file; check the path") from problem
+    except (OSError, ValueError) as problem:
+        raise ProjectError(f"{path}: can't be read: {getattr(problem, 'strerror', None) or problem}") from problem
+    if len(data) > MAX_BYTES:
+        raise ProjectError(f"{path}: larger than {MAX_BYTES:,} bytes, so it is no project file")
+    if data.startswith(b"ISO-10303-21"):
+        raise ProjectError(f"{path}: is an IFC file; a YAML file is expected here")
+    if data.startswith(b"PK\x03\x04"):
+        raise ProjectError(f"{path}: is a zip archive, no project file; unpack it and name the project.yaml in it")
+    try:
+        return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        raise ProjectError(f"{path}: not UTF-8 text (byte {problem.start}); save it as UTF-8") from problem
+
+
+def _note_lines(node: yaml.Node, path: str, lines: dict[str, int]) -> None:
+    lines[path] = node.start_mark.line + 1
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            below = f"{path}.{key.value}" if path else str(key.value)
+            _note_lines(value, below, lines)
+            lines[below] = key.start_mark.line + 1
+    elif isinstance(node, yaml.SequenceNode):
+        for index, value in enumerate(node.value):
+            _note_lines(value, f"{path}[{index}]", lines)

@@ -1,0 +1,1 @@
+"""AprilTag and ArUco markers, and their corners."""

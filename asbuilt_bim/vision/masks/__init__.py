@@ -1,0 +1,1 @@
+"""Instances: who found them, what they hold, where their borders lie."""

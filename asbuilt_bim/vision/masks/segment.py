@@ -1,0 +1,55 @@
+"""What stands in the photo as one piece: the `Segmenter` interface and its answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol, runtime_checkable
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.vision.scene.read import Scene
+from asbuilt_bim.vision.stereo.depth import DepthMap
+
+InstanceClass = Literal["wall", "column"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Instance:
+    """One segmented wall or column: mask bool (H, W) in the RECTIFIED left frame, box (x0, y0, x1, y1) in pixels."""
+
+    label: InstanceClass
+    score: float  # 0..1
+    mask: BoolArray
+    box_px: tuple[int, int, int, int]
+    source: str  # which segmenter said so
+
+
+@runtime_checkable
+class Refuter(Protocol):
+    """What a segmenter may have beside: it knows things that are no wall and no column; version 1 of the interface."""
+
+    def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
+        """Return masks bool (H, W) of what is something else: formwork, hoardings, people, machines."""
+        ...
+
+
+@runtime_checkable
+class SurfaceSegmenter(Protocol):
+    """What a segmenter may have beside: it tells things apart by the photo's surfaces; version 1 of the interface."""
+
+    def segment_on(self, pair: RectifiedPair, depth: DepthMap | None, scene: Scene) -> list[Instance]:
+        """Return the instances as `Segmenter.segment` does, the photo's surfaces being known."""
+        ...
+
+
+class Segmenter(Protocol):
+    """Finds walls and columns in a rectified pair; version 1 of the interface."""
+
+    @property
+    def name(self) -> str:
+        """Return the segmenter's name, for reports."""
+        ...
+
+    def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
+        """Return the instances, masks in pixels of the rectified left photo, integers being pixel centres."""
+        ...

@@ -1,0 +1,1 @@
+"""One photo read as surfaces: planes, round columns, floors, bars, sky."""

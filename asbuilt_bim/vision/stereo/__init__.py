@@ -1,0 +1,1 @@
+"""Disparity and depth, and the state of the rig that the photos show."""

@@ -1,0 +1,1 @@
+"""The red disc: its outline in both photos, and its distance."""

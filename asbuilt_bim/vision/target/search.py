@@ -1,0 +1,109 @@
+"""The target by its told size: an outline in one photo says how far away it is, and so where the other shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.vision.target.circle import SpaceCircle, guessed_circles, outlines_of
+from asbuilt_bim.vision.target.disc import MAX_BLOBS, MIN_ASPECT, MIN_RADIUS_PX, RedDisc
+from asbuilt_bim.vision.target.disc_patch import cut_patch
+from asbuilt_bim.vision.target.ellipse import Ellipse, robust_ellipse
+from asbuilt_bim.vision.target.pairing import Pairing, follow
+from asbuilt_bim.vision.target.red import red_blobs, redness
+
+_FOUND_AGAIN = 0.5  # correlation of the redness in both photos: the same thing before something else
+_NEAREST, _FURTHEST = 1.6, 0.8
+"""Of the disparity that an outline's size says: a covered disc looks smaller, one grown together larger."""
+_STRETCHES = (0.5, 0.35)
+"""Of a blob's outline: a disc that half of it belongs to shows one arc of a third at least."""
+_ONE_ARC = 0.95  # of a stretch's points lie on one ellipse
+_OUTLINE_PX = 1.5  # how well a blob's outline is known: it is found in a reduced picture
+_POINTS = 160  # of an outline are looked at
+_MARGIN = 1.2  # of the major half axis: what is matched
+_SAME = 0.06  # of the major half axis: guesses as near as that lead to one place
+
+
+def sought(
+    pair: RectifiedPair, lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], told_m: float
+) -> list[Pairing]:
+    """Return the discs of the told diameter that outlines of one photo, or parts of outlines, lead to in both."""
+    scores = redness(pair.left), redness(pair.right)
+    found: list[Pairing] = []
+    tried: list[FloatArray] = []
+    for circle in _guesses(pair, scores, (lefts, rights), told_m):
+        guides = outlines_of(circle, pair.camera)
+        if guides[0] is None or guides[1] is None:
+            continue
+        place = np.array([*guides[0].centre, circle.disparity_px, guides[0].minor_px, guides[1].minor_px])
+        if any(np.abs(place - other).max() < _SAME * guides[0].major_px for other in tried):
+            continue
+        tried.append(place)
+        patches = cut_patch(pair.left, scores[0], guides[0]), cut_patch(pair.right, scores[1], guides[1])
+        if min(patches[0].light.size, patches[1].light.size) == 0:
+            continue
+        again = follow(patches, circle, pair.camera, 0.5 * told_m)
+        if again is not None:
+            found.append(again)
+    return found
+
+
+def _guesses(
+    pair: RectifiedPair,
+    scores: tuple[Float32Array, Float32Array],
+    discs: tuple[tuple[RedDisc, ...], tuple[RedDisc, ...]],
+    told_m: float,
+) -> Iterator[SpaceCircle]:
+    """Give circles of the told size about the outlines of either photo, where the other shows the same thing."""
+    for side in (0, 1):
+        for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs((pair.left, pair.right)[side], scores[side])):
+            expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / told_m
+            range_px = (-_NEAREST * expected, -_FURTHEST * expected)
+            if side == 1:
+                range_px = (_FURTHEST * expected, _NEAREST * expected)
+            shift = _found_again(scores[side], scores[1 - side], ellipse, range_px)
+            if shift is not None:
+                left = ellipse if side == 0 else replace(ellipse, x_px=ellipse.x_px + shift)
+                yield from guessed_circles(left, abs(shift), 0.5 * told_m, pair.camera)
+
+
+def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
+    """Give the ellipses of single arcs of the red blobs' outlines, looked at a stretch at a time.
+
+    A disc before something as red has grown together with it: most of the outline may be the other thing's, but a
+    stretch of it is the disc's alone.
+    """
+    for blob in red_blobs(image, score, MAX_BLOBS):
+        outline = blob.outline[:: max(1, len(blob.outline) // _POINTS)]
+        size = float(np.sqrt(blob.area_px / np.pi))
+        for share in _STRETCHES:
+            length = int(share * len(outline))
+            for start in range(0, len(outline), max(length // 4, 1)):
+                stretch = outline[np.arange(start, start + length) % len(outline)]
+                fitted = robust_ellipse(stretch, _OUTLINE_PX)
+                if fitted is None or np.mean(fitted[1]) < _ONE_ARC:
+                    continue
+                ellipse = fitted[0]
+                if ellipse.minor_px >= MIN_ASPECT * ellipse.major_px and MIN_RADIUS_PX < ellipse.major_px < size:
+                    yield ellipse
+
+
+def _found_again(
+    here: Float32Array, there: Float32Array, ellipse: Ellipse, range_px: tuple[float, float]
+) -> float | None:
+    """Return by how much an ellipse's surroundings lie further right in the other photo; None where they don't."""
+    reach = _MARGIN * ellipse.major_px
+    x0, y0 = np.floor(ellipse.centre - reach).astype(int).tolist()
+    x1, y1 = (np.ceil(ellipse.centre + reach).astype(int) + 1).tolist()
+    start, end = max(x0 + int(range_px[0]), 0), min(x1 + int(range_px[1]), there.shape[1])
+    if min(x0, y0) < 0 or x1 > here.shape[1] or y1 > here.shape[0] or end - start < x1 - x0 + 2:
+        return None
+    template = np.ascontiguousarray(here[y0:y1, x0:x1])
+    likeness = cv2.matchTemplate(np.ascontiguousarray(there[y0:y1, start:end]), template, cv2.TM_CCOEFF_NORMED)[0]
+    best = int(np.argmax(likeness))
+    return float(start + best - x0) if likeness[best] > _FOUND_AGAIN else None

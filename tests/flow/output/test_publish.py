@@ -1,0 +1,91 @@
+"""What a run folder holds: visits carried over from earlier runs, and `report` writes what `run` wrote."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+from dataclasses import replace
+from datetime import UTC, date, datetime
+from pathlib import Path
+
+import ifcopenshell
+import ifcopenshell.util.element
+import pytest
+
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.flow.output.folder import open_output
+from asbuilt_bim.flow.output.publish import publish_again, publish_run
+from asbuilt_bim.flow.pipeline import RunResult
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.project.read import Project, read_project
+from tests.camera.rig_formats.test_rig_file import full_rig
+from tests.ifc.models import ModelBuilder
+from tests.ifc.reports import report_on
+from tests.report.sample_report import sample_report
+from tests.site_fixture import site
+
+NOON = datetime(2026, 3, 17, 12, 0, tzinfo=UTC)
+EARLIER, TODAY = date(2026, 3, 2), date(2026, 3, 16)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Project:
+    made = read_project(site() / "project.yaml")
+    builder = ModelBuilder(schema="IFC4X3")
+    builder.box("IfcColumn", "full", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    builder.box("IfcColumn", "third", (3.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    return replace(made, ifc=(builder.write(tmp_path / "small.ifc"),))
+
+
+def _result(project: Project) -> RunResult:
+    design = read_design(project.ifc)
+    station = sample_report().stations[0]
+
+    def visit(day: date, third: float | None) -> ProgressReport:
+        report = report_on(design, {"full": 1.0, "third": third})
+        since = {"complete": EARLIER}
+        seen = tuple(
+            replace(e, last_seen=day, stations=("A1",), complete_on=since.get(e.state)) for e in report.elements
+        )
+        return replace(
+            report, visit_date=day, elements=seen, stations=(replace(station, name="A1", day=day, faces=()),)
+        )
+
+    return RunResult(
+        rig=full_rig(), calibration=None, design=design, reports=(visit(TODAY, 1.0 / 3.0),),
+        pictures={}, seconds={}, from_cache=0, past=(visit(EARLIER, None),),
+    )  # fmt: skip
+
+
+def test_the_ifc_copy_tells_the_visits_carried_over_and_report_writes_what_run_wrote(
+    project: Project, tmp_path: Path
+) -> None:
+    with open_output(tmp_path / "out", project.sources) as out:
+        first = publish_run(out, _result(project), project, NOON)
+        again = publish_again(out, (), NOON)
+    copies = [ifcopenshell.open(str(one.folder / "small.asbuilt.ifc")) for one in (first, again)]
+    lines = [[str(entity) for entity in file] for file in copies]
+    assert lines[0] == lines[1]
+    (full,) = [one for one in copies[0].by_type("IfcColumn") if one.Name == "full"]
+    (history,) = [r.RelatingControl for r in full.HasAssignments if r.is_a("IfcRelAssignsToControl")]
+    (series, *_) = history.IsDefinedBy[0].RelatingPropertyDefinition.HasProperties
+    assert len(series.PropertyReference.Values) == 2
+    installed = ifcopenshell.util.element.get_psets(full)["Pset_ConstructionOccurence"]["InstallationDate"]
+    assert installed == EARLIER.isoformat()
+    photos = {one.Name: one.Location for one in copies[0].by_type("IfcDocumentReference") if one.Identification}
+    assert photos == {f"{EARLIER} A1": None, f"{TODAY} A1": f"overlays/{TODAY}_A1.jpg"}
+
+
+def test_making_outputs_again_on_a_full_disk_is_said_in_one_line(
+    project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(source: Path, target: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(target))
+
+    with open_output(tmp_path / "out", project.sources) as out:
+        publish_run(out, _result(project), project, NOON)
+        monkeypatch.setattr(shutil, "copyfile", full)
+        monkeypatch.setattr(shutil, "copy2", full)
+        with pytest.raises(OutputError, match=r"^\S+: the disk is full; nothing of this run was kept"):
+            publish_again(out, (), NOON)

@@ -1,0 +1,242 @@
+"""`asbuilt-bim measure` and its Python face: one pair, no IFC, files that are safe and pictures that show it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from jsonschema import Draft202012Validator
+
+import asbuilt_bim
+from asbuilt_bim.camera.rig_formats.rig_file import write_rig
+from asbuilt_bim.cli import app
+from asbuilt_bim.errors import MeasureError, RigError
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.geometry.transform import rotation_from_vector
+from asbuilt_bim.measure.pair import PairMeasurement, dominating
+from asbuilt_bim.report.drawings.figures import face_line, figures
+from asbuilt_bim.storage.schemas import schema
+from tests.camera.virtual import rig as virtual_rig
+from tests.measure.box_world import site, true_area
+from tests.measure.test_faces import rig_of
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the two photos of the small site, its rig, and a clicked wall."""
+    path = tmp_path_factory.mktemp("pair")
+    pair = site()[1]
+    cv2.imwrite(str(path / "left.png"), pair.left)
+    cv2.imwrite(str(path / "right.png"), pair.right)
+    write_rig(rig_of(pair), path / "rig.yaml")
+    polygon = [[440.0, 110.0], [740.0, 110.0], [740.0, 540.0], [440.0, 540.0]]  # round the wall, not on its edges
+    away = [[20.0, 20.0], [120.0, 20.0], [120.0, 60.0], [20.0, 60.0]]  # in the sky
+    document = {
+        "format": "asbuilt-bim/clicks", "version": 1,
+        "polygons": [{"class": "wall", "points_px": polygon}, {"class": "column", "points_px": away}],
+    }  # fmt: skip
+    (path / "clicks.json").write_text(json.dumps(document), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> PairMeasurement:
+    rig = asbuilt_bim.read_rig(folder / "rig.yaml")
+    return asbuilt_bim.measure_pair(folder / "left.png", str(folder / "right.png"), rig, target=False)
+
+
+def measure(folder: Path, *more: str, out: str = "out") -> Result:
+    given = [str(folder / name) for name in ("left.png", "right.png")]
+    return CliRunner().invoke(
+        app, ["measure", *given, "--rig", str(folder / "rig.yaml"), "--out", str(folder / out), *more]
+    )  # fmt: skip
+
+
+def test_a_pair_is_measured_in_two_lines_of_python_and_nothing_is_printed(found, capsys) -> None:
+    assert capsys.readouterr().out == ""
+    wall = next(face for face in found.faces if abs(face.width_m - 1.7) < 0.05)
+    truth = true_area(site()[0], "wall/0")
+    assert wall.area_m2 == pytest.approx(truth, rel=0.03)
+    assert found.target is None
+    assert found.calibration_known
+
+
+def test_a_rig_made_in_python_that_cannot_be_one_is_refused_before_a_photo_is_read() -> None:
+    bent = np.eye(4)
+    bent[0, 3], bent[1, 1] = -0.25, 1.02
+    with pytest.raises(RigError, match="right_from_left: is no rigid transform"):
+        asbuilt_bim.measure_pair("no.jpg", "none.jpg", replace(virtual_rig(), right_from_left=bent))
+
+
+def test_the_outline_in_the_original_photo_is_the_one_that_files_get(found) -> None:
+    face = found.faces[0]
+    assert np.abs(found.photo_outline_px(face)[0] - face.outline_px[0]).max() < 1e-6  # this rig has no lens to speak of
+
+
+def test_without_a_target_a_pair_is_refused_unless_it_is_asked_for(folder: Path) -> None:
+    rig = asbuilt_bim.read_rig(folder / "rig.yaml")
+    with pytest.raises(MeasureError, match="target"):
+        asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", rig)
+    done = measure(folder)
+    assert done.exit_code == 1
+    assert "target" in done.stderr
+    assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize("diameter_m", [float("nan"), float("inf"), -0.3, 0.0, 300.0])
+def test_a_target_of_no_size_is_refused(folder: Path, diameter_m: float) -> None:
+    with pytest.raises(MeasureError, match=r"target_diameter_m: .* m, limit 0\.05 to 2 m"):
+        asbuilt_bim.measure_pair(
+            folder / "left.png", folder / "right.png", folder / "rig.yaml", target_diameter_m=diameter_m
+        )
+
+
+def test_what_dominates_sigma_is_told_and_a_rig_that_does_not_know_is_not_calibration(found) -> None:
+    face = found.faces[0]
+    big = replace(face, area_sigma_calibration_m2=1.0, area_sigma_image_m2=0.1)
+    assert dominating(big, calibration_known=True) == "calibration"
+    assert dominating(replace(big, area_sigma_image_m2=2.0), calibration_known=True) == "image"
+    assert dominating(big, calibration_known=False) == "image (calibration unknown)"
+
+
+def test_a_knocked_rig_is_refused_and_refined_on_the_pairs_own_photos_where_asked(folder: Path, found) -> None:
+    rig = asbuilt_bim.read_rig(str(folder / "rig.yaml"))
+    turn = np.eye(4)
+    turn[:3, :3] = rotation_from_vector(np.radians([0.0, 0.0, 0.5]))
+    knocked = replace(rig, right_from_left=frozen(turn @ rig.right_from_left))
+    left, right = folder / "left.png", folder / "right.png"
+    with pytest.raises(MeasureError, match="--refine-rig"):
+        asbuilt_bim.measure_pair(left, right, knocked, target=False)
+    again = asbuilt_bim.measure_pair(left, right, knocked, target=False, refine_rig=True)
+    assert "refined from" in str(again.rejections[0])
+    areas = [max(face.area_m2 for face in one.faces) for one in (found, again)]
+    assert abs(areas[1] / areas[0] - 1.0) < 0.02
+
+
+def test_every_figure_of_the_paper_is_returned_as_a_picture(found) -> None:
+    drawn = {figure.name: figure for figure in figures(found)}
+    assert {"overlay", "masks", "depth", "flatness"} <= drawn.keys()
+    assert any(name.startswith("wall-") for name in drawn)
+    for figure in drawn.values():
+        assert figure.image.dtype == np.uint8
+        assert figure.image.std() > 5.0
+        assert figure._repr_png_().startswith(b"\x89PNG")
+    assert b"eXIf" not in drawn["overlay"].png()
+
+
+def test_a_picture_says_of_a_face_that_it_is_not_the_whole(found) -> None:
+    face = replace(found.faces[0], cut_by_frame=False, occluded=False, open_edge=False)
+    assert face_line(found, face).endswith(" m²")
+    assert face_line(found, replace(face, occluded=True, open_edge=True)).endswith(" m² (hidden and open)")
+
+
+def test_masks_can_be_given_and_one_without_a_surface_is_named(folder: Path) -> None:
+    rig = asbuilt_bim.read_rig(folder / "rig.yaml")
+    given = asbuilt_bim.measure_pair(
+        folder / "left.png", folder / "right.png", rig, target=False, masks=folder / "clicks.json"
+    )
+    assert {face.label for face in given.faces} == {"wall"}
+    best = next(face for face in given.faces if abs(face.width_m - 1.7) < 0.05)
+    assert best.area_m2 == pytest.approx(true_area(site()[0], "wall/0"), rel=0.03)
+    assert given.instance_of(best).source == "polygons[0]"
+    assert any("column polygons[1]" in r.what and "no face" in r.reason for r in given.rejections)
+
+
+def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table(folder: Path) -> None:
+    done = measure(folder, "--no-target", "--masks", str(folder / "clicks.json"))
+    assert done.exit_code == 0, done.stderr
+    assert "nothing checks it" in done.output
+    assert "told by its shape alone" not in done.output  # the masks tell it
+    assert "no face was measured in this mask" in done.stderr
+    out = folder / "out"
+    document = json.loads((out / "measure.json").read_text(encoding="utf-8"))
+    assert list(Draft202012Validator(schema("measure-1")).iter_errors(document)) == []
+    assert document["target"] is None
+    assert document["scale"] == "baseline, unchecked"
+    assert {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()} == {
+        "measure.json", *document["files"]
+    }  # fmt: skip
+    with (out / "faces.csv").open(encoding="utf-8-sig") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["face"] for row in rows] == [face["id"] for face in document["faces"]]
+    assert str(folder) not in (out / "measure.json").read_text(encoding="utf-8")  # paths are nobody else's business
+
+
+def test_a_pair_in_which_not_one_face_was_measured_ends_with_1_and_its_pictures_say_why(folder: Path) -> None:
+    document = json.loads((folder / "clicks.json").read_text(encoding="utf-8"))
+    sky = {**document, "polygons": document["polygons"][1:]}
+    (folder / "sky.json").write_text(json.dumps(sky), encoding="utf-8")
+    done = measure(folder, "--no-target", "--masks", str(folder / "sky.json"), out="sky")
+    assert done.exit_code == 1
+    assert "error: not one face was measured" in done.stderr
+    assert (folder / "sky" / "measure.json").is_file()
+
+
+def test_an_earlier_measurement_is_replaced_whole_and_strangers_files_stay(folder: Path) -> None:
+    first = measure(folder, "--no-target", out="again")
+    assert first.exit_code == 0 and "told by its shape alone" in first.output
+    before = set((folder / "again" / "figures").iterdir())
+    (folder / "again" / "notes.txt").write_text("mine", encoding="utf-8")
+    paper = measure(
+        folder, "--no-target", "--masks", str(folder / "clicks.json"), "--method", "paper", "--depth", "stereo",
+        out="again",
+    )  # fmt: skip
+    assert paper.exit_code == 0, paper.stderr
+    assert "shadows" in paper.output
+    document = json.loads((folder / "again" / "measure.json").read_text(encoding="utf-8"))
+    assert list(Draft202012Validator(schema("measure-1")).iter_errors(document)) == []
+    assert document["method"] == "paper"
+    assert {face["area_sigma_m2"] for face in document["faces"]} == {None}
+    left = set((folder / "again" / "figures").iterdir())
+    assert left < before | left
+    assert {path.relative_to(folder / "again").as_posix() for path in left} <= set(document["files"])
+    assert (folder / "again" / "notes.txt").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", ["measure.json", "overlay.jpg"])
+def test_a_file_of_somebody_elses_is_never_overwritten(folder: Path, name: str) -> None:
+    place = folder / f"taken-{name}"
+    place.mkdir()
+    (place / name).write_bytes(b"{}")
+    done = measure(folder, "--no-target", "--masks", str(folder / "clicks.json"), out=place.name)
+    assert done.exit_code == 1
+    assert "choose another --out" in done.stderr
+    assert [path.name for path in place.iterdir()] == [name]
+    assert (place / name).read_bytes() == b"{}"
+
+
+def test_the_published_method_without_a_network_says_what_to_do(folder: Path) -> None:
+    done = measure(folder, "--no-target", "--method", "paper")
+    assert done.exit_code == 1
+    assert "--depth stereo" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "said"),
+    [
+        (["--depth", "paper"], 1, "method: paper only"),
+        (["--mask-class", "x=wall", "--masks", "nowhere.json"], 2, "1=wall"),
+        (["--mask-class", "1=wall"], 2, "--masks"),
+        (["--inversion", "reciprocal"], 2, "--method paper"),
+        (["--depth-network", "bundled"], 2, "--depth fused"),
+        (["--method", "best"], 2, "--method"),
+        (["--target-diameter", "300"], 2, "--target-diameter"),
+        (["--target-diameter", "0.3"], 2, "contradict"),
+        (["--masks", "nowhere.json"], 1, "no such file"),
+    ],
+)
+def test_a_wrong_command_line_is_named(folder: Path, more: list[str], code: int, said: str) -> None:
+    done = measure(folder, "--no-target", *more)
+    assert done.exit_code == code
+    assert said in done.stderr
+
+
+def test_one_photo_given_as_both_is_named_before_anything_is_measured(folder: Path) -> None:
+    with pytest.raises(MeasureError, match="is given as the left and as the right photo"):
+        asbuilt_bim.measure_pair(folder / "left.png", folder / "left.png", folder / "rig.yaml")

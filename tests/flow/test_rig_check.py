@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.flow.rig_check import Outcome, watch_rig
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.measure.station import RejectedStation
+from tests.vision.stereo.test_rig_health import calibrated, health, turned
+
+
+def outcomes(turns: Sequence[float]) -> list[Outcome]:
+    """Stations S0, S1 ... whose right camera is turned by so many degrees of yaw; nan: says nothing of the rig."""
+    found: list[Outcome] = []
+    for number, yaw in enumerate(turns):
+        name = f"S{number}"
+        own = (Rejection(what=f"station {name}", reason="the target is not in view"),)
+        seen = None if yaw != yaw else health(name, turned(calibrated(), (0.0, yaw, 0.0)), calibrated(), number)
+        found.append(RejectedStation(station=name, rejections=own, health=seen))
+    return found
+
+
+def test_every_station_of_a_visit_with_a_knocked_rig_is_refused_by_the_rig() -> None:
+    watched = watch_rig(outcomes([0.2, float("nan"), 0.2]), calibrated())
+    for outcome in watched.outcomes:
+        assert isinstance(outcome, RejectedStation)
+        assert "the rig was knocked" in outcome.rejections[0].reason and "not in view" in outcome.rejections[1].reason
+    (record,) = watched.records
+    assert record.state == "knocked" and not record.refined and record.yaw_rad == pytest.approx(0.0035, rel=0.05)
+
+
+def test_a_knock_on_the_way_refuses_the_stations_after_it_and_says_when_it_was() -> None:
+    watched = watch_rig(outcomes([0.0, 0.0, 0.3, 0.3]), calibrated())
+    knocked = ["the rig was knocked" in str(outcome.rejections[0]) for outcome in watched.outcomes]
+    assert knocked == [False, False, True, True]
+    assert "between station S1 and station S2" in watched.notes[0]
+
+
+def test_with_refining_the_stations_are_measured_again_with_the_rig_that_their_photos_show() -> None:
+    asked: list[tuple[list[str], StereoRig]] = []
+
+    def again(names: Sequence[str], rig: StereoRig) -> Mapping[str, Outcome]:
+        asked.append((list(names), rig))
+        true = turned(calibrated(), (0.0, 0.3, 0.0))
+        return {
+            name: RejectedStation(station=name, rejections=(), health=health(name, true, rig, seed))
+            for seed, name in enumerate(names)
+        }
+
+    watched = watch_rig(outcomes([0.3, 0.3, 0.3]), calibrated(), again)
+    ((names, rig),) = asked
+    assert names == ["S0", "S1", "S2"] and rig.baseline_m == pytest.approx(calibrated().baseline_m, rel=1e-12)
+    assert all(not outcome.rejections for outcome in watched.outcomes)
+    assert watched.records[0].refined and "refined from" in watched.notes[0]
+
+
+def test_a_sound_rig_changes_nothing() -> None:
+    given = outcomes([0.0, 0.0, 0.0])
+    watched = watch_rig(given, calibrated())
+    assert list(watched.outcomes) == given and watched.warnings == () and watched.notes == ()
+    assert watched.records[0].state == "sound"
+
+
+def test_a_refined_rig_that_its_photos_leave_open_is_measured_with_a_warning() -> None:
+    """Of a rig file without covariance nobody knows the lenses, and no area's sigma has them in it."""
+    unknown = replace(calibrated(), covariance=frozen(np.zeros((14, 14))))
+
+    def again(names: Sequence[str], rig: StereoRig) -> Mapping[str, Outcome]:
+        true = turned(calibrated(), (0.0, 0.3, 0.0))
+        return {name: RejectedStation(station=name, rejections=(), health=health(name, true, rig, 1)) for name in names}
+
+    watched = watch_rig(outcomes([0.3, 0.3]), unknown, again)
+    assert watched.records[0].refined
+    (warning,) = watched.warnings
+    assert "rig refined, stations S0 to S1" in str(warning) and "asbuilt-bim calibrate" in str(warning)

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date, datetime
+
+import pytest
+
+from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar, weekday
+from asbuilt_bim.progress.completion.planned import days_late, due_but_unknown, late_elements, planned_share, verdict
+from asbuilt_bim.progress.report import Completion, TaskProgress
+from tests.report.sample_report import sample_report
+
+START, FINISH = datetime(2026, 3, 2, 0), datetime(2026, 3, 12, 0)  # ten days
+OFFICE = WorkCalendar(name="office", week=tuple(weekday(n, (480, 1020)) if n < 5 else weekday(n) for n in range(7)))
+
+
+def done(best: float | None, lower: float | None = None, upper: float | None = None) -> Completion:
+    value = best or 0.0
+    return Completion(
+        best=best,
+        lower=value if lower is None else lower,
+        upper=(1.0 if best is None else value) if upper is None else upper,
+        coverage=1.0,
+    )
+
+
+def task(completion: Completion, unknown: int = 0, **dates: date | None) -> TaskProgress:
+    progress = replace(sample_report().tasks[0].progress, completion=completion, unknown=unknown)
+    values: dict[str, object] = {"schedule_start": START, "schedule_finish": FINISH, "actual_finish": None, **dates}
+    return replace(sample_report().tasks[0], progress=progress, **values)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("day", "share"),
+    [(date(2026, 3, 1), 0.0), (date(2026, 3, 2), 0.1), (date(2026, 3, 6), 0.5), (date(2026, 3, 11), 1.0)],
+)
+def test_the_planned_share_grows_evenly_and_counts_the_day_of_the_visit(day: date, share: float) -> None:
+    assert planned_share(START, FINISH, day) == pytest.approx(share)
+
+
+def test_a_calendar_stops_the_plan_over_the_weekend() -> None:
+    friday, sunday = date(2026, 3, 6), date(2026, 3, 8)
+    monday_start, next_friday = datetime(2026, 3, 2, 8), datetime(2026, 3, 13, 17)
+    assert planned_share(monday_start, next_friday, friday, OFFICE) == 0.5
+    assert planned_share(monday_start, next_friday, sunday, OFFICE) == 0.5
+    assert planned_share(monday_start, next_friday, sunday, EVERY_DAY) != 0.5
+
+
+def test_no_plan_gives_no_share() -> None:
+    assert planned_share(None, FINISH, date(2026, 3, 6)) is None
+    assert planned_share(FINISH, START, date(2026, 3, 6)) is None
+    assert days_late(task(done(0.5), schedule_finish=None), done(0.5), date(2026, 3, 6)) == (None, None, None)
+
+
+def test_a_task_is_as_late_as_the_plan_is_ahead_of_it() -> None:
+    # 30 % stands at the end of 6 March; the plan wanted 30 % at the end of 4 March
+    assert days_late(task(done(0.3)), done(0.3), date(2026, 3, 6)) == (2, 2, 2)
+    assert days_late(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, 0, -2)
+    # half of it unknown: by the best estimate on time, and not more than two days late
+    assert days_late(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0, 2)
+
+
+def test_what_was_nowhere_seen_unfinished_is_late_by_no_number() -> None:
+    # every element that was seen is complete, one was not seen, and the finish has passed
+    plan = task(done(0.985, 0.8, 0.99), unknown=1, late=None)
+    assert days_late(plan, plan.progress.completion, date(2026, 3, 30)) == (None, 0, 21)  # 80 % by 9 March
+
+
+def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
+    last, end = datetime(9999, 12, 30), datetime(9999, 12, 31, 23)
+    plan = task(done(0.5), schedule_start=last, schedule_finish=end)
+    assert days_late(plan, done(0.5), date(2026, 3, 6))[1] == 0
+    with pytest.raises(ValueError, match="too little working time"):
+        EVERY_DAY.after(end, 48.0)
+
+
+def test_a_task_that_was_seen_unfinished_after_its_finish_is_late_by_that_whatever_was_seen_since() -> None:
+    plan = task(done(None), late=None)
+    said = days_late(plan, done(None), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))
+    assert said == (None, 8, 29)
+    open_ended = task(done(0.5, 0.3, 1.0), late=True)
+    assert days_late(open_ended, done(0.5, 0.3, 1.0), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))[1] == 8
+
+
+def test_an_unknown_task_is_late_by_no_number() -> None:
+    assert days_late(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0, 29)  # begun on 2 March at best
+
+
+@pytest.mark.parametrize(
+    ("unfinished_on", "least"), [(None, 0), (date(2026, 3, 9), 0), (date(2026, 3, 12), 0), (date(2026, 3, 14), 2)]
+)
+def test_a_finished_task_is_late_at_least_till_it_was_last_seen_unfinished(
+    unfinished_on: date | None, least: int
+) -> None:
+    finished = task(done(0.99), actual_finish=date(2026, 3, 16))
+    said = days_late(finished, finished.progress.completion, date(2026, 4, 1), unfinished_on=unfinished_on)
+    assert said == (4, least, 4)
+
+
+def test_measured_0_part_measured_unknown_and_finished_are_four_different_things() -> None:
+    zero, unknown = verdict(task(done(0.0))), verdict(task(done(None)))
+    part, whole = verdict(task(done(0.6, 0.35, 0.8), unknown=1)), verdict(task(done(0.6)))
+    assert (zero.knowledge, zero.share) == ("measured 0", 0.0)
+    assert (unknown.knowledge, unknown.share) == ("unknown", None)
+    assert (part.knowledge, part.share) == ("part measured", 0.35)
+    assert "at least 35.0 % (lower bound)" in part.note
+    assert (whole.knowledge, whole.share) == ("measured", 0.6)
+    finished = verdict(task(done(0.985), actual_finish=date(2026, 3, 16)))
+    assert (finished.share, finished.finished) == (1.0, True)
+    assert finished.note.endswith("Best estimate 98.5 %, at least 98.5 %.")
+
+
+def test_bounds_in_a_note_are_rounded_outwards() -> None:
+    assert "at least 89.1 % (lower bound), possibly 92.6 %" in verdict(task(done(0.9, 0.89182, 0.92505))).note
+    assert "at least 80.0 % (lower bound), possibly 90.0 %" in verdict(task(done(0.85, 0.7 + 0.1, 3 * 0.3))).note
+    assert "possibly 30.0 %" in verdict(task(done(0.2, 0.1, 0.1 + 0.2))).note
+    assert verdict(task(done(1.0, 0.80227, 1.0), actual_finish=date(2026, 3, 16))).note.endswith("at least 80.2 %.")
+
+
+def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None:
+    report = sample_report()
+    late = late_elements(report)
+    assert {one.element.state for one in late} <= {"part", "not started"}
+    assert [one.task for one in late] == ["Columns, ground floor"] * len(late)
+    assert late[0].days_late == 3
+    assert len(late) == 2
+    again = replace(report.tasks[0], schedule_finish=datetime(2026, 4, 13))  # a later task makes them too
+    assert late_elements(replace(report, tasks=(*report.tasks, again))) == ()
+    undated = replace(report.tasks[0], schedule_finish=None)
+    assert late_elements(replace(report, tasks=(*report.tasks, undated))) == ()
+    assert due_but_unknown(report) == 0

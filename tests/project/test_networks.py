@@ -1,0 +1,106 @@
+"""Networks that a project names: checked first, part of the cache's key, used by the stations, named in the result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.errors import NetworkError, PluginError, ProjectError
+from asbuilt_bim.flow.measure_visit import StationJob, measure_job
+from asbuilt_bim.measure.station import StationMeasurement, measure_station
+from asbuilt_bim.project.networks import NetworkChoice, identities, instruments_of
+from asbuilt_bim.project.read import read_project
+from asbuilt_bim.vision.networks import bundled
+from tests.measure.box_world import site
+from tests.measure.test_faces import rig_of
+from tests.measure.test_station import FREE, photos
+from tests.project_folder import plain, write_project
+from tests.vision.networks import graphs
+
+
+def wall_everywhere() -> Any:
+    """A semantic network that calls everything a wall."""
+    logits = np.stack([np.full((48, 64), v, np.float32) for v in (-5.0, 5.0, -5.0)])[None]
+    return graphs.constant({"logits": logits})
+
+
+def test_a_project_names_cards_by_paths_in_its_folder(tmp_path: Path) -> None:
+    contents = plain() | {"networks": {"segment": "nets/card.yaml"}}
+    project = read_project(write_project(tmp_path, contents))
+    assert project.networks == NetworkChoice(segment=str(tmp_path / "nets" / "card.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"networks": {"segment": "../card.yaml"}}, "networks.segment"),
+        ({"networks": {"segments": "card.yaml"}}, "did you mean segment"),
+        ({"networks": {"stereo": "plugin:x"}}, "networks.stereo: takes a network's card"),
+        ({"networks": {"depth": "card.yaml"}}, "networks.depth: isn't used"),
+        ({"options": {"measure": {"depth": "fused"}}}, "networks.depth: depth: fused needs a network"),
+        ({"options": {"measure": {"method": "paper"}}}, "networks.depth: method: paper needs a network"),
+    ],
+)
+def test_what_a_project_asks_of_networks_must_fit_together(tmp_path: Path, keys: dict[str, Any], says: str) -> None:
+    for name in ("design.ifc", "markers.csv", "card.yaml"):
+        (tmp_path / name).touch()
+    with pytest.raises(ProjectError, match="one mistake") as caught:
+        read_project(write_project(tmp_path, plain() | keys))
+    assert says in str(caught.value)
+
+
+def test_bundled_names_the_networks_that_are_shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shipped = tmp_path / "models"
+    shipped.mkdir()
+    monkeypatch.setattr(bundled, "models_folder", lambda: shipped)
+    contents = plain() | {"networks": {"segment": "bundled", "depth": "bundled"}}
+    contents |= {"options": {"measure": {"depth": "fused"}}}
+    written = write_project(tmp_path, contents)
+    with pytest.raises(ProjectError, match="the shipped network for depth isn't installed"):
+        read_project(written)
+    for name in ("concrete", "depth"):
+        (shipped / f"{name}.yaml").touch()
+    chosen = read_project(written).networks
+    assert chosen == NetworkChoice(segment=str(shipped / "concrete.yaml"), depth=str(shipped / "depth.yaml"))
+    with pytest.raises(ProjectError, match="no network for stereo is shipped"):
+        read_project(write_project(tmp_path, plain() | {"networks": {"stereo": "bundled"}}))
+
+
+def test_a_bad_card_stops_the_run_before_a_station_is_measured(tmp_path: Path) -> None:
+    with pytest.raises(NetworkError, match="no such file"):
+        identities(NetworkChoice(segment=str(tmp_path / "card.yaml")))
+    with pytest.raises(PluginError, match="no installed package offers"):
+        identities(NetworkChoice(segment="plugin:nobody-has-this"))
+
+
+def test_a_changed_network_is_another_one_to_the_cache(tmp_path: Path) -> None:
+    path = graphs.card(tmp_path, wall_everywhere(), "semantic")
+    (before,) = identities(NetworkChoice(segment=str(path))).values()
+    (tmp_path / "tiny.onnx").write_bytes((tmp_path / "tiny.onnx").read_bytes() + b"\x72\x00")  # an unknown field, empty
+    (after,) = identities(NetworkChoice(segment=str(path))).values()
+    assert before != after
+
+
+def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Path) -> None:
+    path = graphs.card(tmp_path, wall_everywhere(), "semantic", activation="softmax")
+    choice = NetworkChoice(segment=str(path))
+    job = StationJob(photos=photos(), rig=rig_of(site()[1]), options=FREE, networks=choice)
+    found = measure_job(job)
+    assert isinstance(found, StationMeasurement)
+    assert {face.source for face in found.faces} == {"geometry and tiny"}
+    plain_one = measure_station(photos(), rig_of(site()[1]), FREE)
+    assert isinstance(plain_one, StationMeasurement)
+    assert {face.source for face in plain_one.faces} == {"geometric"}
+    assert len(found.faces) >= len(plain_one.faces), "what geometry finds by colour too, the network's word lets stand"
+
+
+def test_a_fused_depth_map_comes_from_the_projects_depth_network(tmp_path: Path) -> None:
+    path = graphs.card(tmp_path, graphs.echo(), "inverse-depth")  # how bright it is: no depth at all
+    instruments = instruments_of(NetworkChoice(depth=str(path)))
+    found = measure_station(photos(), rig_of(site()[1]), replace(FREE, depth="fused"), instruments=instruments)
+    assert not isinstance(found, StationMeasurement)
+    assert "doesn't follow this picture" in str(found.rejections[-1])

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.camera.calibration.area_effect import AreaEffect
+from asbuilt_bim.camera.calibration.calibrate import Calibration, calibrate_stereo
+from asbuilt_bim.camera.calibration.check_length import LengthCheck
+from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.report.page.calibration import calibration_html, verdict, write_calibration_page
+from tests.camera.board_pictures import CHESS, pairs
+from tests.camera.calibration.test_control_rig import control
+from tests.camera.virtual import SIZE
+
+CHECK = LengthCheck(what="the <tape>", known_m=1.2, measured_m=1.2024, sigma_m=0.0012)
+
+
+@pytest.fixture(scope="module")
+def made() -> Calibration:
+    return calibrate_stereo(pairs(CHESS, 8), CHESS)
+
+
+def effect(sigma: float) -> AreaEffect:
+    return AreaEffect(sigma=sigma, parts=(("baseline", sigma),))
+
+
+def test_the_page_holds_every_view_every_figure_and_asks_for_nothing(made: Calibration) -> None:
+    html = calibration_html(made, (CHECK,))
+    for view in made.views:
+        assert view.name in html and f"{view.rms_left_px:.3f} px" in html
+    for figure in (
+        f"{made.rig.baseline_m * 1000:.2f} mm",
+        f"{made.checks.hold_out_rms_px:.3f} px",
+        "+0.20 %",
+        "1.2024",
+    ):
+        assert figure in html
+    assert not re.search(r"(src|href)\s*=|url\(|<script", html)
+    assert html.count("<svg") == 2 and html.count("<line") > 500
+
+
+def test_names_are_escaped_and_tags_close(made: Calibration) -> None:
+    hostile = '<img src=x onerror="x">&'
+    named = replace(made, views=(replace(made.views[0], name=hostile), *made.views[1:]))
+    html = calibration_html(named, (CHECK,))
+    assert "<img" not in html and "&lt;img" in html and "the &lt;tape&gt;" in html
+    open_tags: list[str] = []
+
+    class Reader(HTMLParser):
+        def handle_starttag(self, tag: str, attrs: object) -> None:
+            if tag not in ("meta", "line", "rect"):
+                open_tags.append(tag)
+
+        def handle_endtag(self, tag: str) -> None:
+            assert open_tags.pop() == tag
+
+        def handle_startendtag(self, tag: str, attrs: object) -> None:
+            pass
+
+    Reader().feed(html)
+    assert not open_tags
+
+
+def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Calibration) -> None:
+    clean = replace(made, checks=replace(made.checks, warnings=()))
+    careful = replace(made, checks=replace(made.checks, warnings=("the boards cover 40 % of the frame only",)))
+    assert verdict(clean, effect(0.002), (CHECK,)).grade == "good"
+    assert verdict(careful, effect(0.002), (CHECK,)).grade == "usable"
+    assert verdict(clean, effect(0.02), (CHECK,)).grade == "usable"
+    bad = verdict(clean, effect(0.05), (CHECK,))
+    assert bad.grade == "doubtful" and "5.0 %" in bad.sentence
+    assert verdict(clean, None, (CHECK,)).grade == "doubtful"
+    unsure = verdict(clean, effect(0.002), (replace(CHECK, measured_m=1.0116 * CHECK.known_m),))
+    assert unsure.grade == "usable" and "came out right" not in unsure.sentence
+    assert "1.16 % off, and marked too unsurely" in unsure.reasons[0]
+    unchecked = verdict(clean, effect(0.002), ())
+    assert "known length" in unchecked.reasons[0] and "length came out right" not in unchecked.sentence
+
+
+def test_a_page_of_control_points_speaks_of_points_not_of_boards() -> None:
+    html = calibration_html(rig_from_control_points(control(24, 0.3), SIZE))
+    assert "of 24 and 24 points" in html and "in points kept back" in html and "points measured in another unit" in html
+    assert "board of another size" not in html and "diagonals" not in html and "model of lens explains" not in html
+
+
+def test_a_page_that_cannot_be_written_is_named(made: Calibration, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"page\.html: can't be written"):
+        write_calibration_page(made, tmp_path / "nowhere" / "page.html")

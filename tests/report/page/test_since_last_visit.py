@@ -1,0 +1,43 @@
+"""What the page says of the time since the visit before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.report.page.since_last_visit import since_rows
+from asbuilt_bim.report.page.write import page_html
+from tests.report.sample_report import renamed, sample_report
+
+
+def a_visit_before(report: ProgressReport) -> ProgressReport:
+    """Return the sample's report as of two weeks earlier, its first element begun and its last one not designed."""
+    first = report.elements[0]
+    begun = replace(first.completion, lower=0.25, best=0.3)
+    before = renamed(report, 0, completion=begun, state="part", as_built_area_m2=1.25, as_built_sigma_m2=0.02)
+    return replace(before, visit_date=date(2026, 3, 2), elements=before.elements[:-1])
+
+
+def test_only_what_reads_otherwise_is_listed_then_and_now() -> None:
+    report = sample_report()
+    rows = since_rows(a_visit_before(report), report)
+    assert {row.element.global_id for row in rows} == {report.elements[0].global_id, report.elements[-1].global_id}
+    assert [row.then for row in rows if row.now is report.elements[-1]] == [None]
+    assert since_rows(report, report) == ()
+    slightly = renamed(report, 0, as_built_area_m2=(report.elements[0].as_built_area_m2 or 0.0) + 1e-4)
+    assert since_rows(slightly, report) == ()
+
+
+def test_an_element_that_left_the_design_is_listed_too() -> None:
+    report = sample_report()
+    (row,) = since_rows(report, replace(report, elements=report.elements[:-1]))
+    assert row.now is None and row.element is report.elements[-1]
+
+
+def test_the_page_tells_both_visits_and_nothing_where_there_was_none_before() -> None:
+    report = sample_report()
+    page = page_html(report, {}, a_visit_before(report))
+    assert "Since the visit of 2026-03-02" in page and "1.25 ± 0.02" in page and "not in the design" in page
+    assert "Since the visit" not in page_html(report, {})
+    assert "Every element is as it was." in page_html(report, {}, replace(report, visit_date=date(2026, 3, 2)))

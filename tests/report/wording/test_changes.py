@@ -1,0 +1,167 @@
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.report.wording.changes import changes, write_changes
+from tests.report.sample_report import renamed, sample_report
+
+
+def _next_visit(report):
+    earlier = (*report.earlier_visits, report.visit_date)
+    return replace(report, visit_date=date(2026, 3, 30), earlier_visits=earlier)
+
+
+def test_the_same_result_has_no_changes():
+    assert changes(sample_report(), sample_report()) == ()
+
+
+def test_noise_below_what_is_shown_is_no_change():
+    report = sample_report()
+    area = report.elements[0].as_built_area_m2
+    assert changes(report, renamed(report, 0, as_built_area_m2=area + 0.004)) == ()
+
+
+def test_an_element_seen_for_the_first_time_goes_from_unknown_to_a_number():
+    report = sample_report()
+    done = replace(report.elements[5].completion, best=0.5, coverage=0.6)
+    after = renamed(report, 5, completion=done, state="part", as_built_area_m2=2.5, as_built_sigma_m2=0.03)
+    assert changes(report, after) == (
+        "column C-11: unknown -> part, completion unknown -> 50 %, seen 0 % -> 60 %, "
+        "as-built area unknown -> 2.50 ± 0.03 m²",
+    )
+
+
+def test_stations_that_come_and_go_are_named():
+    report = sample_report()
+    after = replace(report, stations=report.stations[1:])
+    assert (
+        changes(report, after)[0] == "station A1: placed -> rejected (station A1, marker 17: its corners don't fit "
+        "the other markers (14.2 px, limit 3.0 px); survey marker 17 again)"
+    )
+    assert "station A1: no longer there" in changes(report, replace(after, rejections=report.rejections[:1]))
+
+
+def test_a_station_that_is_new_and_rejected_gives_its_reason():
+    report = sample_report()
+    more = Rejection(what="station C9", reason="no disparity", value="3 %", limit="30 %", remedy="take it again")
+    assert changes(report, replace(report, rejections=(*report.rejections, more))) == (
+        "station C9: new, rejected (station C9: no disparity (3 %, limit 30 %); take it again)",
+    )
+
+
+def test_a_station_that_is_rejected_for_another_reason_is_named_with_it():
+    report = sample_report()
+    dark = Rejection(what="station C9", reason="too dark", remedy="take it again")
+    before = replace(report, rejections=(*report.rejections, dark))
+    after = replace(report, rejections=(*report.rejections, replace(dark, reason="no disparity")))
+    assert changes(before, after) == ("station C9: rejected (station C9: no disparity; take it again) now",)
+    assert changes(before, before) == ()
+
+
+def test_a_cost_line_with_another_plan_rate_or_certain_value_is_named() -> None:
+    report = sample_report()
+    first, second, *rest = report.cost_lines
+    dearer = replace(first, rate=195.0, planned_quantity=13.0, others=1, earned_lower=first.earned_lower - 10.0)
+    after = replace(report, cost_lines=(dearer, *rest, replace(second, name="Formwork, cellar", global_id="3CostNew")))
+    was, now = (f"{line.earned_lower:,.2f}".replace(",", "\u202f") for line in (first, dearer))
+    assert changes(report, after) == (
+        "cost line 01.1 Concrete C30/37, ground floor: planned 12.500 m³ -> 13.000 m³, rate 185.00 -> 195.00, "
+        f"not measured 0 -> 1, certain {was} EUR -> {now} EUR",
+        "cost line 01.2 Formwork, cellar: new",
+        "cost line 01.2 Formwork, ground floor: no longer there",
+    )
+
+
+def test_another_ifc_file_and_another_visit_are_said():
+    report = sample_report()
+    made = replace(report.provenance, ifc_digest="sha256:00")
+    after = replace(_next_visit(report), provenance=made)
+    assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30", "IFC file: another than before")
+
+
+def test_stations_of_another_visit_that_have_the_same_names_are_not_the_same_stations():
+    report = sample_report()
+    stations = tuple(replace(s, left_digest="other", day=date(2026, 3, 30)) for s in report.stations[:1])
+    after = replace(_next_visit(report), stations=stations)
+    assert changes(report, after) == ("visit: 2026-03-16 -> 2026-03-30",)
+    assert any("other photos" in line for line in changes(report, replace(report, stations=stations)))
+
+
+def test_elements_that_left_the_design_are_named():
+    report = sample_report()
+    assert "column C-01: no longer in the design" in changes(report, replace(report, elements=report.elements[1:]))
+
+
+def test_visits_that_come_and_go_between_are_named():
+    report = sample_report()
+    (earlier,) = report.earlier_visits
+    assert changes(report, replace(report, earlier_visits=())) == (
+        f"visit {earlier}: no longer among the earlier visits",
+    )
+    more = replace(report, earlier_visits=(earlier, date(2026, 3, 9)))
+    assert changes(report, more) == ("visit 2026-03-09: new among the earlier visits",)
+    back = replace(report, visit_date=earlier, earlier_visits=())
+    assert changes(report, back)[0] == f"visit: {report.visit_date} -> {earlier}"
+    assert not any("among the earlier" in line for line in changes(report, back))
+
+
+def test_another_schedule_and_the_dates_that_come_with_it_are_said():
+    report = sample_report()
+    one = ScheduleSource(name="plan.xml", digest="sha256:01", kind="MS Project XML", calendar=EVERY_DAY)
+    first, *others = report.tasks
+    later = replace(first, schedule_finish=first.schedule_finish.replace(month=4))
+    after = replace(report, schedule=one, tasks=(later, *others))
+    assert changes(report, after) == (
+        "schedule: the IFC's own dates -> plan.xml",
+        "task Columns, ground floor: planned finish 2026-03-13 17:00 -> 2026-04-13 17:00",
+    )
+    assert changes(after, replace(after, schedule=replace(one, digest="sha256:02"))) == (
+        "schedule: another than before",
+    )
+    assert "task First floor: no longer there" in changes(report, replace(report, tasks=report.tasks[:2]))
+
+
+def test_elements_that_a_narrower_scope_leaves_out_are_not_called_gone_from_the_design():
+    report = sample_report()
+    made = replace(report.provenance, options_digest="sha256:00")
+    narrower = replace(report, elements=report.elements[1:], provenance=made)
+    assert changes(report, narrower)[0] == "scope or options: another than before"
+    assert "column C-01: no longer in the scope" in changes(report, narrower)
+    assert any("column C-01: new in the scope" in line for line in changes(narrower, report))
+
+
+def test_all_changes_stand_in_a_file_a_line_each_whatever_the_names_hold(tmp_path: Path) -> None:
+    before = sample_report()
+    after = renamed(renamed(before, 0, name="Wall\n\x1b[31m1", state="unknown"), 1, state="unknown")
+    write_changes(before, after, tmp_path / "changes.txt")
+    lines = (tmp_path / "changes.txt").read_text(encoding="utf-8").splitlines()
+    assert (
+        lines[0].startswith("Against the earlier run in this folder, of ") and before.visit_date.isoformat() in lines[0]
+    )
+    assert len(lines) == 1 + len(changes(before, after)) == 3
+    assert "\x1b" not in lines[1] and "Wall" in lines[1]
+    write_changes(before, before, tmp_path / "changes.txt")
+    assert "Nothing has changed." in (tmp_path / "changes.txt").read_text(encoding="utf-8")
+
+
+def test_storeys_tasks_and_cost_lines_of_one_name_are_known_under_new_ids() -> None:
+    report = sample_report()
+    other = replace(
+        report,
+        storeys=tuple(replace(one, key=f"s{number}") for number, one in enumerate(report.storeys)),
+        tasks=tuple(
+            replace(one, progress=replace(one.progress, key=f"t{number}")) for number, one in enumerate(report.tasks)
+        ),
+        cost_lines=tuple(replace(one, global_id=f"c{number}") for number, one in enumerate(report.cost_lines)),
+    )
+    assert not [line for line in changes(report, other) if line.endswith((": new", ": no longer there"))]
+    twins = replace(report, cost_lines=(report.cost_lines[0], replace(report.cost_lines[0], global_id="twin")))
+    after = replace(report, cost_lines=(replace(report.cost_lines[0], global_id="c0"),))
+    assert sum(line.endswith(": no longer there") for line in changes(twins, after)) == 2  # which of two, nobody knows
+
+
+def test_a_run_of_another_project_in_the_folder_is_said() -> None:
+    report = sample_report()
+    assert f"project: {report.project_name} -> Other" in changes(report, replace(report, project_name="Other"))

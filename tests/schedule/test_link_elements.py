@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date, datetime
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.progress.completion.planned import planned_share
+from asbuilt_bim.schedule.link_elements import with_schedule
+from asbuilt_bim.schedule.read import read_schedule
+from tests.schedule.files import COLUMN, MSP, P6, TASK_A, TASK_B, WALL, design, task, written
+
+OLD = datetime(2025, 1, 1)
+
+
+def test_tasks_are_tied_by_name_and_what_makes_no_element_is_named(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP))
+    tied = with_schedule(design(task(TASK_A, "columns "), task(TASK_B, "Walls")), plan)
+    columns, walls = tied.tasks
+    assert columns.schedule_start == datetime(2026, 3, 2, 8)
+    assert columns.outline == ("Ground floor",)
+    assert walls.links[0].predecessor == TASK_A  # links are between the IFC's own tasks
+    assert walls.schedule_uid == "12"
+    assert tied.schedule is not None
+    assert tied.schedule.kind == "MS Project XML"
+    assert any(
+        "2 of its 3 tasks are tied to walls or columns; no task of the IFC" in note and "'Painting'" in note
+        for note in tied.notes
+    )
+
+
+def test_a_global_id_goes_before_a_name_and_an_activity_id_ties_what_has_another_name(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, P6))
+    tied = with_schedule(design(task(TASK_B, "Columns", "A1010"), task(TASK_A, "Stützen")), plan)
+    by_key = {one.global_id: one for one in tied.tasks}
+    assert by_key[TASK_A].identification == "A1000"
+    assert by_key[TASK_B].identification == "A1010"
+
+
+def test_a_task_with_a_calendar_of_its_own_is_held_against_that(tmp_path: Path) -> None:
+    seven = "<Calendar><UID>2</UID><Name>All days</Name><BaseCalendarUID>-1</BaseCalendarUID><WeekDays>" + "".join(
+        f"<WeekDay><DayType>{n}</DayType><DayWorking>1</DayWorking><WorkingTimes><WorkingTime>"
+        "<FromTime>08:00:00</FromTime><ToTime>17:00:00</ToTime></WorkingTime></WorkingTimes></WeekDay>"
+        for n in range(1, 8)
+    )
+    msp = MSP.replace("</Calendars>", f"{seven}</WeekDays></Calendar></Calendars>")
+    msp = msp.replace("<UID>12</UID>", "<UID>12</UID><CalendarUID>2</CalendarUID>")
+    p6 = P6.replace("<Project>", _seven_days_in_p6() + "<Project>")
+    p6 = p6.replace("<Activity><Id>A1010", "<Activity><CalendarObjectId>8</CalendarObjectId><Id>A1010")
+    for text in (msp, p6):
+        plan = read_schedule(written(tmp_path, text))
+        tied = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Walls", "A1010")), plan)
+        assert tied.schedule is not None
+        columns, walls = tied.tasks
+        assert columns.calendar is None and walls.calendar is not None
+        assert [day.minutes for day in walls.calendar.week] == [540] * 7  # the project's rests on Sundays
+        assert any("1 tasks have calendars of their own" in note for note in tied.notes)
+    held = {
+        one.name: planned_share(walls.schedule_start, walls.schedule_finish, date(2026, 3, 22), one)
+        for one in (tied.schedule.calendar, walls.calendar)
+    }
+    assert held == {"Five days": 0.5, "All days": pytest.approx(7 / 12)}  # a Sunday evening, of 16 to 27 March
+
+
+def _seven_days_in_p6() -> str:
+    names = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+    days = "".join(
+        f"<StandardWorkHours><DayOfWeek>{name}</DayOfWeek><WorkTime><Start>08:00:00</Start><Finish>16:59:00</Finish>"
+        "</WorkTime></StandardWorkHours>"
+        for name in names
+    )
+    return (
+        f"<Calendar><Name>All days</Name><ObjectId>8</ObjectId><StandardWorkWeek>{days}</StandardWorkWeek></Calendar>"
+    )
+
+
+def test_an_outline_number_alone_ties_nothing(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP))
+    tied = with_schedule(design(task(TASK_A, "Site fence", "1.1")), plan)
+    assert tied.tasks[0].schedule_start == OLD
+    assert any("which keep their own dates: 'Site fence'" in note for note in tied.notes)
+
+
+def test_what_fits_twice_is_tied_to_neither_and_named(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP.replace("Painting", "Walls")))
+    tied = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Walls")), plan)
+    assert tied.tasks[1].schedule_start == OLD
+    assert any("not tied, because more than one" in note and "'Walls'" in note for note in tied.notes)
+    twice = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Columns")), plan)
+    assert all(one.schedule_start == OLD for one in twice.tasks)
+
+
+def test_outline_number_and_name_together_tell_two_of_a_name_apart(tmp_path: Path) -> None:
+    plan = read_schedule(written(tmp_path, MSP.replace("<Name>Painting</Name>", "<Name>Walls</Name><WBS>2.2</WBS>")))
+    tied = with_schedule(design(task(TASK_A, "Walls", "1.2"), task(TASK_B, "Walls", "2.2")), plan)
+    assert [one.schedule_uid for one in tied.tasks] == ["12", "13"]
+
+
+def test_a_row_with_the_elements_own_global_ids_becomes_a_task(tmp_path: Path) -> None:
+    text = f"name,start,finish,globalids\nAll of it,2026-03-02,2026-03-13,{COLUMN} {WALL}\n"
+    (made,) = with_schedule(design(), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
+    assert made.elements == (COLUMN, WALL)
+    assert made.schedule_finish == datetime(2026, 3, 13, 17)
+
+
+def test_a_row_without_dates_leaves_the_tasks_own(tmp_path: Path) -> None:
+    text = "name,start,finish\nColumns,,\n"
+    (kept,) = with_schedule(design(task(TASK_A, "Columns")), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
+    assert kept.schedule_start == OLD
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            MSP.replace("2026-03-27T17", "2026-01-27T17"),
+            "its finish 2026-01-27 17:00 is before its start 2026-03-16 08:00",
+        ),
+        (
+            P6.replace("2026-03-27T17", "2026-01-27T17"),
+            "its finish 2026-01-27 17:00 is before its start 2026-03-16 08:00",
+        ),
+        (
+            MSP.replace("2026-03-27T17", "2026-99-99T17"),
+            "its finish '2026-99-99T17:00:00' is no date from 1950 to 2200",
+        ),
+    ],
+)
+def test_dates_that_cannot_be_leave_the_ifcs_own_and_are_said(tmp_path: Path, text: str, says: str) -> None:
+    plan = read_schedule(written(tmp_path, text.replace("Something else", "Walls")))
+    tied = with_schedule(design(task(TASK_B, "Walls")), plan)
+    (walls,) = tied.tasks
+    assert (walls.schedule_start, walls.schedule_finish) == (OLD, datetime(2025, 1, 2))
+    assert any(f"'Walls': {says}; the IFC's dates stand" in note for note in tied.notes)
+
+
+def test_a_start_alone_leaves_the_ifcs_finish_or_its_dates_where_that_is_before_it(tmp_path: Path) -> None:
+    text = MSP.replace("<Finish>2026-03-27T17:00:00</Finish>", "")
+    for year, start, says in [
+        (2027, datetime(2026, 3, 16, 8), "it has no finish, the IFC's finish stands"),
+        (2025, OLD, "which the IFC's finish contradicts; the IFC's dates stand"),
+    ]:
+        walls = replace(task(TASK_B, "Walls"), schedule_finish=datetime(year, 1, 2))
+        tied = with_schedule(design(walls), read_schedule(written(tmp_path, text)))
+        assert (tied.tasks[0].schedule_start, tied.tasks[0].schedule_finish) == (start, datetime(year, 1, 2))
+        assert any(says in note for note in tied.notes)

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.errors import PluginError
+from asbuilt_bim.project.networks import NetworkChoice, identities, instruments_of
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
+from tests.example_package import example_package
+from tests.vision.stereo.test_depth_modes import pair
+
+__all__ = ["example_package"]
+MASK = np.zeros((120, 160), bool)
+MASK[20:60, 30:50] = True
+GOOD = Instance(label="wall", score=0.5, mask=MASK, box_px=(0, 0, 1, 1), source="?")
+
+
+@dataclass(frozen=True)
+class Says:
+    """A plugin that gives what it was told to."""
+
+    answer: Any
+    name: str = "says"
+
+    def segment(self, pair: object, depth: object) -> Any:
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+    def estimate(self, image: object) -> Any:
+        return self.segment(None, None)
+
+
+def segmented(answer: Any) -> list[Instance]:
+    return CheckedSegmenter(name="says", who="the plugin 'says' of pack 1.0", inner=Says(answer)).segment(pair(), None)
+
+
+def test_a_good_answer_comes_through_with_the_box_of_its_mask_and_the_plugins_name() -> None:
+    empty = replace(GOOD, mask=np.zeros_like(MASK))
+    (one,) = segmented([GOOD, empty])
+    assert one.box_px == (30, 20, 50, 60)
+    assert one.source == "says"
+    assert not one.mask.flags.writeable
+    assert MASK.flags.writeable  # the plugin's own array is left as it was
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (RuntimeError("no memory"), r"failed \(RuntimeError: no memory\); report it to its makers"),
+        (None, "failed"),
+        (["wall"], "gave a str where an Instance is wanted"),
+        ([replace(GOOD, label="door")], "gave the label 'door'"),  # type: ignore[arg-type]
+        ([replace(GOOD, score=float("nan"))], "gave the score nan"),
+        ([replace(GOOD, mask=MASK[:60])], r"a mask as bool \(60, 160\); bool \(120, 160\) is wanted"),
+        ([replace(GOOD, mask=MASK.astype(np.uint8))], "a mask as uint8"),
+        ([GOOD] * 501, "gave 501 instances"),
+    ],
+)
+def test_a_segmenter_that_breaks_its_promise_is_named_with_its_package(answer: Any, says: str) -> None:
+    with pytest.raises(PluginError, match=f"the plugin 'says' of pack 1.0 {says}|{says}"):
+        segmented(answer)
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (np.zeros((120, 160)), "relative depth as float64"),
+        (np.zeros((60, 160), np.float32), r"float32 \(60, 160\)"),
+        (np.full((120, 160), np.nan, np.float32), "isn't finite"),
+        (ValueError("x"), "failed"),
+    ],
+)
+def test_a_depth_network_that_breaks_its_promise_is_named(answer: Any, says: str) -> None:
+    with pytest.raises(PluginError, match=says):
+        CheckedDepth(name="says", who="the plugin 'says'", inner=Says(answer)).estimate(pair().left)
+
+
+@pytest.mark.usefixtures("example_package")
+def test_a_project_runs_the_example_packages_segmenter_and_depth() -> None:
+    choice = NetworkChoice(segment="plugin:example-halves", depth="plugin:example-rows")
+    chosen = instruments_of(choice)
+    assert chosen.opinion is not None
+    assert chosen.relative_depth is not None
+    (wall,) = chosen.opinion.segment(pair(), None)
+    assert wall.mask[:, :80].all()
+    assert not wall.mask[:, 80:].any()
+    depth = chosen.relative_depth.estimate(pair().left)
+    assert (depth[-1] > depth[0]).all()
+    assert identities(choice)["plugin:example-halves"] == "asbuilt-bim-example 1.2.0: example-halves"
+    instruments_of.cache_clear()
