@@ -16,7 +16,7 @@ import ast
 import json
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -55,10 +55,14 @@ class Listed:
     folders: dict[str, Count] = field(default_factory=dict)
     risen: tuple[Risen, ...] = ()
 
-    def allowed(self, folder: str, what: str) -> int:
-        """Return how many lines or numbers a folder may have."""
-        reasons = sum(one.by for one in self.risen if (one.folder, one.what) == (folder, what))
-        return int(getattr(self.folders.get(folder, Count()), what)) + reasons
+    def allowed(self, what: str) -> int:
+        """Return how many lines or numbers the core may have."""
+        return total(self.folders, what) + sum(one.by for one in self.risen if one.what == what)
+
+
+def total(folders: Mapping[str, Count], what: str) -> int:
+    """Add the files, lines or numbers of all folders up."""
+    return sum(int(getattr(row, what)) for row in folders.values())
 
 
 def numbers_in(text: str) -> int:
@@ -116,40 +120,41 @@ def write_list(listed: Listed, path: Path = LIST) -> None:
     path.write_text(json.dumps(held, indent=1) + "\n", encoding="utf-8")
 
 
-def rises(now: dict[str, Count], listed: Listed) -> list[tuple[str, str, int]]:
-    """Return where the core holds more than the list allows: folder, what, by how much."""
-    over = [
-        (folder, what, int(getattr(row, what)) - listed.allowed(folder, what))
-        for folder, row in now.items()
-        for what in JUDGED
-    ]
-    return [one for one in over if one[2] > 0]
+def rises(now: Mapping[str, Count], listed: Listed) -> dict[str, int]:
+    """Return by how many lines or numbers the core is over what the list allows; code may move within the core."""
+    over = {what: total(now, what) - listed.allowed(what) for what in JUDGED}
+    return {what: by for what, by in over.items() if by > 0}
 
 
-def renewed(now: dict[str, Count], listed: Listed, script: str) -> Listed:
-    """Return the list as it stands now; a rise is added with its script, and without one it is refused.
+def renewed(now: Mapping[str, Count], listed: Listed, script: str) -> Listed:
+    """Return the list as the core stands now; a rise is refused without a script that fits it, and kept with it.
 
-    A folder may rise by what others fell: code that moves within the core needs no script.
+    The list's folders are what stands without the rises. Where the core fell they fall.
     """
-    risen = list(listed.risen)
-    for what in JUDGED:
-        change = sum(int(getattr(now[one], what)) - listed.allowed(one, what) for one in now)
-        if listed.folders and change > 0:
-            if not script:
-                raise SystemExit(f"the core's {what} rose by {change}: name the script that fits them, by --script")
-            folder, _, _ = max((one for one in rises(now, listed) if one[1] == what), key=lambda one: one[2])
-            risen.append(Risen(folder=folder, what=what, by=change, script=script))
-    reasons = Listed(risen=tuple(risen))
+    risen = listed.risen
+    for what, by in rises(now, listed).items() if listed.folders else ():
+        if not script:
+            raise SystemExit(f"the core's {what} rose by {by}: name the script that fits them, by --script")
+        most = max(now, key=lambda folder: int(getattr(now[folder], what)) - _listed(listed, folder, what))
+        risen += (Risen(folder=most, what=what, by=by, script=script),)
     folders = {
-        folder: Count(files=row.files, **{what: getattr(row, what) - reasons.allowed(folder, what) for what in JUDGED})
+        folder: Count(files=row.files, **{what: getattr(row, what) - _by(risen, folder, what) for what in JUDGED})
         for folder, row in now.items()
     }
-    return Listed(folders=folders, risen=tuple(risen))
+    return Listed(folders=folders, risen=risen)
+
+
+def _listed(listed: Listed, folder: str, what: str) -> int:
+    return int(getattr(listed.folders.get(folder, Count()), what)) + _by(listed.risen, folder, what)
+
+
+def _by(risen: tuple[Risen, ...], folder: str, what: str) -> int:
+    return sum(one.by for one in risen if (one.folder, one.what) == (folder, what))
 
 
 def told(name: str, rows: dict[str, Count]) -> str:
     """Write one line on a state of the core."""
-    files, lines, numbers = (sum(getattr(row, what) for row in rows.values()) for what in ("files", *JUDGED))
+    files, lines, numbers = (total(rows, what) for what in ("files", *JUDGED))
     each = ", ".join(f"{folder} {row.lines}/{row.numbers}" for folder, row in rows.items())
     return f"{name}: {lines} lines in {files} files, {numbers} set numbers ({each})"
 
@@ -173,8 +178,8 @@ def main() -> int:
         write_list(listed)
     print(told("now", now))
     print(told("list", listed.folders))
-    for folder, what, by in rises(now, listed):
-        print(f"  {folder}: {by} {what} more than the list allows")
+    for what, by in rises(now, listed).items():
+        print(f"  {by} {what} more than the list allows")
     return 1 if rises(now, listed) else 0
 
 
