@@ -21,10 +21,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the root of the project
-from benchmarks.sites import DATA, ROOT
+from benchmarks.sites import DATA, ONE_THREAD, ROOT
 
-QUICK_S, SLOW_S = 240.0, 6 * 3600.0
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), "1")
+QUICK_S, SLOW_S = 300.0, 6 * 3600.0
 RENDERER = ("asbuilt_synthetic", "embreex")
 TOOLS = ("ifccsv", "ifc4d", "ifc5d", "ifcdiff")
 

@@ -20,10 +20,10 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from benchmarks.faces.network_ways import NETWORK_WAYS, Way
 from benchmarks.faces.paper_ways import PAPER_WAYS
 from benchmarks.faces.twins import (
-    CYCLES_SEEDS,
     RAYCAST_SEEDS,
     Read,
     by_truth,
+    cycles_seeds,
     load_twin,
     measured,
     read_twin,
@@ -215,7 +215,7 @@ def main() -> int:
     parser.add_argument("--networks", action="store_true", help="with the shipped networks' masks and depth")
     args = parser.parse_args()
     ways = {"own masks": ours(False), **NETWORK_WAYS} if args.networks else WAYS
-    seeds = [(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in CYCLES_SEEDS]
+    seeds = [(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in cycles_seeds()]
     if args.seeds is not None:
         seeds = [(s, "raycast") for s in args.seeds]
     rows, targets = collect(seeds[:1] if args.quick else seeds, ways)

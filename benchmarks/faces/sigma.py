@@ -32,7 +32,7 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, vector_from_rotation
 from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, polygon_area
 from benchmarks.faces.faces import collect, face_rows, ours
-from benchmarks.faces.twins import CYCLES_SEEDS, RAYCAST_SEEDS, load_twin, read_twin, true_rig, twin_folder
+from benchmarks.faces.twins import RAYCAST_SEEDS, cycles_seeds, load_twin, read_twin, true_rig, twin_folder
 from benchmarks.table import Line, line, options, quantiles, report, told, unjudged
 
 CORNER_SIGMA_PX = 0.1  # what a printed corner is found to
@@ -176,7 +176,7 @@ def main() -> int:
         if args.faces:
             rows = json.loads(args.faces.read_text(encoding="utf-8"))["faces"]
         else:
-            pairs = [(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in CYCLES_SEEDS]
+            pairs = [(s, "raycast") for s in RAYCAST_SEEDS] + [(s, "cycles") for s in cycles_seeds()]
             rows, _ = collect(pairs, {"own masks": ours(False)})
         own = image_pulls(rows)
         lines = [*pull_lines("images, true rig", own, len(own), 300), *lines]

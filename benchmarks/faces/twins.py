@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import subprocess
@@ -66,6 +67,18 @@ def twin_folder(seed: int, renderer: str) -> Path:
         if subprocess.run(command, check=False, env={**os.environ, "PYTHONPATH": path}).returncode != 0:
             raise SystemExit(f"twin {seed}: no pair could be made by {renderer}; it needs: pip install -e synthetic")
     return own
+
+
+def cycles_seeds() -> tuple[int, ...]:
+    """Return the seeds of the path-traced pairs that are there or can be made; without Blender's wheel, say so."""
+    folder = benchmark_folder() / "twins"
+    if importlib.util.find_spec("bpy") is not None:
+        return CYCLES_SEEDS
+    there = tuple(seed for seed in CYCLES_SEEDS if (folder / f"twin-{seed}-cycles" / "truth.json").exists())
+    if there != CYCLES_SEEDS:
+        left_out = len(CYCLES_SEEDS) - len(there)
+        print(f"{left_out} path-traced pairs are left out: they need pip install -e synthetic[cycles]", file=sys.stderr)
+    return there
 
 
 def load_twin(folder: Path, rig: StereoRig | None = None) -> TwinPair:

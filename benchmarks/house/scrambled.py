@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
-from benchmarks.sites import ROOT, SAMPLE, small_sample
+from benchmarks.sites import ONE_THREAD, ROOT, SAMPLE, small_sample
 from benchmarks.table import line, options, report
 
 WORDING = "asbuilt_bim.report.wording"
@@ -34,10 +34,6 @@ KEPT = re.compile(r"\{[^{}]*\}|%(?:\(\w+\))?[-+ #0-9.]*[a-zA-Z%]|<[^<>]*>")
 PROSE = {"doubts", "limit", "notes", "reason", "remedy", "text", "value", "what"}
 """Keys of a result whose texts are prose; only how many there are is compared."""
 CHANGING = {"created", "seconds"}
-ONE_THREAD = dict.fromkeys(
-    ("OPENCV_FOR_THREADS_NUM", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
-)
-"""With more threads OpenCV adds up in another order each time: the last digits differ from run to run."""
 
 
 def scrambled(value: Any) -> Any:

@@ -20,7 +20,7 @@ from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.depth_fused import fused_depth
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
-from benchmarks.faces.twins import CYCLES_SEEDS
+from benchmarks.faces.twins import cycles_seeds
 from benchmarks.networks.figures import DepthTally, Tally, filled, true_things
 from benchmarks.networks.pictures import Shot, drawn_shots, sample_shots, twin_shots
 from benchmarks.networks.rows import rows_as_one, said_by_truth
@@ -52,10 +52,10 @@ QUICK_PARTS = (Part(where=SAMPLE, numbers=(0,)),)
 
 def all_parts(seeds: tuple[int, ...]) -> tuple[Part, ...]:
     """Return all that is judged, long parts first."""
+    specimens = cycles_seeds()
     return (
         Part(where=SAMPLE, numbers=(0, 1, 2, 3, 4)),
-        Part(where=SPECIMENS, numbers=CYCLES_SEEDS[:4]),
-        Part(where=SPECIMENS, numbers=CYCLES_SEEDS[4:]),
+        *(Part(where=SPECIMENS, numbers=some) for some in (specimens[:4], specimens[4:]) if some),
         *(Part(where=UNSEEN, numbers=(seed,)) for seed in seeds),
     )
 
