@@ -132,7 +132,7 @@ def main() -> int:
         return 0
     args = options(__doc__ or "").parse_args()
     if not (ROOT / WORDING.replace(".", "/")).is_dir():
-        print(f"there is no {WORDING} in this checkout: its wording stands all over the code and can't be scrambled")
+        print(f"there is no folder {WORDING} in this checkout: its wording can't be scrambled")
         return 1
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
         site = small_sample(Path(scratch)) if args.quick else SAMPLE
@@ -141,10 +141,8 @@ def main() -> int:
     apart = sorted(where for where in plain.keys() | other.keys() if plain.get(where, "-") != other.get(where, "-"))
     for where in apart[:20]:
         print(f"  {where}: {plain.get(where, 'absent')!r}, scrambled {other.get(where, 'absent')!r}")
-    n = len(plain)
-    return report(
-        "No code reads prose", [line("numbers and states that differ", str(len(apart)), "0", n, not apart)], args
-    )
+    judged = line("numbers and states that differ", str(len(apart)), "0", len(plain), not apart)
+    return report("No code reads prose", [judged], args)
 
 
 if __name__ == "__main__":
