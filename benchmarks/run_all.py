@@ -23,7 +23,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the root of the project
 from benchmarks.sites import DATA, ONE_THREAD, ROOT
 
-QUICK_S, SLOW_S = 300.0, 6 * 3600.0
+QUICK_S, SLOW_S = 600.0, 6 * 3600.0
 RENDERER = ("asbuilt_synthetic", "embreex")
 TOOLS = ("ifccsv", "ifc4d", "ifc5d", "ifcdiff")
 
