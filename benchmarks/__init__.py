@@ -1,0 +1,1 @@
+"""What the program is measured by; README.md says what each script shows. Run them as scripts."""

@@ -1,0 +1,145 @@
+"""Every benchmark, one after the other or two at a time: which crash, and which of those expected to hold don't.
+
+python benchmarks/run_all.py                      the smallest case of each, two at a time: under five minutes
+python benchmarks/run_all.py --slow --out FOLDER  each whole, for hours; its figures go to FOLDER
+python benchmarks/run_all.py --only ifc           those whose path holds this text
+
+What lacks data (ASBUILT_BIM_DATA) or a package is skipped, and said so. Exit code 1 where one crashes, takes too long,
+or falls short of limits that it is expected to keep.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the root of the project
+from benchmarks.sites import DATA, ONE_THREAD, ROOT
+
+QUICK_S, SLOW_S = 600.0, 6 * 3600.0
+RENDERER = ("asbuilt_synthetic", "embreex")
+TOOLS = ("ifccsv", "ifc4d", "ifc5d", "ifcdiff")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One benchmark: its smallest and its whole case; those with --check are expected to hold."""
+
+    script: str
+    quick: str = "--quick"
+    slow: str = "--check"
+    data: str = ""  # what it needs of the data folder
+    room: str = ""  # what it needs of the project
+    packages: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What became of a case: `code` is None where it was skipped, and `said` tells why, or what it printed."""
+
+    name: str
+    seconds: float
+    code: int | None
+    said: str
+
+
+CASES = (
+    Case(script="site/site.py", quick="--quick --check", packages=RENDERER),
+    Case(script="faces/faces.py", packages=RENDERER),
+    Case(script="networks/networks.py", slow="", packages=RENDERER),
+    Case(script="site/crash.py", quick="--quick --check"),
+    Case(script="site/speed.py", slow=""),
+    Case(script="site/cost.py", slow=""),
+    Case(script="house/scrambled.py", quick="--quick --check", room="asbuilt_bim/report/wording"),
+    Case(script="target/target.py"),
+    Case(script="target/odds.py"),
+    Case(script="rigs/knocked.py"),
+    Case(script="faces/sigma.py", packages=RENDERER),
+    Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
+    Case(script="networks/odds.py", slow="", packages=RENDERER),
+    Case(script="ifc/files.py", quick="--quick --check", slow="--check --workers 2", data="ifc"),
+    Case(script="ifc/read.py", quick="--quick --check", data="ifc"),
+    Case(script="ifc/speed.py", data="ifc/large"),
+    Case(script="ifc/tools.py", quick="--check", packages=TOOLS),
+    Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
+    Case(script="real/photos.py", slow="", data="photos"),
+    Case(script="real/rigs.py", slow="", data="rigs"),
+    Case(script="house/structure.py", quick="--check"),
+    Case(script="house/core_numbers.py", quick="", slow=""),
+)
+
+
+def lacking(case: Case) -> str:
+    """Say what a case can't do without and isn't here; "" where it can run."""
+    if case.data and not (DATA / case.data).exists():
+        return f"no {case.data} in the data folder"
+    if case.room and not (ROOT / case.room).is_dir():
+        return f"no {case.room}"
+    without = [name for name in case.packages if importlib.util.find_spec(name) is None]
+    return f"not installed: {', '.join(without)}" if without else ""
+
+
+def run(case: Case, slow: bool, out: Path | None) -> Outcome:
+    """Run a case in a process of its own."""
+    script, *words = [*case.script.split(), *(case.slow if slow else case.quick).split()]
+    if lack := lacking(case):
+        return Outcome(name=case.script, seconds=0.0, code=None, said=lack)
+    if out is not None and not script.endswith("core_numbers.py") and script != "networks/odds.py":
+        words += ["--json", str(out / f"{case.script.replace('/', '_').replace('.py', '').replace(' --', '_')}.json")]
+    command = [sys.executable, str(ROOT / "benchmarks" / script), *words]
+    folders = [str(ROOT), str(ROOT / "synthetic"), str(ROOT / "training"), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(folder for folder in folders if folder)}
+    start = time.perf_counter()
+    try:
+        done = subprocess.run(
+            command, cwd=ROOT, env=environment, timeout=SLOW_S if slow else QUICK_S, check=False, text=True,
+            encoding="utf-8", errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        code, said = done.returncode, done.stdout
+    except subprocess.TimeoutExpired as stopped:
+        code, said = 124, f"took more than {stopped.timeout:.0f} s"
+    outcome = Outcome(name=" ".join([script, *words]), seconds=time.perf_counter() - start, code=code, said=said)
+    print(f"{row(outcome)}", file=sys.stderr, flush=True)
+    return outcome
+
+
+def row(one: Outcome) -> str:
+    """Write one row of the table."""
+    verdict = f"skipped: {one.said}" if one.code is None else "ok" if one.code == 0 else "FAILED"
+    code = "-" if one.code is None else str(one.code)
+    return f"  {one.name:<44} {one.seconds:7.1f} s  rc {code:<4} {verdict}"
+
+
+def main() -> int:
+    """Run them and print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--slow", action="store_true", help="the whole cases, one after the other")
+    parser.add_argument("--only", default="", help="those whose path holds this text")
+    parser.add_argument("--out", type=Path, help="folder for the figures of each")
+    parser.add_argument("--jobs", type=int, default=0, help="how many at a time; 2, of slow ones 1")
+    args = parser.parse_args()
+    if args.out is not None:
+        args.out.mkdir(parents=True, exist_ok=True)
+    chosen = [case for case in CASES if args.only in case.script]
+    start = time.perf_counter()
+    with ThreadPoolExecutor(args.jobs or (1 if args.slow else 2)) as pool:
+        outcomes = list(pool.map(lambda case: run(case, args.slow, args.out), chosen))
+    bad = [one for one in outcomes if one.code]
+    for one in bad:
+        print(f"\n--- {one.name}: the end of what it said\n" + "\n".join(one.said.splitlines()[-25:]))
+    print("\nBenchmarks, " + ("whole" if args.slow else "the smallest case of each"))
+    for one in outcomes:
+        print(row(one))
+    print(f"  in all {time.perf_counter() - start:.0f} s, {len(bad)} of {len(outcomes)} failed")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
