@@ -29,7 +29,9 @@ STAGES = {
     "surfaces": "classify_surface",
     "report": "summarise",
 }
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), "1"
+)
 """Sums in another order differ in their last digits, and a robust fit carries them further."""
 PAIRS = (("2026-03-02", "G1"), ("2026-03-16", "U4"))
 """Two pairs of the shipped sample that are measured without a design."""

@@ -29,7 +29,7 @@ FEATURES = (
 )
 ODDS = np.array([5.85, 0.24, -0.54, -2.49, -3.84, -0.44, -0.64, -2.11])
 """Log-odds of each feature, by logistic regression on parts of generated pairs of the seeds 20, 21, 22, 24 and 25, with
-the shipped network's maps of classes and with the true ones (benchmarks/network_odds.py)."""
+the shipped network's maps of classes and with the true ones (benchmarks/networks/odds.py)."""
 MOST_WIDE_M = 6.0
 TOUCHING_PX = 1.5
 CLEAR = 0.02

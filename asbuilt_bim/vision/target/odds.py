@@ -5,7 +5,7 @@ closely it keeps to the circle, how evenly red the inside is, how red it is, how
 sure that is. What a cover hides counts neither way; a cover's own edge lies further in, and only something as red
 behind puts an edge further out, so that this counts for more. Each answer has a weight, their sum is the logarithm of
 the odds, and one limit decides, so that no single answer refuses a disc. The weights are counted, by regression on what
-discs and other red things answer in development pairs (benchmarks/target_odds.py).
+discs and other red things answer in development pairs (benchmarks/target/odds.py).
 Reference: Cox 1958, the regression of binary sequences.
 """
 
