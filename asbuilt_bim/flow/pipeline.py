@@ -17,7 +17,7 @@ from asbuilt_bim.flow.stopwatch import Stopwatch
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
-from asbuilt_bim.match.survey_shift import beside_design
+from asbuilt_bim.match.survey_shift import survey_shift
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.globalid_remap import reissued, with_new_ids
@@ -75,7 +75,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*rejections, *placement.rejections, *beside_design(matched, design)),
+        rejections=(*rejections, *placement.rejections, *survey_shift(matched, design)),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
     )
