@@ -165,9 +165,9 @@ def _moves(
         place = replace(turn, move_m=np.linalg.pinv(axes) @ np.array([move for move, _ in found]))
         back = place.back(seen)
         pairs = np.concatenate([pairs for _, pairs in found], axis=1)
-        pairs = pairs[:, side_by_side(back, walls, *pairs)]
+        seen_on, on = pairs[:, side_by_side(back, walls, *pairs)]
         for rise in rises_m:
-            count = len(np.unique(pairs[0][at_height(back, walls, *pairs, rise)]))
+            count = len(np.unique(seen_on[at_height(back, walls, seen_on, on, rise)]))
             if count >= LEAST_MORE:
                 yield count, replace(place, rise_m=rise)
 
@@ -185,7 +185,7 @@ def _chief_axes(normals: FloatArray) -> FloatArray:
 def _peaks(
     values: FloatArray, voters: Indices, band: float, reach: float, most: int
 ) -> Iterator[tuple[float, BoolArray]]:
-    """Give the shifts that most of the voters have a value (K,) near, the likeliest first, and which values these are."""
+    """Give the shifts near which most voters have a value (K,), the likeliest first, with which values these are."""
     shifts, counts = _votes(values, voters, band, reach)
     for _ in range(most):
         top = int(np.lexsort((np.abs(shifts), -counts))[0])
@@ -197,17 +197,18 @@ def _peaks(
 
 
 def _votes(values: FloatArray, voters: Indices, band: float, reach: float) -> tuple[FloatArray, Indices]:
-    """Return shifts (S,) up to `reach`, half a band apart, and of how many voters a value (K,) is within each's band."""
+    """Return shifts (S,) half a band apart, and how many of the voters have a value (K,) in the band of each."""
     step = 0.5 * band
     last = round(reach / step)
     places = np.rint(values / step).astype(np.intp)[:, None] + np.arange(-2, 3)
     is_vote = (np.abs(places * step - values[:, None]) < band) & (np.abs(places) <= last)
     one_each = np.unique((voters[:, None] * (2 * last + 1) + places + last)[is_vote])
-    return np.arange(-last, last + 1) * step, np.bincount(one_each % (2 * last + 1), minlength=2 * last + 1)
+    shifts = step * np.arange(-last, last + 1, dtype=np.float64)
+    return shifts, np.bincount(one_each % len(shifts), minlength=len(shifts))
 
 
 def _refined(seen: Upright, walls: Upright, place: Placing, turns: bool = False) -> Placing:
-    """Return the move, and the turn, that lay the planes which fit on their faces, by least squares, ever more closely."""
+    """Return the move, and the turn, that lay the planes which fit on their faces: least squares in ever closer bands."""
     for band in (COARSE_M, COARSE_M, 1.5 * BAND_M, BAND_M):
         back = place.back(seen)
         lies, on = lying(back, walls, band)

@@ -15,7 +15,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
-from asbuilt_bim.measure.outline.profile import IntArray, at_places, owners, walk
+from asbuilt_bim.measure.outline.profile import Beyond, IntArray, at_places, outwards, owners, walk
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene.read import q_of_piece
 from asbuilt_bim.vision.stereo.warp import sample
@@ -113,11 +113,7 @@ def _is_measured(bench: Workbench, points: FloatArray, normals: FloatArray, labe
 
     A mask may give the face what no stereo measured; where it does, the border of that proves nothing.
     """
-    labels = bench.scene.labels
-    on_face = []
-    for inwards in WITHIN_PX:
-        x, y = np.round(points + inwards * normals).astype(np.intp).T
-        on_face.append(labels[np.clip(y, 0, labels.shape[0] - 1), np.clip(x, 0, labels.shape[1] - 1)] == label)
+    on_face = [at_places(bench.scene.labels, points + off_px * normals) == label for off_px in WITHIN_PX]
     return float(np.mean(on_face)) >= LEAST_HELD
 
 
@@ -179,34 +175,24 @@ def _beyond(
     Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
     in it, and what is measured past it speaks for the edge all the same.
     """
-    level, labels = bench.scene.level, bench.scene.labels
-    height, width = labels.shape
     state = np.full(len(points), UNKNOWN, dtype=np.intp)
-    for beyond in (*NEAR_PX, *FAR_PX):
-        at = points + beyond * normals
-        x, y = np.round(at).astype(np.intp).T
-        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        step = np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2])
-        sigma = np.nan_to_num(level.sigma_px[y, x], nan=4.0, posinf=4.0)
-        off = level.measured[y, x] & (np.abs(step) > np.maximum(OFF_PX, OFF_SIGMAS * sigma))
-        seen = labels[y, x]
-        of_plane = np.isin(seen, same)
-        hidden_strip = _in_strip(normals, step, beyond)
-        near = (beyond <= NEAR_PX[-1]) | hidden_strip
-        state[(state == MEETS) & inside & of_plane & ~off] = PARTED
-        state[((state == UNKNOWN) | (state == MEETS)) & inside & off & near] = PROVEN
-        other = inside & (seen >= 0) & (seen != label) & (seen != bench.scene.bars_label)
+    for seen in outwards(bench, points, normals, p, (*NEAR_PX, *FAR_PX)):
+        off = seen.measured & (np.abs(seen.step_px) > np.maximum(OFF_PX, OFF_SIGMAS * seen.sigma_px))
+        of_plane = np.isin(seen.label, same)
+        near = (seen.off_px <= NEAR_PX[-1]) | _in_strip(normals, seen)
+        state[(state == MEETS) & seen.inside & of_plane & ~off] = PARTED
+        state[((state == UNKNOWN) | (state == MEETS)) & off & near] = PROVEN
+        other = seen.inside & (seen.label >= 0) & (seen.label != label) & (seen.label != bench.scene.bars_label)
         state[(state == UNKNOWN) & other & near] = MEETS
         state[(state == MEETS) & of_plane & other] = PROVEN  # at once: a joint or a gap, which the photos show
-        if beyond > FATTENED_PX:
-            state[(state == UNKNOWN) & inside & (seen == label)] = GOES_ON
+        if seen.off_px > FATTENED_PX:
+            state[(state == UNKNOWN) & seen.inside & (seen.label == label)] = GOES_ON
     state[state == MEETS] = PROVEN
     return state
 
 
-def _in_strip(normals: FloatArray, step: FloatArray, beyond: float) -> BoolArray:
+def _in_strip(normals: FloatArray, seen: Beyond) -> BoolArray:
     """Say where a place may lie past the strip that the step in disparity hides from one photo."""
-    left = (normals[:, 0] < -0.5) & (beyond < -step + NEAR_PX[-1])
-    right = (normals[:, 0] > 0.5) & (beyond < step + NEAR_PX[-1])
+    left = (normals[:, 0] < -0.5) & (seen.off_px < -seen.step_px + NEAR_PX[-1])
+    right = (normals[:, 0] > 0.5) & (seen.off_px < seen.step_px + NEAR_PX[-1])
     return np.asarray(left | right)

@@ -10,7 +10,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.fit import MASK_SIGMA_PX, Outline
-from asbuilt_bim.measure.outline.profile import owners, walk
+from asbuilt_bim.measure.outline.profile import outwards, owners, walk
 from asbuilt_bim.measure.outline.ring_from_lines import pixel_area
 from asbuilt_bim.measure.outline.straight import BEHIND_PX
 from asbuilt_bim.measure.workbench import Workbench
@@ -45,17 +45,10 @@ def is_notched(bench: Workbench, outline: Outline, q_px: FloatArray) -> bool:
 
 def _seen_through(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray) -> BoolArray:
     """Say at which places (N,) what is measured first beyond the outline lies behind the face's plane."""
-    level = bench.scene.level
-    height, width = level.measured.shape
     behind, known = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
-    for beyond in BEYOND_PX:
-        at = points + beyond * normals
-        x, y = np.round(at).astype(np.intp).T
-        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        measured = inside & level.measured[y, x] & ~known
-        behind |= measured & (np.nan_to_num(level.disparity_px[y, x]) < at @ p[:2] + p[2] - BEHIND_PX)
-        known |= measured
+    for seen in outwards(bench, points, normals, p, BEYOND_PX):
+        behind |= seen.measured & ~known & (seen.step_px < -BEHIND_PX)
+        known |= seen.measured
     return behind
 
 
