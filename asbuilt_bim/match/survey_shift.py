@@ -208,7 +208,7 @@ def _votes(values: FloatArray, voters: Indices, band: float, reach: float) -> tu
 
 
 def _refined(seen: Upright, walls: Upright, place: Placing, turns: bool = False) -> Placing:
-    """Return the move, and the turn, that lay the planes which fit on their faces: least squares in ever closer bands."""
+    """Return the move, and the turn, that lay the planes which fit on their faces: least squares, ever more closely."""
     for band in (COARSE_M, COARSE_M, 1.5 * BAND_M, BAND_M):
         back = place.back(seen)
         lies, on = lying(back, walls, band)

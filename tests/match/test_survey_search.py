@@ -80,7 +80,9 @@ def test_a_survey_that_is_turned_is_named_with_its_turn(turn_deg: float) -> None
 
 def test_a_survey_that_is_metres_off_is_named_with_its_move() -> None:
     (warning,) = told(design(COLUMNS + WALLS), move=(4.5, -7.2, 0.0))
-    assert "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when moved back, 0 as" in warning.reason
+    assert (
+        "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when moved back, 0 as" in warning.reason
+    )
 
 
 def test_a_survey_that_is_turned_and_raised_is_named_with_both() -> None:

@@ -2,7 +2,8 @@
 
 A side is proven by what is measured just beyond it: another depth, or another surface that meets the face. Where
 nothing is measured a plain edge in the photos stands for it. Where the face itself goes on further out, nothing does;
-nor where a strip labelled otherwise, at the face's own depth, parts it from another piece of its plane.
+nor where a strip labelled otherwise, at the face's own depth, parts it from another piece of its plane. And where a
+mask alone draws an outline inwards, depth was lost: the face doesn't end there.
 """
 
 from __future__ import annotations
@@ -10,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.outline.edges import pixel_plane
-from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
+from asbuilt_bim.measure.outline.fit import MASK_SIGMA_PX, FaceEdge, Outline
 from asbuilt_bim.measure.outline.profile import Beyond, IntArray, at_places, outwards, owners, walk
+from asbuilt_bim.measure.outline.ring_from_lines import pixel_area
+from asbuilt_bim.measure.outline.straight import BEHIND_PX
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene.read import q_of_piece
 from asbuilt_bim.vision.stereo.warp import sample
@@ -47,6 +51,12 @@ MISS_PX, MISS_SIGMAS = 0.5, 3.5
 SAME_PLANE_DEG = 12.0
 """A surface that lies on the face's plane and is turned from it by less goes on from it: a corner turns by far more."""
 LEAST_KNOWN = 30
+
+LEAST_DRAWN_PX = 10.0
+NOTCH_SHARE = 0.02
+"""What is lost at a notch is about as large as itself: less of a face is no more than its borders may err."""
+THROUGH_PX = (4.0, 6.0, 8.0, 11.0)
+"""Past the pixels over which the matcher's window carries the face on."""
 
 UNKNOWN, PROVEN, GOES_ON, MEETS, PARTED = range(5)
 
@@ -196,3 +206,51 @@ def _in_strip(normals: FloatArray, seen: Beyond) -> BoolArray:
     left = (normals[:, 0] < -0.5) & (seen.off_px < -seen.step_px + NEAR_PX[-1])
     right = (normals[:, 0] > 0.5) & (seen.off_px < seen.step_px + NEAR_PX[-1])
     return np.asarray(left | right)
+
+
+def is_notched(bench: Workbench, outline: Outline, q_px: FloatArray) -> bool:
+    """Say whether a notch of the outer ring, deeper than a mask's border errs, has a side that only a mask draws.
+
+    Concrete's own notches, a door beside a wall's end, show their sides in the photos, or what lies behind them. What
+    stereo loses of a face, in the shade at its foot or behind bars, is beside other surfaces, and these seem to prove
+    that the face ends.
+    """
+    if not outline.rings:
+        return False
+    ring = outline.rings[0]
+    points, normals, steps = walk(ring)
+    owner = owners([edge.line for edge in outline.edges], points, normals)
+    drawn = np.array([number < 0 or outline.edges[number].source == "mask" for number in owner])
+    drawn &= ~_seen_through(bench, points, normals, pixel_plane(q_px, bench.pair.camera))
+    for notch in _notches(ring):
+        beside = [cv2.pointPolygonTest(notch, (float(x), float(y)), True) > -0.5 for x, y in points]
+        if float(steps[np.array(beside) & drawn].sum()) > LEAST_DRAWN_PX:
+            return True
+    return False
+
+
+def _seen_through(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray) -> BoolArray:
+    """Say at which places (N,) what is measured first beyond the outline lies behind the face's plane."""
+    behind, known = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+    for seen in outwards(bench, points, normals, p, THROUGH_PX):
+        behind |= seen.measured & ~known & (seen.step_px < -BEHIND_PX)
+        known |= seen.measured
+    return behind
+
+
+def _notches(ring: FloatArray) -> Iterator[FloatArray]:
+    """Yield what lies between a ring and its convex hull and counts, each a ring of its own as float32."""
+    corners = ring.astype(np.float32)
+    hull = np.sort(cv2.convexHull(corners, returnPoints=False).ravel())
+    least_px2 = NOTCH_SHARE * abs(pixel_area(ring))
+    for first, last in zip(hull, np.roll(hull, -1), strict=True):
+        count = int(last - first) % len(ring)
+        between = corners[(first + np.arange(count + 1)) % len(ring)]
+        if count > 1 and _depth_px(between) > MASK_SIGMA_PX and abs(pixel_area(between)) > least_px2:
+            yield between
+
+
+def _depth_px(between: FloatArray) -> float:
+    along = between[-1] - between[0]
+    across = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
+    return float(np.max(np.abs((between - between[0]) @ across)))
