@@ -16,15 +16,24 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.outline.edges import pixel_plane
+from asbuilt_bim.measure.outline.face_cost import OFF_PX
 from asbuilt_bim.measure.outline.fit import MASK_SIGMA_PX, FaceEdge, Outline
-from asbuilt_bim.measure.outline.profile import Beyond, IntArray, at_places, outwards, owners, walk
+from asbuilt_bim.measure.outline.profile import (
+    LEAST_RUN_PX,
+    LEAST_RUN_SHARE,
+    Beyond,
+    IntArray,
+    at_places,
+    outwards,
+    owners,
+    walk,
+)
 from asbuilt_bim.measure.outline.ring_from_lines import pixel_area
-from asbuilt_bim.measure.outline.straight import BEHIND_PX
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene.read import q_of_piece
 from asbuilt_bim.vision.stereo.warp import sample
 
-OFF_PX, OFF_SIGMAS = 1.0, 2.0
+OFF_SIGMAS = 2.0
 NEAR_PX = (2.0, 4.0, 6.0, 8.0, 11.0)
 """The matcher's window carries a surface up to some 8 px past its edge, and loses what lies behind for as far."""
 FAR_PX = (14.0, 17.0, 20.0, 23.0, 26.0, 29.0, 32.0, 35.0, 38.0)
@@ -33,8 +42,6 @@ FATTENED_PX = 10.0
 PLAIN_STRENGTH = 0.25
 """Over a quarter of a side's length must show an edge where no depth speaks for it."""
 MOST_UNPROVEN = 0.5
-LEAST_SIDE_PX = 10.0
-LEAST_SHARE = 0.03
 CROSSING_SHARE = 0.4
 """A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
 STEP_PX, STEP_RUN = 6.0, 8
@@ -52,7 +59,6 @@ SAME_PLANE_DEG = 12.0
 """A surface that lies on the face's plane and is turned from it by less goes on from it: a corner turns by far more."""
 LEAST_KNOWN = 30
 
-LEAST_DRAWN_PX = 10.0
 NOTCH_SHARE = 0.02
 """What is lost at a notch is about as large as itself: less of a face is no more than its borders may err."""
 THROUGH_PX = (4.0, 6.0, 8.0, 11.0)
@@ -66,7 +72,7 @@ def is_open(bench: Workbench, outline: Outline, q_px: FloatArray, label: int, na
     p = pixel_plane(q_px, bench.pair.camera)
     same = _in_one_plane(bench, q_px, label)
     around = sum(float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum()) for ring in outline.rings)
-    limit = max(LEAST_SIDE_PX, min(LEAST_SHARE * around, CROSSING_SHARE * narrow_px))
+    limit = max(LEAST_RUN_PX, min(LEAST_RUN_SHARE * around, CROSSING_SHARE * narrow_px))
     for side in _sides(bench, outline, p, label, same):
         if side.length_px > limit and side.unproven_px > MOST_UNPROVEN * side.length_px:
             return True
@@ -224,7 +230,7 @@ def is_notched(bench: Workbench, outline: Outline, q_px: FloatArray) -> bool:
     drawn &= ~_seen_through(bench, points, normals, pixel_plane(q_px, bench.pair.camera))
     for notch in _notches(ring):
         beside = [cv2.pointPolygonTest(notch, (float(x), float(y)), True) > -0.5 for x, y in points]
-        if float(steps[np.array(beside) & drawn].sum()) > LEAST_DRAWN_PX:
+        if float(steps[np.array(beside) & drawn].sum()) > LEAST_RUN_PX:
             return True
     return False
 
@@ -233,7 +239,7 @@ def _seen_through(bench: Workbench, points: FloatArray, normals: FloatArray, p: 
     """Say at which places (N,) what is measured first beyond the outline lies behind the face's plane."""
     behind, known = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
     for seen in outwards(bench, points, normals, p, THROUGH_PX):
-        behind |= seen.measured & ~known & (seen.step_px < -BEHIND_PX)
+        behind |= seen.measured & ~known & (seen.step_px < -OFF_PX)
         known |= seen.measured
     return behind
 

@@ -9,7 +9,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.fit import Outline
-from asbuilt_bim.measure.outline.profile import at_places, outwards, owners, walk
+from asbuilt_bim.measure.outline.profile import LEAST_RUN_PX, LEAST_RUN_SHARE, at_places, outwards, owners, walk
 from asbuilt_bim.measure.workbench import Workbench
 
 NEARER_PX = 1.2
@@ -25,8 +25,6 @@ PAST_MASK_PX = (8.0, 11.0, 14.0)
 """A border that only a mask draws errs by pixels, and the matcher loses up to a window's width beside a near thing."""
 CLEAR_STEP_PX = 4.0
 """A step that no noise makes: the first place that is measured is enough for it, where two are asked for otherwise."""
-LEAST_RUN_PX = 10.0
-LEAST_SHARE = 0.03
 LEAST_SIDE_PX, SIDE_SHARE = 16.0, 0.5
 """A side with something nearer along half of it isn't the face's end, however short it is beside the whole outline."""
 
@@ -56,7 +54,7 @@ def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
             length, lost = float(steps[owner == number].sum()), float(steps[hidden & (owner == number)].sum())
             side_hidden |= lost > max(LEAST_SIDE_PX, SIDE_SHARE * length)
     cut_px += _beyond_right(bench, outline, q_px)
-    limit = max(LEAST_RUN_PX, LEAST_SHARE * total_px)
+    limit = max(LEAST_RUN_PX, LEAST_RUN_SHARE * total_px)
     return Seen(cut_by_frame=cut_px > LEAST_RUN_PX, occluded=side_hidden or hidden_px > limit)
 
 

@@ -16,6 +16,8 @@ from asbuilt_bim.measure.workbench import Workbench
 IntArray = NDArray[np.intp]
 
 ON_EDGE_PX = 3.0
+LEAST_RUN_PX, LEAST_RUN_SHARE = 10.0, 0.03
+"""What holds along less of an outline is its border's noise."""
 UNKNOWN_SIGMA_PX = 4.0
 
 
