@@ -13,14 +13,12 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.marker_mask import marks_mask, without_boards
 from asbuilt_bim.measure.paper import paper_faces
-from asbuilt_bim.measure.rig_check import check_rig
-from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence
-from asbuilt_bim.measure.sigma.scale_source import without_scale
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence, without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
-from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
+from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, check_rig, read_station
 from asbuilt_bim.measure.step_timer import Clock, Laps
+from asbuilt_bim.measure.workbench import marks_mask, without_boards
 from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
