@@ -8,7 +8,7 @@ any turn, and its feet and heads at any height. The score of a place is how many
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -89,17 +89,21 @@ def find_placing(seen: Upright, walls: Upright, rises_m: Sequence[float]) -> Pla
     if not len(seen.halves_m) or not len(walls.halves_m):
         return Placing()
     axes = _chief_axes(seen.normals)
-    near = [place for _, place in _moves(seen, walls, Placing(), axes, (0.0,), NEAR_M)]
-    here = _judged([_refined(seen, walls, place) for place in near], seen, walls, Placing())
+    near = _moves(seen, walls, Placing(), axes, (0.0,), NEAR_M, BAND_M)
+    here = _judged(_likeliest(near, seen, walls), seen, walls, Placing())
     here = _judged([replace(here, rise_m=rise) for rise in rises_m], seen, walls, here)
     if len(axes) < 2:
         return here  # along walls of one direction no move is made up
-    far: list[tuple[int, Placing]] = []
-    for turn in _turns(seen, walls):
-        far += _moves(seen, walls, turn, axes, rises_m, FAR_M)
-    far.sort(key=lambda found: -found[0])
-    likeliest = [_refined(seen, walls, place, turns=True) for _, place in far[:REFINED]]
-    return _judged(likeliest, seen, walls, here, free=FREE_PLANES)
+    far = (found for turn in _turns(seen, walls) for found in _moves(seen, walls, turn, axes, rises_m, FAR_M, COARSE_M))
+    return _judged(_likeliest(far, seen, walls, turns=True), seen, walls, here, free=FREE_PLANES)
+
+
+def _likeliest(
+    found: Iterable[tuple[int, Placing]], seen: Upright, walls: Upright, turns: bool = False
+) -> list[Placing]:
+    """Return the places that most planes fit coarsely, brought to fit finely."""
+    ranked = sorted(found, key=lambda one: -one[0])[:REFINED]
+    return [_refined(seen, walls, place, turns) for _, place in ranked]
 
 
 def _judged(places: Sequence[Placing], seen: Upright, walls: Upright, here: Placing, free: int = 0) -> Placing:
@@ -150,19 +154,26 @@ def _turns(seen: Upright, walls: Upright) -> Iterator[Placing]:
 
 
 def _moves(
-    seen: Upright, walls: Upright, turn: Placing, axes: FloatArray, rises_m: Sequence[float], reach_m: float
+    seen: Upright,
+    walls: Upright,
+    turn: Placing,
+    axes: FloatArray,
+    rises_m: Sequence[float],
+    reach_m: float,
+    band_m: float,
 ) -> Iterator[tuple[int, Placing]]:
     """Give places after a turn, each made of a move along each axis, with how many planes across these fit coarsely."""
     turned, axes = turn.back(seen), axes @ turn.turn
     one, other = np.nonzero(turned.normals @ walls.normals.T > PARALLEL_COS)
     peaks = []
     for axis in axes:
-        across = np.abs(walls.normals[other] @ axis) > PARALLEL_COS
-        pairs = np.stack([one[across], other[across]])
+        is_across = np.abs(walls.normals[other] @ axis) > PARALLEL_COS
+        pairs = np.stack([one[is_across], other[is_across]])
         moves = (turned.middles_m[pairs[0]] - walls.middles_m[pairs[1]]) @ axis
-        peaks.append([(m, pairs[:, near]) for m, near in _peaks(moves, pairs[0], COARSE_M, reach_m, PEAKS)])
+        peaks.append([(m, pairs[:, near]) for m, near in _peaks(moves, pairs[0], band_m, reach_m, PEAKS)])
+    across = np.linalg.pinv(axes)
     for found in itertools.product(*peaks):
-        place = replace(turn, move_m=np.linalg.pinv(axes) @ np.array([move for move, _ in found]))
+        place = replace(turn, move_m=across @ np.array([move for move, _ in found]))
         back = place.back(seen)
         pairs = np.concatenate([pairs for _, pairs in found], axis=1)
         seen_on, on = pairs[:, side_by_side(back, walls, *pairs)]
@@ -179,7 +190,7 @@ def _chief_axes(normals: FloatArray) -> FloatArray:
     first = int(np.argmax(votes))
     others = np.where(along[first] < np.cos(np.radians(30.0)), votes, 0)
     second = int(np.argmax(others))
-    return normals[[first, second]] if others[second] >= 2 else normals[[first]]
+    return normals[[first, second]] if others[second] else normals[[first]]
 
 
 def _peaks(
@@ -193,7 +204,7 @@ def _peaks(
             return
         near = np.abs(values - shifts[top]) < band
         yield float(np.median(values[near])), near
-        counts[np.abs(shifts - shifts[top]) < 2.0 * band] = 0
+        counts[np.abs(shifts - shifts[top]) < 1.5 * band] = 0
 
 
 def _votes(values: FloatArray, voters: Indices, band: float, reach: float) -> tuple[FloatArray, Indices]:
@@ -207,9 +218,9 @@ def _votes(values: FloatArray, voters: Indices, band: float, reach: float) -> tu
     return shifts, np.bincount(one_each % len(shifts), minlength=len(shifts))
 
 
-def _refined(seen: Upright, walls: Upright, place: Placing, turns: bool = False) -> Placing:
+def _refined(seen: Upright, walls: Upright, place: Placing, turns: bool) -> Placing:
     """Return the move, and the turn, that lay the planes which fit on their faces: least squares, ever more closely."""
-    for band in (COARSE_M, COARSE_M, 1.5 * BAND_M, BAND_M):
+    for band in (COARSE_M, COARSE_M, 1.5 * BAND_M, BAND_M)[0 if turns else 2 :]:
         back = place.back(seen)
         lies, on = lying(back, walls, band)
         if lies.sum() < LEAST_MORE:
