@@ -60,7 +60,8 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
     The same way: with the move. Each its own way, so that not one face fits: photos, survey and design of two sites.
     """
     seen, origin = measured_planes(matched.stations)
-    walls = design_planes(design, origin)
+    furthest = np.max(np.linalg.norm(seen.middles_m, axis=1) + seen.halves_m, initial=0.0)
+    walls = design_planes(design, origin, FAR_M + float(furthest))
     heights = [storey.elevation_m for storey in design.storeys]
     rises = sorted({0.0, *(round(a - b, 2) for a in heights for b in heights)}, key=abs)
     place = find_placing(seen, walls, rises)

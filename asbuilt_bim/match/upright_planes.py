@@ -66,14 +66,16 @@ def measured_planes(stations: Sequence[PlacedStation]) -> tuple[Upright, FloatAr
     return _upright(planes, origin), origin
 
 
-def design_planes(design: BimModel, origin: FloatArray) -> Upright:
-    """Return the design's upright planes, from an origin (2,) in the world."""
+def design_planes(design: BimModel, origin: FloatArray, reach_m: float) -> Upright:
+    """Return the design's upright planes up to `reach_m` from an origin (2,) in the world, and from that origin."""
     planes = []
     for element in design.elements:
         for face in element.faces:
             if isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT:
-                corners = np.concatenate([ring for region in face.rings_uv_m for ring in region])
-                planes.append((face.frame, face.frame.from_uv(corners), element.global_id))
+                corners = face.frame.from_uv(np.concatenate([ring for region in face.rings_uv_m for ring in region]))
+                low, high = (corners[:, :2] - origin).min(axis=0), (corners[:, :2] - origin).max(axis=0)
+                if np.linalg.norm(np.clip(0.0, low, high)) < reach_m:
+                    planes.append((face.frame, corners, element.global_id))
     return _upright(planes, origin)
 
 
