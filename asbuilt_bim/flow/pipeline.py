@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date
@@ -13,12 +14,12 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
-from asbuilt_bim.flow.stopwatch import Stopwatch
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
-from asbuilt_bim.match.survey_shift import beside_design
+from asbuilt_bim.match.survey_shift import survey_shift
 from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.globalid_remap import reissued, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
@@ -75,7 +76,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*rejections, *placement.rejections, *beside_design(matched, design)),
+        rejections=(*rejections, *placement.rejections, *survey_shift(matched, design)),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
     )
@@ -90,16 +91,16 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     Raises:
         AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used.
     """
-    watch = Stopwatch()
+    timer = StepTimer(time.perf_counter)
     refuse_missing(project)
-    with watch.step("read the IFC"):
-        design = read_design(project.ifc, project.scope)
-        if project.schedule is not None:
-            design = with_schedule(design, read_schedule(project.schedule))
-        survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
-        stray = check_survey(survey, design)
-    with watch.step("rig"):
-        rig, calibration = rig_of(project, place.cache, progress)
+    design = read_design(project.ifc, project.scope)
+    if project.schedule is not None:
+        design = with_schedule(design, read_schedule(project.schedule))
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    stray = check_survey(survey, design)
+    timer.done("read the IFC")
+    rig, calibration = rig_of(project, place.cache, progress)
+    timer.done("rig")
     known, past = 0, read_past(project.history, project.visits[0].date)
     others = reissued(past[-1], design) if past else {}
     past = tuple(with_new_ids(report, others) for report in past)
@@ -108,16 +109,16 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
     pictures: dict[str, bytes] = {}
     for visit in project.visits:
-        with watch.step("measure"):
-            seen = measure_visit(visit, project, rig, place, progress, survey)
-        with watch.step("register, match, judge"):
-            rejections = (*stray, *seen.rejections)
-            report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
-            revised = (*reissued_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
-            report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
-            names = [station.name for station in visit.stations if station.name not in report.placed]
-            left_out += _left_out(names, visit.date)
-            history = remember(history, report)
+        seen = measure_visit(visit, project, rig, place, progress, survey)
+        timer.done("measure")
+        rejections = (*stray, *seen.rejections)
+        report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
+        revised = (*reissued_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
+        report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
+        names = [station.name for station in visit.stations if station.name not in report.placed]
+        left_out += _left_out(names, visit.date)
+        history = remember(history, report)
+        timer.done("register, match, judge")
         progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))
         pictures.update({picture_name(visit.date, name): picture for name, picture in seen.pictures.items()})
@@ -128,7 +129,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         design=design,
         reports=tuple(reports),
         pictures=pictures,
-        seconds=watch.seconds,
+        seconds=timer.seconds,
         from_cache=known,
         past=past,
     )

@@ -1,189 +1,258 @@
 """Does all that was measured lie beside the design, the same way? Then the survey's origin is wrong, or the design.
 
 A survey that is moved changes no distance between markers, and no area: only the elements that faces are held against.
-Each measured plane votes for the moves that lay it on a parallel face of the design; where one move suits clearly more
-of them than none does, it is told.
+The measured planes are a pattern. It is looked for near where it lies, on every storey, then anywhere in the design at
+any turn, and its feet and heads at any height. The score of a place is how many planes lie on the design there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from asbuilt_bim.bim.model import BimModel, DesignFace
+from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import SURVEY, Rejection
-from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.match.level_shift import find_rise
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import MatchResult
-from asbuilt_bim.match.score import in_world
-from asbuilt_bim.match.survey_search import Elsewhere, find_elsewhere, storey_rises
-from asbuilt_bim.match.upright_lines import (
+from asbuilt_bim.match.upright_planes import (
     PARALLEL_COS,
-    UPRIGHT,
+    Indices,
     Placing,
     Upright,
+    at_height,
     design_planes,
+    level_pairs,
     lying,
     measured_planes,
+    side_by_side,
 )
-from asbuilt_bim.register.pose import PlacedStation
 
-REACH_M = 0.6
-"""Moves looked for. Further off, columns of one grid are taken for each other."""
 BAND_M = 0.02
 """A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one. So no smaller move
 makes one fit that did not: it is a building's own tolerance."""
-LEAST_MORE, LEAST_MORE_SHARE, LEAST_ELEMENTS = 3, 0.25, 3
-"""So many faces more, and so large a share of all, on so many elements, lie on the design after the move."""
+COARSE_M, COARSE_RAD = 3.0 * BAND_M, float(np.radians(0.5))
+"""How near a place is found at first. Elements built some centimetres off, each its own way, lie this NEAR the design
+in many places: there must be more on it than near it here, or on it most of those near it."""
+ON_OF_NEAR = 0.75
+NEAR_M, FAR_M, RISE_M = 0.6, 30.0, 2.0
+"""Moves looked for near by, where one column of a grid isn't yet taken for the next; anywhere; and in height, where
+whole storeys are told by what stands on them."""
+LEAST_MORE, LEAST_MORE_SHARE = 3, 0.25
+"""So many planes more, and so large a share of all, on as many elements, lie on the design there. So do feet and heads.
+"""
+FREE_PLANES = 2
+"""So many planes any two walls at an angle lay on the design, where turn and move are free: they are no evidence."""
+SURE_SHARE, SURE_OF_RIVAL = 0.5, 2.0
+"""Far off most of all planes fit, or twice as many as anywhere else: by chance neither comes about."""
 HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
 """Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
 clutter among them, half and more. Of under a dozen a few say nothing."""
-_STEP_M = 0.01
-_REMEDY = (
-    "check the survey's control points, origin, north and height, and whether a revision has moved the building in the "
-    "IFC file, before anyone is paid by these numbers"
-)
+TURNS, PEAKS, REFINED = 6, 16, 25  # looked at, the likeliest first
 LEAST_TURN_DEG, LEAST_MOVE_M = 0.1, 0.005  # less is not told in words
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Votes:
-    """One measured plane against the design faces that it may be, K of them."""
-
-    normals: FloatArray  # (K, 2) level
-    offsets_m: FloatArray  # (K,) measured minus design, along the design's normal
-    elements: tuple[str, ...]
-
-    def nearest(self, move_m: FloatArray) -> int:
-        """Return which of the faces it lies on best after a move back by `move_m` (2,)."""
-        return int(np.argmin(np.abs(self.offsets_m - self.normals @ move_m)))
-
-
-def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...]:
+def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...]:
     """Return one rejection, of the survey, where everything lies beside the design; empty where not.
 
     The same way: with the move. Each its own way, so that not one face fits: photos, survey and design of two sites.
     """
-    votes = _votes(matched.stations, design)
-    level, fit, fit_unmoved = _level_move(votes) if votes else (np.zeros(2), 0, 0)
     seen, origin = measured_planes(matched.stations)
-    walls = design_planes(design, origin)
-    far = find_elsewhere(seen, walls, storey_rises(design), level)
-    place = Placing(move_m=level) if far is None else far.placing
-    rise, more = find_rise(place.back(seen), walls)
-    if far is not None:
-        return (_elsewhere(far, rise),)
-    if not level.any() and not rise:
-        return _nothing_fits(matched, seen, walls)
-    fits = f"{fit} of {len(votes)} faces lie on it when moved back, {fit_unmoved} as they are"
-    if not level.any():
-        fits = f"{more} feet and heads more lie on it when moved back"
-    return (
-        Rejection(
-            what=SURVEY,
-            reason="what was measured lies beside the design, all of it the same way: by "
-            f"{_moved(np.append(level, rise))}; {fits}",
-            remedy=_REMEDY,
-        ),
-    )
+    furthest = np.max(np.linalg.norm(seen.middles_m, axis=1) + seen.halves_m, initial=0.0)
+    walls = design_planes(design, origin, FAR_M + float(furthest))
+    heights = [storey.elevation_m for storey in design.storeys]
+    rises = sorted({0.0, *(round(a - b, 2) for a in heights for b in heights)}, key=abs)
+    place = find_placing(seen, walls, rises)
+    rise, ends = _rise(place.back(seen), walls)
+    place = replace(place, rise_m=place.rise_m + rise)
+    if place.turn_rad or place.rise_m or place.move_m.any():
+        on, on_here = (int(lying(at.back(seen), walls, BAND_M)[0].sum()) for at in (place, Placing()))
+        fits = f"{on} of {len(seen.halves_m)} faces lie on it when moved back, {on_here} as they are"
+        if on <= on_here:
+            fits = f"{ends} feet and heads more lie on it when moved back"
+        reason = f"what was measured lies beside the design, all of it the same way: {_moved(place)}; {fits}"
+        remedy = (
+            "check the survey's control points, origin, north and height, and whether a revision has moved the "
+            "building in the IFC file, before anyone is paid by these numbers"
+        )
+    elif few := _nothing_fits(matched, seen, walls):
+        reason = f"{few} the design"
+        remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
+    else:
+        return ()
+    return (Rejection(what=SURVEY, reason=reason, remedy=remedy),)
 
 
-def _elsewhere(far: Elsewhere, rise_m: float) -> Rejection:
-    turn, cos, sin = np.degrees(far.placing.turn_rad), np.cos(far.placing.turn_rad), np.sin(far.placing.turn_rad)
-    moved = np.append(np.array([[cos, -sin], [sin, cos]]) @ far.placing.move_m, far.placing.rise_m + rise_m)
-    told = [f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)"] if abs(turn) >= LEAST_TURN_DEG else []
-    told += [f"by {by}" for by in [_moved(moved)] if by]
-    fits = f"{far.fits} of {far.count} faces lie on it when put back, {far.fits_unmoved} as they are"
-    return Rejection(
-        what=SURVEY,
-        reason=f"what was measured is elsewhere than the design, all of it the same way: {' and '.join(told)}; {fits}",
-        remedy=_REMEDY,
-    )
+def find_placing(seen: Upright, walls: Upright, rises_m: Sequence[float]) -> Placing:
+    """Return where the measured planes lie, if clearly more of them fit the design there than where they should be."""
+    if not len(seen.halves_m) or not len(walls.halves_m):
+        return Placing()
+    axes = _chief_axes(seen.normals)
+    near = _moves(seen, walls, Placing(), axes, (0.0,), NEAR_M, BAND_M)
+    here = _judged(_likeliest(near, seen, walls), seen, walls, Placing())
+    here = _judged([replace(here, rise_m=rise) for rise in rises_m], seen, walls, here)
+    if len(axes) < 2:
+        return here  # along walls of one direction no move is made up
+    far = (found for turn in _turns(seen, walls) for found in _moves(seen, walls, turn, axes, rises_m, FAR_M, COARSE_M))
+    return _judged(_likeliest(far, seen, walls, turns=True), seen, walls, here, free=FREE_PLANES)
 
 
-def _moved(by_m: FloatArray) -> str:
-    parts = [f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", by_m, strict=True) if abs(part) >= LEAST_MOVE_M]
-    return ", ".join(parts)
+def _likeliest(
+    found: Iterable[tuple[int, Placing]], seen: Upright, walls: Upright, turns: bool = False
+) -> list[Placing]:
+    """Return the places that most planes fit coarsely, brought to fit finely."""
+    ranked = sorted(found, key=lambda one: -one[0])[:REFINED]
+    return [_refined(seen, walls, place, turns) for _, place in ranked]
 
 
-def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
+def _judged(places: Sequence[Placing], seen: Upright, walls: Upright, here: Placing, free: int = 0) -> Placing:
+    """Return the place that most planes fit, `here` where that isn't clearly better."""
+    fitting = [lying(place.back(seen), walls, BAND_M) for place in places]
+    counts = [int(lies.sum()) for lies, _ in fitting]
+    if not counts:
+        return here
+    best = max(range(len(places)), key=lambda n: (counts[n], -float(np.linalg.norm(places[n].move_m))))
+    place, count, (lies, on) = places[best], counts[best], fitting[best]
+    least = max(LEAST_MORE + free, LEAST_MORE_SHARE * count)
+    lies_here, near_here = (lying(here.back(seen), walls, band)[0] for band in (BAND_M, COARSE_M))
+    elements = {walls.elements[face] for face in on[lies & ~lies_here]}
+    if count - lies_here.sum() < least or len(elements) < LEAST_MORE:
+        return here
+    if count - near_here.sum() < least:
+        near = lying(place.back(seen), walls, COARSE_M)[0]
+        is_one_move = not (free and place.rise_m)  # a turn, or a storey: both together would be made up
+        return place if is_one_move and count >= ON_OF_NEAR * near.sum() else here
+    rivals = [n for other, n in zip(places, counts, strict=True) if free and _is_apart(other, place)]
+    return place if count >= min(SURE_SHARE * len(lies), SURE_OF_RIVAL * max(rivals, default=0)) else here
+
+
+def _rise(seen: Upright, walls: Upright) -> tuple[float, int]:
+    """Return the upward move in metres, 0 where none is clearly better, and how many feet and heads more it suits.
+
+    Feet are hidden and walls are poured in part: only where both ends of faces say the same is it a move.
+    """
+    one, other, _ = level_pairs(seen, walls, BAND_M)
+    ends = seen.heights_m[one] - walls.heights_m[other]  # (K, 2) feet and heads
+    votes = [_votes(column, one, BAND_M, RISE_M) for column in ends.T]
+    rises, suited = votes[0][0], np.stack([counts for _, counts in votes], axis=-1)
+    best = np.lexsort((np.abs(rises), -suited.sum(axis=1)))[0]
+    more = suited[best] - suited[np.argmin(np.abs(rises))]
+    if more.min() < LEAST_MORE or more.sum() < LEAST_MORE_SHARE * 2 * len(np.unique(one)):
+        return 0.0, 0
+    return float(np.mean(ends[np.abs(ends - rises[best]) < BAND_M])), int(more.sum())
+
+
+def _turns(seen: Upright, walls: Upright) -> Iterator[Placing]:
+    """Give the turns that make most measured planes parallel to one of the design."""
+    designed = np.unique(np.round(walls.normals, 4), axis=0)
+    angles = [np.arctan2(normals[:, 1], normals[:, 0]) for normals in (seen.normals, designed)]
+    turns = np.subtract.outer(*angles)[..., None] + np.array([-2.0, 0.0, 2.0]) * np.pi
+    voters = np.repeat(np.arange(len(turns)), turns[0].size)
+    for turn, _ in _peaks(turns.ravel(), voters, COARSE_RAD, np.pi, TURNS):
+        yield Placing(turn_rad=turn)
+
+
+def _moves(
+    seen: Upright,
+    walls: Upright,
+    turn: Placing,
+    axes: FloatArray,
+    rises_m: Sequence[float],
+    reach_m: float,
+    band_m: float,
+) -> Iterator[tuple[int, Placing]]:
+    """Give places after a turn, each made of a move along each axis, with how many planes across these fit coarsely."""
+    turned, axes = turn.back(seen), axes @ turn.turn
+    one, other = np.nonzero(turned.normals @ walls.normals.T > PARALLEL_COS)
+    peaks = []
+    for axis in axes:
+        is_across = np.abs(walls.normals[other] @ axis) > PARALLEL_COS
+        pairs = np.stack([one[is_across], other[is_across]])
+        moves = (turned.middles_m[pairs[0]] - walls.middles_m[pairs[1]]) @ axis
+        peaks.append([(m, pairs[:, near]) for m, near in _peaks(moves, pairs[0], band_m, reach_m, PEAKS)])
+    across = np.linalg.pinv(axes)
+    for found in itertools.product(*peaks):
+        place = replace(turn, move_m=across @ np.array([move for move, _ in found]))
+        back = place.back(seen)
+        pairs = np.concatenate([pairs for _, pairs in found], axis=1)
+        seen_on, on = pairs[:, side_by_side(back, walls, *pairs)]
+        for rise in rises_m:
+            count = len(np.unique(seen_on[at_height(back, walls, seen_on, on, rise)]))
+            if count >= LEAST_MORE:
+                yield count, replace(place, rise_m=rise)
+
+
+def _chief_axes(normals: FloatArray) -> FloatArray:
+    """Return the directions (1 or 2, 2) that most normals lie along, at 30 degrees and more."""
+    along = np.abs(normals @ normals.T)
+    votes = (along > PARALLEL_COS).sum(axis=1)
+    first = int(np.argmax(votes))
+    others = np.where(along[first] < np.cos(np.radians(30.0)), votes, 0)
+    second = int(np.argmax(others))
+    return normals[[first, second]] if others[second] else normals[[first]]
+
+
+def _peaks(
+    values: FloatArray, voters: Indices, band: float, reach: float, most: int
+) -> Iterator[tuple[float, BoolArray]]:
+    """Give the shifts near which most voters have a value (K,), the likeliest first, with which values these are."""
+    shifts, counts = _votes(values, voters, band, reach)
+    for _ in range(most):
+        top = int(np.lexsort((np.abs(shifts), -counts))[0])
+        if not counts[top]:
+            return
+        near = np.abs(values - shifts[top]) < band
+        yield float(np.median(values[near])), near
+        counts[np.abs(shifts - shifts[top]) < 1.5 * band] = 0
+
+
+def _votes(values: FloatArray, voters: Indices, band: float, reach: float) -> tuple[FloatArray, Indices]:
+    """Return shifts (S,) half a band apart, and how many of the voters have a value (K,) in the band of each."""
+    step = 0.5 * band
+    last = round(reach / step)
+    places = np.rint(values / step).astype(np.intp)[:, None] + np.arange(-2, 3)
+    is_vote = (np.abs(places * step - values[:, None]) < band) & (np.abs(places) <= last)
+    one_each = np.unique((voters[:, None] * (2 * last + 1) + places + last)[is_vote])
+    shifts = step * np.arange(-last, last + 1, dtype=np.float64)
+    return shifts, np.bincount(one_each % len(shifts), minlength=len(shifts))
+
+
+def _refined(seen: Upright, walls: Upright, place: Placing, turns: bool) -> Placing:
+    """Return the move, and the turn, that lay the planes which fit on their faces: least squares, ever more closely."""
+    for band in (COARSE_M, COARSE_M, 1.5 * BAND_M, BAND_M)[0 if turns else 2 :]:
+        back = place.back(seen)
+        lies, on = lying(back, walls, band)
+        if lies.sum() < LEAST_MORE:
+            break
+        normals, arms = walls.normals[on[lies]], back.middles_m[lies] + place.move_m
+        off = np.einsum("nk,nk->n", normals, back.middles_m[lies] - walls.middles_m[on[lies]])
+        by_turn = np.einsum("nk,nk->n", normals, np.stack([arms[:, 1], -arms[:, 0]], axis=-1))
+        reach = max(float(np.sqrt(np.mean(by_turn**2))), BAND_M)  # turns weigh as much as moves
+        step = np.linalg.lstsq(np.column_stack([turns * by_turn / reach, -normals]), -off, rcond=0.1)[0]
+        place = replace(place, turn_rad=place.turn_rad + float(step[0]) / reach, move_m=place.move_m + step[1:])
+    return place
+
+
+def _is_apart(one: Placing, other: Placing) -> bool:
+    turned = (one.turn_rad - other.turn_rad + np.pi) % (2.0 * np.pi) - np.pi
+    return float(np.linalg.norm(one.move_m - other.move_m)) > NEAR_M or np.cos(turned) < PARALLEL_COS
+
+
+def _moved(place: Placing) -> str:
+    """Return the turn and move of all that was measured, in words."""
+    turn, move = np.degrees(place.turn_rad), np.append(place.turn @ place.move_m, place.rise_m)
+    turned = [f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)"] if abs(turn) >= LEAST_TURN_DEG else []
+    parts = [f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", move, strict=True) if abs(part) >= LEAST_MOVE_M]
+    return " and ".join([*turned, *([f"by {', '.join(parts)}"] if parts else [])])
+
+
+def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> str:
+    """Return how few of the measured faces fit the design, "" where enough do."""
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
-    few = f"none of {count} measured faces fits"
-    if matched.matches or count < LEAST_MORE:
-        fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
-        few = f"only {fitting} of {count} measured plane faces fit"
-        if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
-            return ()
-    remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
-    return (Rejection(what=SURVEY, reason=f"{few} the design", remedy=remedy),)
-
-
-def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:
-    faces = [face for element in design.elements for face in element.faces if _is_upright(face)]
-    if not faces:
-        return []
-    frames = [face.frame for face in faces if isinstance(face.frame, PlaneFrame)]
-    normals, origins = (np.array([getattr(f, name) for f in frames]) for name in ("normal", "origin_m"))
-    axes = np.array([[f.u, f.v] for f in frames])
-    rings = [np.concatenate([ring for region in face.rings_uv_m for ring in region]) for face in faces]
-    low, high = (np.array([getattr(ring, end)(axis=0) for ring in rings]) for end in ("min", "max"))
-    votes = []
-    for placed in stations:
-        for measured in placed.measurement.faces:
-            seen = in_world(measured, placed.pose)
-            if not isinstance(seen.frame, PlaneFrame) or abs(seen.frame.normal[2]) > UPRIGHT or not seen.outline:
-                continue
-            arms = seen.centroid_m - origins
-            offsets = np.einsum("fi,fi->f", arms, normals)
-            at = np.einsum("fki,fi->fk", axes, arms)
-            inside = ((at > low - REACH_M) & (at < high + REACH_M)).all(axis=1)
-            may = np.flatnonzero(inside & (normals @ seen.frame.normal > PARALLEL_COS) & (np.abs(offsets) < REACH_M))
-            if len(may):
-                votes.append(
-                    _Votes(
-                        normals=normals[may, :2],
-                        offsets_m=offsets[may],
-                        elements=tuple(faces[one].element for one in may),
-                    )
-                )
-    return votes
-
-
-def _level_move(votes: Sequence[_Votes]) -> tuple[FloatArray, int, int]:
-    """Return the level move (2,), 0 where none is clearly better, and how many planes fit with and without it."""
-    steps = np.arange(-REACH_M, REACH_M + 0.5 * _STEP_M, _STEP_M)
-    moves = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-    count = np.zeros(len(moves))
-    for vote in votes:
-        off = np.abs(vote.offsets_m[:, None] - vote.normals @ moves.T)
-        count += (off < BAND_M).any(axis=0)
-    best = moves[np.lexsort((np.hypot(*moves.T), -count))[0]]
-    move = _refined(votes, best)
-    fits, unmoved = (_fitting(votes, at) for at in (move, np.zeros(2)))
-    more = [one for one in fits if one not in unmoved]
-    elements = {votes[one].elements[votes[one].nearest(move)] for one in more}
-    gained = len(fits) - len(unmoved)
-    is_clear = gained >= max(LEAST_MORE, LEAST_MORE_SHARE * len(votes)) and len(elements) >= LEAST_ELEMENTS
-    return (move if is_clear else np.zeros(2)), len(fits), len(unmoved)
-
-
-def _refined(votes: Sequence[_Votes], move: FloatArray) -> FloatArray:
-    """Return the least-squares move of the planes that lie on a face after `move`: nought where no plane tells it."""
-    fits = _fitting(votes, move)
-    chosen = [(votes[one], votes[one].nearest(move)) for one in fits]
-    normals = np.array([vote.normals[face] for vote, face in chosen]).reshape(-1, 2)
-    offsets = np.array([vote.offsets_m[face] for vote, face in chosen])
-    found: FloatArray = np.linalg.lstsq(normals, offsets, rcond=0.1)[0]
-    return found
-
-
-def _fitting(votes: Sequence[_Votes], move: FloatArray) -> list[int]:
-    """Return which planes lie on a face after a move back by `move`."""
-    return [n for n, v in enumerate(votes) if float(np.min(np.abs(v.offsets_m - v.normals @ move))) < BAND_M]
-
-
-def _is_upright(face: DesignFace) -> bool:
-    return isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT
+    if not matched.matches and count >= LEAST_MORE:
+        return f"none of {count} measured faces fits"
+    fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
+    is_of_site = count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count
+    return "" if is_of_site else f"only {fitting} of {count} measured plane faces fit"

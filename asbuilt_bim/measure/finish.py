@@ -16,9 +16,8 @@ from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.outline.edge_evidence import is_open
+from asbuilt_bim.measure.outline.edge_evidence import is_notched, is_open
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
-from asbuilt_bim.measure.outline.notches import is_notched
 from asbuilt_bim.measure.outline.occlusion import how_seen
 from asbuilt_bim.measure.planes.face_hypotheses import Draft
 from asbuilt_bim.measure.sigma.area import image_sigma_m2

@@ -13,14 +13,12 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.marker_mask import marks_mask, without_boards
 from asbuilt_bim.measure.paper import paper_faces
-from asbuilt_bim.measure.rig_check import check_rig
-from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence
-from asbuilt_bim.measure.sigma.scale_source import without_scale
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence, without_scale
 from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
-from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, read_station
-from asbuilt_bim.measure.step_timer import Clock, Laps
+from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, check_rig, read_station
+from asbuilt_bim.measure.step_timer import Clock, StepTimer
+from asbuilt_bim.measure.workbench import marks_mask, without_boards
 from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
@@ -148,22 +146,22 @@ def measure_in_detail(
     instruments: Instruments = OWN,
 ) -> StationDetail | RejectedStation:
     """Measure one station and keep what its pictures are drawn from; else as `measure_station`."""
-    watch = Laps(clock=clock, last=clock())
+    timer = StepTimer(clock)
     worked = working_rig(rig, options.most_width_px)
     pair = read_station(photos, rig, worked)
     if isinstance(pair, RejectedStation):
         return pair
-    watch.lap("read")
+    timer.done("read")
     checked = check_rig(pair, worked)
     if checked.rejections:
         return RejectedStation(
             station=photos.name, rejections=checked.rejections, picture=pair.left, health=checked.health
         )
-    watch.lap("check")
+    timer.done("check")
     target, reasons = find_target(pair, options.target)
     markers = find_markers(pair, options.marker_family)
     scale = scale_evidence(pair, target, markers, options.target)
-    watch.lap("target and markers")
+    timer.done("target and markers")
     least = options.least_markers_without_target
     refused = without_scale(photos.name, target, reasons, markers, required=options.target.required, least=least)
     if refused:
@@ -174,7 +172,7 @@ def measure_in_detail(
         photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
         reasons=reasons,
     )  # fmt: skip
-    return _measure(seen, options, instruments, watch)
+    return _measure(seen, options, instruments, timer)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -192,19 +190,19 @@ class _Sighted:
 
 
 def _measure(
-    seen: _Sighted, options: MeasureOptions, instruments: Instruments, watch: Laps
+    seen: _Sighted, options: MeasureOptions, instruments: Instruments, timer: StepTimer
 ) -> StationDetail | RejectedStation:
     pair, target = seen.pair, seen.target
     stereo = depth_map(pair, instruments.matcher or options.matcher)
     sky = find_sky(pair, stereo)
-    watch.lap("stereo")
+    timer.done("stereo")
     wanted = depth_method(options.method, options.depth)
     depth = area_depth(pair, stereo, target, instruments.relative_depth, wanted, options.inversion)
     if isinstance(depth, Rejection):
         reasons = (*seen.reasons, depth)
         return RejectedStation(station=seen.photos.name, rejections=reasons, picture=pair.left, health=seen.health)
     if depth is not stereo:
-        watch.lap("depth network")
+        timer.done("depth network")
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
     marks = marks_mask(pair.valid_left.shape, seen.markers, target)
     if options.method != "paper":
@@ -212,15 +210,15 @@ def _measure(
     bars = scene.labels == scene.bars_label
     agreed = _instances(pair, scene, stereo, options, instruments)
     instances = without_boards([without_sky(one, sky | bars) for one in agreed.instances], marks)
-    watch.lap("instances")
+    timer.done("instances")
     if options.method == "paper":
         found = paper_faces(pair, depth, instances, options.faces)
     else:
         found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks)
-    watch.lap("faces")
+    timer.done("faces")
     reference = pack(stereo, sky, disparity_beyond(pair, sky))
     picture = thumbnail(pair)
-    watch.lap("pack")
+    timer.done("pack")
     measurement = StationMeasurement(
         station=seen.photos.name,
         camera=pair.camera,
@@ -230,7 +228,7 @@ def _measure(
         depth_ref=reference,
         vertical=found.up,
         rejections=(*seen.reasons, *agreed.notes, *found.rejections),
-        seconds=watch.seconds,
+        seconds=timer.seconds,
         left_digest=seen.photos.left.digest,
         right_digest=seen.photos.right.digest,
         thumbnail_jpeg=picture,

@@ -1,4 +1,4 @@
-"""The photos of one station: decoded, held against the rig, rectified; or the station rejected by name."""
+"""The photos of one station: decoded, rectified, and held against the rig; or the station rejected by name."""
 
 from __future__ import annotations
 
@@ -8,17 +8,22 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.photo.check import check_photo_against_rig
+from asbuilt_bim.camera.photo.overlap import check_pair, match_pair
 from asbuilt_bim.camera.photo.read import Photo, decode
+from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.photo.working_size import at_working_size
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
-from asbuilt_bim.vision.stereo.rig_health import StationHealth
+from asbuilt_bim.vision.stereo.rig_health import StationHealth, judge, station_health
+from asbuilt_bim.vision.stereo.rig_words import knock_rejection
 
 SAME_SHARE = 0.5
 """Of what a photo differs from itself moved by one pixel: two cameras, a decimetre apart, differ by more than all."""
+BEYOND_DOUBT = 5.0
+"""In sigmas: one station alone says that the rig was knocked; below, its visit decides."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -125,3 +130,30 @@ def _prepared(rig: StereoRig) -> Rectification:
         _RIGS.clear()
         _RIGS[key] = rectification(rig)
     return _RIGS[key]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RigCheck:
+    """What a pair says of its rig, and why it can't be measured with it; no rejections where it can."""
+
+    health: StationHealth | None
+    rejections: tuple[Rejection, ...]
+
+
+def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
+    """Check a pair and its rig from features that both photos show.
+
+    A knocked rig is named as such before its rows are held against the pair: matches that one turned camera explains
+    do belong together. Exchanged photos look like a knock, and say nothing of the rig.
+    """
+    coarse = match_pair(pair)
+    health = station_health(pair, coarse, rig)
+    if health is not None:
+        verdict = judge([health], rig, significant=BEYOND_DOUBT)
+        if verdict.state == "knocked":
+            swapped = swapped_rejection(f"station {pair.name}", coarse, rig, pair.camera)
+            if swapped is not None:
+                return RigCheck(health=None, rejections=(swapped,))
+            return RigCheck(health=health, rejections=(knock_rejection(f"station {pair.name}", verdict),))
+    rejections = check_pair(pair, coarse)
+    return RigCheck(health=None if rejections else health, rejections=rejections)

@@ -1,4 +1,4 @@
-"""How long each step of a station takes, by a clock that is given."""
+"""How long each step takes, by a clock that is given: of a station, or of a whole run."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ from dataclasses import dataclass, field
 Clock = Callable[[], float]
 
 
-@dataclass(slots=True, kw_only=True)
-class Laps:
-    """Seconds by step, in the order of the steps."""
+@dataclass(slots=True)
+class StepTimer:
+    """Adds up seconds by step, in the order of the steps."""
 
     clock: Clock
-    last: float
     seconds: dict[str, float] = field(default_factory=dict)
+    last: float = field(init=False)
 
-    def lap(self, step: str) -> None:
-        """Note what has passed since the last lap as the seconds of `step`."""
+    def __post_init__(self) -> None:
+        """Start the clock."""
+        self.last = self.clock()
+
+    def done(self, step: str) -> None:
+        """Count what has passed since the step before as seconds of `step`."""
         now = self.clock()
-        self.seconds[step] = now - self.last
+        self.seconds[step] = self.seconds.get(step, 0.0) + now - self.last
         self.last = now

@@ -1,8 +1,8 @@
-"""What every face of a station is worked on with: both photos made ready, and what the scene says of them."""
+"""What every face of a station is worked on with: both photos made ready, where print hides concrete, and the scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -12,12 +12,20 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.measure.outline.edges import Gradients, gradients
 from asbuilt_bim.measure.planes.refine import Pictures, pictures
+from asbuilt_bim.vision.markers.find import MarkerSighting
+from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.scene.read import Scene
 from asbuilt_bim.vision.stereo.matching import grey
+from asbuilt_bim.vision.target.find import TargetSighting
 
 FRAME_MARGIN_PX = 4
 ENOUGH_SAMPLES = 4000
 """Pixels of a piece that its distance from a plane is the median of."""
+BOARD_SHARE = 1.75
+"""A tag's board over its black square: the quiet zone is one or two of its eight to ten cells on each side."""
+DISC_SHARE = 1.25
+MOST_COVERED = 0.4
+"""An instance that is print for this share is a board on a stand."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,3 +80,29 @@ def _frame(valid: BoolArray) -> BoolArray:
     """Say which left pixels lie within a few px of the photo's end, or beyond it."""
     kernel = np.ones((2 * FRAME_MARGIN_PX + 1,) * 2, np.uint8)
     return np.asarray(cv2.erode(valid.astype(np.uint8), kernel, borderValue=0) == 0)
+
+
+def marks_mask(shape: tuple[int, ...], markers: Sequence[MarkerSighting], target: TargetSighting | None) -> BoolArray:
+    """Return the pixels (H, W) that boards of markers and the target cover in the rectified left photo."""
+    canvas = np.zeros(shape[:2], dtype=np.uint8)
+    for marker in markers:
+        centre = marker.left_px.mean(axis=0)
+        quad: FloatArray = centre + BOARD_SHARE * (marker.left_px - centre)
+        cv2.fillPoly(canvas, [np.round(quad).astype(np.int32)], 1)
+    if target is not None:
+        cx, cy, major, minor, angle = target.ellipse_left
+        axes = (max(1, round(0.5 * DISC_SHARE * major)), max(1, round(0.5 * DISC_SHARE * minor)))
+        cv2.ellipse(canvas, (round(cx), round(cy)), axes, float(np.degrees(angle)), 0, 360, 1, -1)
+    return canvas > 0
+
+
+def without_boards(instances: Sequence[Instance], marks: BoolArray) -> list[Instance]:
+    """Drop the instances that are boards on stands."""
+    kept: list[Instance] = []
+    for instance in instances:
+        x0, y0, x1, y1 = instance.box_px
+        mask = instance.mask[y0:y1, x0:x1]
+        covered = np.count_nonzero(mask & marks[y0:y1, x0:x1])
+        if covered < MOST_COVERED * np.count_nonzero(mask):
+            kept.append(instance)
+    return kept

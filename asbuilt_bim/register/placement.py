@@ -1,24 +1,87 @@
-"""Places the measured stations in the world, and says why one could not be placed."""
+"""Places the measured stations in the world: by a given pose, by control points, or by the surveyed markers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from asbuilt_bim.errors import Rejection
-from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.register.control_points import ControlPoint, pose_from_control_points
-from asbuilt_bim.register.markers import pose_from_markers
-from asbuilt_bim.register.mirrored import mirrored_survey
+from asbuilt_bim.register.agree import largest_agreement
+from asbuilt_bim.register.markers import judged_pose, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
+from asbuilt_bim.register.solve import Sighted
 
 NOTHING: Mapping[str, StationPose] = MappingProxyType({})
 NO_POINTS: Mapping[str, Sequence[ControlPoint]] = MappingProxyType({})
+SUBSET = 4
+"""Three points leave up to four poses; the fourth settles which."""
+MIRRORED_SHARE = 0.5
+"""Of the surveyed markers that are seen, more agree in the mirror; and so many don't as they are given."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ControlPoint:
+    """A named point: `world_m` (3,) and `left_px` (2,) in rectified pixels: clicks go through the lens model first."""
+
+    name: str
+    world_m: FloatArray
+    left_px: FloatArray
+
+
+def pose_from_control_points(
+    station: StationMeasurement, points: Sequence[ControlPoint], options: RegisterOptions
+) -> tuple[StationPose | None, tuple[Rejection, ...]]:
+    """Find a station's pose from control points; a point that contradicts the others is named and left out."""
+    what = f"station {station.station}"
+    if len(points) < options.min_control_points:
+        few = Rejection(
+            what=what,
+            reason="too few control points",
+            value=f"{len(points)}",
+            limit=f"at least {options.min_control_points}",
+            remedy="click more points, spread over the frame and over depth",
+        )
+        return None, (few,)
+    seen = [
+        Sighted(
+            name=point.name,
+            world_m=point.world_m.reshape(1, 3),
+            left_px=point.left_px.reshape(1, 2),
+            right_px=None,
+            sigma_px=options.control_point_sigma_px,
+            sigma_m=options.control_point_sigma_m,
+        )
+        for point in points
+    ]
+    agreement = largest_agreement(station.camera, seen, SUBSET)
+    if agreement is None or len(agreement.used) < options.min_control_points - 1 or agreement.ambiguous:
+        none = Rejection(
+            what=what,
+            reason="its control points don't agree on one pose",
+            value=f"{len(agreement.used) if agreement else 0} of {len(points)} agree",
+            limit=f"{options.min_control_points - 1} at least",
+            remedy="check which point was clicked for which name",
+        )
+        return None, (none,)
+    notes = tuple(
+        Rejection(
+            what=f"{what}, control point {name}",
+            reason="contradicts the other points and was left out",
+            value=f"{sigmas:.0f} sigma",
+            limit="3 sigma",
+            remedy="click it again, or check its coordinates",
+        )
+        for name, sigmas in agreement.wrong.items()
+    )
+    pose, refused = judged_pose(station.station, station.camera.f_px, agreement, options, "control_points")
+    return pose, (*notes, *refused)
 
 
 def register(
@@ -67,4 +130,32 @@ def given_pose(station: str, world_from_left: ArrayLike, sigma_rad: float, sigma
         residual_px=0.0,
         markers_used=(),
         method="given",
+    )
+
+
+def mirrored_survey(
+    measured: Sequence[StationMeasurement],
+    poses: Sequence[StationPose],
+    survey: Sequence[SurveyedMarker],
+    options: RegisterOptions,
+) -> Rejection | None:
+    """Return why a visit's survey can't be used, where its markers agree in the mirror alone.
+
+    `poses` are those that the stations were given by the survey as it is.
+    """
+    known = {marker.marker_id for marker in survey}
+    seen = sum(sighting.marker_id in known for station in measured for sighting in station.markers)
+    used = sum(len(pose.markers_used) for pose in poses)
+    if used >= MIRRORED_SHARE * seen:
+        return None
+    exchanged = [replace(one, corners_m=frozen(one.corners_m[:, np.array([1, 0, 2])])) for one in survey]
+    found = (pose_from_markers(station, exchanged, options)[0] for station in measured)
+    agree = sum(len(pose.markers_used) for pose in found if pose is not None)
+    if agree <= MIRRORED_SHARE * seen:
+        return None
+    return Rejection(
+        what=SURVEY,
+        reason=f"it is a mirror image of the site: of {seen} markers in view {agree} agree in the mirror, {used} as "
+        "they are given; x and y are exchanged (easting and northing), or one axis counts the wrong way",
+        remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
     )

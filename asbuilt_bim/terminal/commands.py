@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime
@@ -16,8 +17,8 @@ from asbuilt_bim.flow.output.folder import Published, open_output, read_current
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
-from asbuilt_bim.flow.stopwatch import Stopwatch
 from asbuilt_bim.ifc.read.design import inspect_file
+from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
@@ -72,11 +73,9 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         with screen.steps() as progress:
             result = with_revision(run_project(project, place, progress), before)
         before = known_again(before, result.design) if before is not None else None
-        watch = Stopwatch()
-        with watch.step("write"):
-            published = publish_run(
-                out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs
-            )
+        timer = StepTimer(time.perf_counter)
+        published = publish_run(out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs)
+        timer.done("write")
     cache.prune()
     incomplete = _warn(result, project, screen)
     if published.current:
@@ -85,7 +84,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         if result.from_cache:
             count = sum(len(visit.stations) for visit in project.visits)
             screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
-        screen.say(time_line({**result.seconds, **watch.seconds}))
+        screen.say(time_line({**result.seconds, **timer.seconds}))
     _say_where(request.out, published, screen)
     if result.reports[-1].nothing_seen:
         screen.error(_nothing_seen(result.reports[-1]))

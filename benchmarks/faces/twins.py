@@ -19,9 +19,9 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.marker_mask import marks_mask
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces
+from asbuilt_bim.measure.workbench import marks_mask
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.geometric import segment_scene

@@ -16,7 +16,7 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
-from asbuilt_bim.match.survey_shift import beside_design
+from asbuilt_bim.match.survey_shift import survey_shift
 from tests.match.small_site import FAR, box, element, looking, measured, model, placement, station
 
 POSE = looking([6.0, -8.0, 1.6], [6.0, 0.0, 1.4])
@@ -68,19 +68,21 @@ def told(
             width = float(np.ptp(one.faces[index].rings_uv_m[0][0][:, 0]))
             region = polygon.box(0.0, 0.0, width, 2.9)
             seen.append(measured(f"A1/{one.global_id}{index}", POSE, frame.moved(carried @ own), region))
-    return beside_design(match_faces(placement(station("A1", POSE, [], seen)), site, MatchOptions()), site)
+    return survey_shift(match_faces(placement(station("A1", POSE, [], seen)), site, MatchOptions()), site)
 
 
 @pytest.mark.parametrize("turn_deg", [0.5, -1.0, 3.0, 90.0, -90.0, 179.0])
 def test_a_survey_that_is_turned_is_named_with_its_turn(turn_deg: float) -> None:
     (warning,) = told(design(COLUMNS + WALLS), turn_deg=turn_deg)
     assert warning.what == "survey" and f"turned by {turn_deg:+.1f} deg" in warning.reason
-    assert "32 of 32 faces lie on it when put back" in warning.reason
+    assert "32 of 32 faces lie on it when moved back" in warning.reason
 
 
 def test_a_survey_that_is_metres_off_is_named_with_its_move() -> None:
     (warning,) = told(design(COLUMNS + WALLS), move=(4.5, -7.2, 0.0))
-    assert "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when put back, 0 as" in warning.reason
+    assert (
+        "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when moved back, 0 as" in warning.reason
+    )
 
 
 def test_a_survey_that_is_turned_and_raised_is_named_with_both() -> None:
@@ -90,7 +92,7 @@ def test_a_survey_that_is_turned_and_raised_is_named_with_both() -> None:
 
 def test_a_survey_that_is_a_storey_too_high_or_too_low_is_named() -> None:
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, STOREY_M))
-    assert "the same way: by +3.20 m in z; 32 of 32 faces lie on it when put back, 20 as they are" in warning.reason
+    assert "the same way: by +3.20 m in z; 32 of 32 faces lie on it when moved back, 20 as they are" in warning.reason
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, -STOREY_M))
     assert "the same way: by -3.20 m in z; 32 of 32 faces" in warning.reason
 

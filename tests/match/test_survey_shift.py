@@ -14,7 +14,7 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
-from asbuilt_bim.match.survey_shift import beside_design
+from asbuilt_bim.match.survey_shift import survey_shift
 from tests.match.small_site import box, element, looking, measured, model, placement, station
 
 POSE = looking([2.0, -6.0, 1.6], [2.0, 0.0, 1.4])
@@ -44,7 +44,7 @@ def told(
             name = f"A1/{number}{index}"
             seen.append(measured(name, POSE, frame, polygon.box(0.0, 0.0, width, 3.0 - cut_m)))
     placed = placement(station("A1", POSE, SHAPES, seen))
-    return beside_design(match_faces(placed, model(SITE), MatchOptions()), model(SITE))
+    return survey_shift(match_faces(placed, model(SITE), MatchOptions()), model(SITE))
 
 
 @pytest.mark.parametrize(

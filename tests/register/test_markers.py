@@ -7,9 +7,8 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.depth_reference import DepthReference
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.register.control_points import ControlPoint
 from asbuilt_bim.register.options import RegisterOptions
-from asbuilt_bim.register.placement import given_pose, register
+from asbuilt_bim.register.placement import ControlPoint, given_pose, register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.solve import project_both
 from asbuilt_bim.vision.markers.find import MarkerSighting

@@ -14,6 +14,7 @@ from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.transform import apply, rotation_from_vector
 
 DISTANCE_M, SIDE_M = 5.0, 1.0
+"""Where areas are judged: the middle of the 3 to 8 m from which faces are photographed."""
 _PARTS = {
     "focal lengths": (0, 1, 4, 5),
     "directions of the cameras": (2, 3, 6, 7, 8, 9, 10),  # principal points and rotation: one makes up for the other

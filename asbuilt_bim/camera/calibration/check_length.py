@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
+from asbuilt_bim.camera.calibration.parameters import CORNER_SIGMA_PX
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.triangulate import meeting_gap_px, triangulate
@@ -15,7 +16,6 @@ from asbuilt_bim.geometry.arrays import FloatArray
 
 CLICK_SIGMA_PX = 0.5
 """What a hand marks a point to, in a photo that it enlarged."""
-CORNER_SIGMA_PX = 0.1
 SCALE_LIMIT = 0.01
 """Of a length, 2 % of an area: a print or a tape is good to a tenth of it, areas are wanted to 3 %."""
 _SIGNIFICANT = 2.0

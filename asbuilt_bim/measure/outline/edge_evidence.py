@@ -2,7 +2,8 @@
 
 A side is proven by what is measured just beyond it: another depth, or another surface that meets the face. Where
 nothing is measured a plain edge in the photos stands for it. Where the face itself goes on further out, nothing does;
-nor where a strip labelled otherwise, at the face's own depth, parts it from another piece of its plane.
+nor where a strip labelled otherwise, at the face's own depth, parts it from another piece of its plane. And where a
+mask alone draws an outline inwards, depth was lost: the face doesn't end there.
 """
 
 from __future__ import annotations
@@ -10,17 +11,29 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.measure.outline.edges import pixel_plane
-from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
-from asbuilt_bim.measure.outline.profile import IntArray, at_places, owners, walk
+from asbuilt_bim.measure.outline.face_cost import OFF_PX
+from asbuilt_bim.measure.outline.fit import MASK_SIGMA_PX, FaceEdge, Outline
+from asbuilt_bim.measure.outline.profile import (
+    LEAST_RUN_PX,
+    LEAST_RUN_SHARE,
+    Beyond,
+    IntArray,
+    at_places,
+    outwards,
+    owners,
+    walk,
+)
+from asbuilt_bim.measure.outline.ring_from_lines import pixel_area
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.scene.read import q_of_piece
 from asbuilt_bim.vision.stereo.warp import sample
 
-OFF_PX, OFF_SIGMAS = 1.0, 2.0
+OFF_SIGMAS = 2.0
 NEAR_PX = (2.0, 4.0, 6.0, 8.0, 11.0)
 """The matcher's window carries a surface up to some 8 px past its edge, and loses what lies behind for as far."""
 FAR_PX = (14.0, 17.0, 20.0, 23.0, 26.0, 29.0, 32.0, 35.0, 38.0)
@@ -29,8 +42,6 @@ FATTENED_PX = 10.0
 PLAIN_STRENGTH = 0.25
 """Over a quarter of a side's length must show an edge where no depth speaks for it."""
 MOST_UNPROVEN = 0.5
-LEAST_SIDE_PX = 10.0
-LEAST_SHARE = 0.03
 CROSSING_SHARE = 0.4
 """A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
 STEP_PX, STEP_RUN = 6.0, 8
@@ -48,6 +59,11 @@ SAME_PLANE_DEG = 12.0
 """A surface that lies on the face's plane and is turned from it by less goes on from it: a corner turns by far more."""
 LEAST_KNOWN = 30
 
+NOTCH_SHARE = 0.02
+"""What is lost at a notch is about as large as itself: less of a face is no more than its borders may err."""
+THROUGH_PX = (4.0, 6.0, 8.0, 11.0)
+"""Past the pixels over which the matcher's window carries the face on."""
+
 UNKNOWN, PROVEN, GOES_ON, MEETS, PARTED = range(5)
 
 
@@ -56,7 +72,7 @@ def is_open(bench: Workbench, outline: Outline, q_px: FloatArray, label: int, na
     p = pixel_plane(q_px, bench.pair.camera)
     same = _in_one_plane(bench, q_px, label)
     around = sum(float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum()) for ring in outline.rings)
-    limit = max(LEAST_SIDE_PX, min(LEAST_SHARE * around, CROSSING_SHARE * narrow_px))
+    limit = max(LEAST_RUN_PX, min(LEAST_RUN_SHARE * around, CROSSING_SHARE * narrow_px))
     for side in _sides(bench, outline, p, label, same):
         if side.length_px > limit and side.unproven_px > MOST_UNPROVEN * side.length_px:
             return True
@@ -113,11 +129,7 @@ def _is_measured(bench: Workbench, points: FloatArray, normals: FloatArray, labe
 
     A mask may give the face what no stereo measured; where it does, the border of that proves nothing.
     """
-    labels = bench.scene.labels
-    on_face = []
-    for inwards in WITHIN_PX:
-        x, y = np.round(points + inwards * normals).astype(np.intp).T
-        on_face.append(labels[np.clip(y, 0, labels.shape[0] - 1), np.clip(x, 0, labels.shape[1] - 1)] == label)
+    on_face = [at_places(bench.scene.labels, points + off_px * normals) == label for off_px in WITHIN_PX]
     return float(np.mean(on_face)) >= LEAST_HELD
 
 
@@ -179,34 +191,72 @@ def _beyond(
     Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
     in it, and what is measured past it speaks for the edge all the same.
     """
-    level, labels = bench.scene.level, bench.scene.labels
-    height, width = labels.shape
     state = np.full(len(points), UNKNOWN, dtype=np.intp)
-    for beyond in (*NEAR_PX, *FAR_PX):
-        at = points + beyond * normals
-        x, y = np.round(at).astype(np.intp).T
-        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        step = np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2])
-        sigma = np.nan_to_num(level.sigma_px[y, x], nan=4.0, posinf=4.0)
-        off = level.measured[y, x] & (np.abs(step) > np.maximum(OFF_PX, OFF_SIGMAS * sigma))
-        seen = labels[y, x]
-        of_plane = np.isin(seen, same)
-        hidden_strip = _in_strip(normals, step, beyond)
-        near = (beyond <= NEAR_PX[-1]) | hidden_strip
-        state[(state == MEETS) & inside & of_plane & ~off] = PARTED
-        state[((state == UNKNOWN) | (state == MEETS)) & inside & off & near] = PROVEN
-        other = inside & (seen >= 0) & (seen != label) & (seen != bench.scene.bars_label)
+    for seen in outwards(bench, points, normals, p, (*NEAR_PX, *FAR_PX)):
+        off = seen.measured & (np.abs(seen.step_px) > np.maximum(OFF_PX, OFF_SIGMAS * seen.sigma_px))
+        of_plane = np.isin(seen.label, same)
+        near = (seen.off_px <= NEAR_PX[-1]) | _in_strip(normals, seen)
+        state[(state == MEETS) & seen.inside & of_plane & ~off] = PARTED
+        state[((state == UNKNOWN) | (state == MEETS)) & off & near] = PROVEN
+        other = seen.inside & (seen.label >= 0) & (seen.label != label) & (seen.label != bench.scene.bars_label)
         state[(state == UNKNOWN) & other & near] = MEETS
         state[(state == MEETS) & of_plane & other] = PROVEN  # at once: a joint or a gap, which the photos show
-        if beyond > FATTENED_PX:
-            state[(state == UNKNOWN) & inside & (seen == label)] = GOES_ON
+        if seen.off_px > FATTENED_PX:
+            state[(state == UNKNOWN) & seen.inside & (seen.label == label)] = GOES_ON
     state[state == MEETS] = PROVEN
     return state
 
 
-def _in_strip(normals: FloatArray, step: FloatArray, beyond: float) -> BoolArray:
+def _in_strip(normals: FloatArray, seen: Beyond) -> BoolArray:
     """Say where a place may lie past the strip that the step in disparity hides from one photo."""
-    left = (normals[:, 0] < -0.5) & (beyond < -step + NEAR_PX[-1])
-    right = (normals[:, 0] > 0.5) & (beyond < step + NEAR_PX[-1])
+    left = (normals[:, 0] < -0.5) & (seen.off_px < -seen.step_px + NEAR_PX[-1])
+    right = (normals[:, 0] > 0.5) & (seen.off_px < seen.step_px + NEAR_PX[-1])
     return np.asarray(left | right)
+
+
+def is_notched(bench: Workbench, outline: Outline, q_px: FloatArray) -> bool:
+    """Say whether a notch of the outer ring, deeper than a mask's border errs, has a side that only a mask draws.
+
+    Concrete's own notches, a door beside a wall's end, show their sides in the photos, or what lies behind them. What
+    stereo loses of a face, in the shade at its foot or behind bars, is beside other surfaces, and these seem to prove
+    that the face ends.
+    """
+    if not outline.rings:
+        return False
+    ring = outline.rings[0]
+    points, normals, steps = walk(ring)
+    owner = owners([edge.line for edge in outline.edges], points, normals)
+    drawn = np.array([number < 0 or outline.edges[number].source == "mask" for number in owner])
+    drawn &= ~_seen_through(bench, points, normals, pixel_plane(q_px, bench.pair.camera))
+    for notch in _notches(ring):
+        beside = [cv2.pointPolygonTest(notch, (float(x), float(y)), True) > -0.5 for x, y in points]
+        if float(steps[np.array(beside) & drawn].sum()) > LEAST_RUN_PX:
+            return True
+    return False
+
+
+def _seen_through(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray) -> BoolArray:
+    """Say at which places (N,) what is measured first beyond the outline lies behind the face's plane."""
+    behind, known = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+    for seen in outwards(bench, points, normals, p, THROUGH_PX):
+        behind |= seen.measured & ~known & (seen.step_px < -OFF_PX)
+        known |= seen.measured
+    return behind
+
+
+def _notches(ring: FloatArray) -> Iterator[FloatArray]:
+    """Yield what lies between a ring and its convex hull and counts, each a ring of its own as float32."""
+    corners = ring.astype(np.float32)
+    hull = np.sort(cv2.convexHull(corners, returnPoints=False).ravel())
+    least_px2 = NOTCH_SHARE * abs(pixel_area(ring))
+    for first, last in zip(hull, np.roll(hull, -1), strict=True):
+        count = int(last - first) % len(ring)
+        between = corners[(first + np.arange(count + 1)) % len(ring)]
+        if count > 1 and _depth_px(between) > MASK_SIGMA_PX and abs(pixel_area(between)) > least_px2:
+            yield between
+
+
+def _depth_px(between: FloatArray) -> float:
+    along = between[-1] - between[0]
+    across = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
+    return float(np.max(np.abs((between - between[0]) @ across)))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, median
 
 ON_PX, OFF_PX = 0.8, 1.0
+"""Disparity nearer the face's plane is on it, further from it is off it."""
 OWN, SAME, OPEN, FOREIGN = -0.3, 0.01, 0.02, 0.3
 """Costs per pixel of calling it face: labelled so; at its depth but labelled otherwise; nothing known; another's."""
 SHADE_GREY = 8.0

@@ -13,8 +13,9 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.measure.outline.contour import Course, Side, contours, sides
 from asbuilt_bim.measure.outline.edges import EdgeFit, Line, find_edge, pixel_plane
+from asbuilt_bim.measure.outline.face_cost import OFF_PX
 from asbuilt_bim.measure.outline.ring_from_lines import close_ring, pixel_area
-from asbuilt_bim.measure.outline.straight import BEHIND_PX, Surroundings, straight_sides
+from asbuilt_bim.measure.outline.straight import Surroundings, straight_sides
 from asbuilt_bim.measure.planes.crossing import Crossing, between, crossing_near
 
 Source = Literal["photo", "left", "planes", "mask", "frame"]
@@ -78,7 +79,7 @@ def _seen_through(ring: FloatArray, around: Surroundings) -> bool:
     cv2.fillPoly(canvas, [np.round(ring).astype(np.int32)], 1)
     off = around.off_px[canvas > 0]
     known = off[np.isfinite(off)]
-    return bool(known.size > LEAST_KNOWN_SHARE * off.size and np.median(known) < -BEHIND_PX)
+    return bool(known.size > LEAST_KNOWN_SHARE * off.size and np.median(known) < -OFF_PX)
 
 
 def shared_ends(outline: Outline, label: int) -> FloatArray | None:

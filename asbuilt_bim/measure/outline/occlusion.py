@@ -9,7 +9,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.fit import Outline
-from asbuilt_bim.measure.outline.profile import at_places, owners, walk
+from asbuilt_bim.measure.outline.profile import LEAST_RUN_PX, LEAST_RUN_SHARE, at_places, outwards, owners, walk
 from asbuilt_bim.measure.workbench import Workbench
 
 NEARER_PX = 1.2
@@ -25,8 +25,6 @@ PAST_MASK_PX = (8.0, 11.0, 14.0)
 """A border that only a mask draws errs by pixels, and the matcher loses up to a window's width beside a near thing."""
 CLEAR_STEP_PX = 4.0
 """A step that no noise makes: the first place that is measured is enough for it, where two are asked for otherwise."""
-LEAST_RUN_PX = 10.0
-LEAST_SHARE = 0.03
 LEAST_SIDE_PX, SIDE_SHARE = 16.0, 0.5
 """A side with something nearer along half of it isn't the face's end, however short it is beside the whole outline."""
 
@@ -56,7 +54,7 @@ def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
             length, lost = float(steps[owner == number].sum()), float(steps[hidden & (owner == number)].sum())
             side_hidden |= lost > max(LEAST_SIDE_PX, SIDE_SHARE * length)
     cut_px += _beyond_right(bench, outline, q_px)
-    limit = max(LEAST_RUN_PX, LEAST_SHARE * total_px)
+    limit = max(LEAST_RUN_PX, LEAST_RUN_SHARE * total_px)
     return Seen(cut_by_frame=cut_px > LEAST_RUN_PX, occluded=side_hidden or hidden_px > limit)
 
 
@@ -84,45 +82,29 @@ def _nearer(
     `by_mask` (N,) are places on a border that only a mask draws: where nothing is measured beside it, what is measured
     first further out counts.
     """
-    level = bench.scene.level
     p = pixel_plane(q_px, bench.pair.camera)
     found, votes = (np.zeros(len(points), dtype=np.intp) for _ in range(2))
     clear = np.zeros(len(points), dtype=bool)
-    for beyond in (*TOUCH_PX, *PAST_MASK_PX):
-        at = points + beyond * normals
-        x, y = np.round(at[:, 0]).astype(np.intp), np.round(at[:, 1]).astype(np.intp)
-        inside = (x >= 0) & (x < level.measured.shape[1]) & (y >= 0) & (y < level.measured.shape[0])
-        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        step = np.nan_to_num(level.disparity_px[y, x], nan=-np.inf) - (p[0] * at[:, 0] + p[1] * at[:, 1] + p[2])
-        sigma = np.nan_to_num(level.sigma_px[y, x], posinf=4.0)
-        rise = RISE_PER_PX * beyond
-        nearer = inside & (step > NEARER_PX + rise) & (step > NEARER_SIGMAS * sigma)
-        measured = inside & level.measured[y, x]
-        if beyond in TOUCH_PX:
-            clear |= nearer & measured & (found == 0) & (step > CLEAR_STEP_PX + rise)
+    for seen in outwards(bench, points, normals, p, (*TOUCH_PX, *PAST_MASK_PX)):
+        rise = RISE_PER_PX * seen.off_px
+        nearer = seen.inside & (seen.step_px > NEARER_PX + rise) & (seen.step_px > NEARER_SIGMAS * seen.sigma_px)
+        measured = seen.measured
+        if seen.off_px in TOUCH_PX:
+            clear |= nearer & measured & (found == 0) & (seen.step_px > CLEAR_STEP_PX + rise)
         else:
-            measured &= by_mask & (found < 2)
-            nearer &= measured & (bench.scene.labels[y, x] != bench.scene.bars_label)
+            measured = measured & by_mask & (found < 2)
+            nearer &= measured & (seen.label != bench.scene.bars_label)
         found += measured
         votes += nearer
-    seen_nearer: BoolArray = clear | (votes >= 2)
-    return seen_nearer | _past_half_seen(bench, points, normals, p)
+    return clear | (votes >= 2) | _past_half_seen(bench, points, normals, p)
 
 
 def _past_half_seen(bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray) -> BoolArray:
     """Say where, to the right, nothing is measured until something nearer begins."""
-    level = bench.scene.level
-    height, width = level.measured.shape
     open_ = normals[:, 0] > 0.5
     found = np.zeros(len(points), dtype=bool)
-    for beyond in (3.0, 6.0, *HALF_SEEN_PX):
-        at = points + beyond * normals
-        x, y = np.round(at[:, 0]).astype(np.intp), np.round(at[:, 1]).astype(np.intp)
-        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        measured = inside & level.measured[y, x]
-        step = np.nan_to_num(level.disparity_px[y, x], nan=-np.inf) - (at @ p[:2] + p[2])
+    for seen in outwards(bench, points, normals, p, (3.0, 6.0, *HALF_SEEN_PX)):
         # the strip is no wider than the step that makes it
-        found |= open_ & measured & (step > max(NEARER_PX, 0.5 * beyond))
-        open_ &= inside & ~measured
+        found |= open_ & seen.measured & (seen.step_px > max(NEARER_PX, 0.5 * seen.off_px))
+        open_ &= seen.inside & ~seen.measured
     return found

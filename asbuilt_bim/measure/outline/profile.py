@@ -2,17 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.outline.edges import Line
+from asbuilt_bim.measure.workbench import Workbench
 
 IntArray = NDArray[np.intp]
 
 ON_EDGE_PX = 3.0
+LEAST_RUN_PX, LEAST_RUN_SHARE = 10.0, 0.03
+"""What holds along less of an outline is its border's noise."""
+UNKNOWN_SIGMA_PX = 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Beyond:
+    """What lies so far off an outline, at each of its N places."""
+
+    off_px: float
+    inside: BoolArray  # (N,) the photo
+    measured: BoolArray  # (N,)
+    step_px: FloatArray  # (N,) disparity before the face's plane; what isn't measured counts as far away
+    sigma_px: FloatArray  # (N,) of the disparity
+    label: NDArray[Any]  # (N,) the surface that the scene was read as there
+
+
+def outwards(
+    bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, offs_px: Sequence[float]
+) -> Iterator[Beyond]:
+    """Step outwards from places (N, 2) along their normals, and hold what lies there against the plane `p`."""
+    level, labels = bench.scene.level, bench.scene.labels
+    for off_px in offs_px:
+        at = points + off_px * normals
+        x, y = np.round(at).astype(np.intp).T
+        inside = (x >= 0) & (x < labels.shape[1]) & (y >= 0) & (y < labels.shape[0])
+        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+        yield Beyond(
+            off_px=off_px,
+            inside=inside,
+            measured=inside & level.measured[y, x],
+            step_px=np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2]),
+            sigma_px=np.nan_to_num(level.sigma_px[y, x], nan=UNKNOWN_SIGMA_PX, posinf=UNKNOWN_SIGMA_PX),
+            label=labels[y, x],
+        )
 
 
 def walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -32,12 +70,11 @@ def walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return np.concatenate(places), np.concatenate(normals), np.concatenate(steps)
 
 
-def at_places(image: BoolArray, points: FloatArray) -> BoolArray:
+def at_places(image: NDArray[Any], points: FloatArray) -> NDArray[Any]:
     """Return the image (H, W) at places (N, 2), those outside taken at its border."""
     x = np.clip(np.round(points[:, 0]).astype(np.intp), 0, image.shape[1] - 1)
     y = np.clip(np.round(points[:, 1]).astype(np.intp), 0, image.shape[0] - 1)
-    found: BoolArray = image[y, x]
-    return found
+    return np.asarray(image[y, x])
 
 
 def owners(lines: Sequence[Line], points: FloatArray, normals: FloatArray) -> IntArray:

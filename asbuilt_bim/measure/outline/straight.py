@@ -13,9 +13,10 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.measure.outline.contour import Course, Side, contours
 from asbuilt_bim.measure.outline.edges import Gradients, Line
-from asbuilt_bim.measure.outline.face_cost import FOREIGN, bridged, face_cost
+from asbuilt_bim.measure.outline.face_cost import FOREIGN, OFF_PX, bridged, face_cost
 from asbuilt_bim.measure.outline.steps import edge_votes, straight_region
 from asbuilt_bim.measure.planes.raster import FaceRaster, face_raster
+from asbuilt_bim.vision.scene.bars import GAP_M, THIN_M
 
 MOST_APART = 0.12
 RAGGED_PX = 3.0
@@ -23,17 +24,14 @@ RAGGED_PX = 3.0
 beyond, the face isn't a thing of right angles."""
 MOST_UNPROVEN = 0.4
 """The share of a straight region that may be unmeasured: over half must be seen to lie on its plane."""
-THIN_M, LOW_M = 0.11, 0.26
-"""No wall or column is thinner, no lift lower; starter bars, tripod legs and rubble at the foot are."""
-GAP_M = 0.35
-"""A patch of smooth concrete without a match; windows are larger, and are seen to lie behind."""
+LOW_M = 0.26
+"""No lift is lower; rubble at the foot is."""
 NARROW_PX = 24
 SAME_POUR = -0.1
 MOST_AGAINST = 0.1
 LEAST_OPENING_PX = 10
 LEAST_OPENING_SHARE = 0.008
 """A form-tie cone is no opening; a window is over 1 % of its wall."""
-BEHIND_PX = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,12 +89,12 @@ def straight_sides(
     cost = face_cost(own, other, off, left - right, paired, colour, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
     if ends is not None:
-        _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -BEHIND_PX), raster, ends)
+        _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -OFF_PX), raster, ends)
     clear = raster.lay(around.marks.view(np.uint8), nearest=True) == 0
     across, along = across * clear, along * clear
     region = _without_tabs(straight_region(cost, across, along, own), LOW_M / raster.step_m[1])
     region &= ~_openings(region, off, across, along)
-    against = ((labels >= 0) & (labels != label)) | (np.nan_to_num(np.abs(off), nan=0.0) > BEHIND_PX)
+    against = ((labels >= 0) & (labels != label)) | (np.nan_to_num(np.abs(off), nan=0.0) > OFF_PX)
     if not _explains(region, own, against):
         return None
     rings = [_sides_of(ring, raster) for ring in contours(region)]
@@ -173,7 +171,7 @@ def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:
 
 def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along: Float32Array) -> BoolArray:
     """Return what lies behind the face within its region, with straight borders of its own."""
-    behind = (np.nan_to_num(off, nan=0.0) < -BEHIND_PX) & region
+    behind = (np.nan_to_num(off, nan=0.0) < -OFF_PX) & region
     kernel = np.ones((LEAST_OPENING_PX // 2 * 2 - 3,) * 2, np.uint8)
     clean = cv2.morphologyEx(behind.astype(np.uint8), cv2.MORPH_OPEN, kernel)
     clean = cv2.morphologyEx(clean, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
-from asbuilt_bim.measure.outline.edges import edge_share
+from asbuilt_bim.measure.outline.edges import STEP_PX, edge_share
+from asbuilt_bim.measure.outline.fit import LEAST_STRENGTH, MASK_SIGMA_PX
 from asbuilt_bim.measure.round.lateral_surface import MantleEnd, foreign_share, shares_beside
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.stereo.warp import sample
@@ -23,14 +24,12 @@ SOLID_SHARE = 0.5
 SOLID_BANDS = 3
 USUAL_PERCENT = 75.0
 """Concrete fills its width: bands of this height that a mask fills to less, or fewer in a row, are starter bars."""
-STEP_PX, REACH_PX, WITHIN_PX, BEYOND_PX = 0.25, 10.0, 20.0, 8.0
+REACH_PX, WITHIN_PX, BEYOND_PX = 10.0, 20.0, 8.0
 RAGGED_PX = 5.0
 """How far a mask ends off its column, most often: the matcher's window smears it, a floor meets it."""
 BAND, MOST_COLUMNS, LEAST_COLUMNS = 4, 200, 12
-LEAST_STRENGTH = 0.22
 STAND_OUT = 1.25
 """Rough concrete is full of edges: an end must show by a quarter more than any of them within."""
-MASK_SIGMA_PX = 3.0
 EDGE_SIGMA_PX = 0.3
 """What an end's place is worth at best: the shade of its arris and of what meets it leans by some tenths of a pixel."""
 SURE, PEAK_PX = 4, 1.0

@@ -11,13 +11,13 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure.outline.edges import Gradients, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline.fit import ALONE_SIGMA_PX, ALONE_STRENGTH, LEAST_STRENGTH, image_direction
+from asbuilt_bim.measure.planes.adjust import MOST_MISS_SIGMA
 from asbuilt_bim.measure.workbench import Workbench
 
 MOST_AT_FRAME = 0.3
 """A side that the photo's end cuts on this share of its rows isn't seen."""
 FACE_GREY = 2.0
 """What an edge must stand out of: grain of concrete between two profiles."""
-MOST_MISS_SIGMAS = 3.0
 STEPS = 8
 
 
@@ -88,7 +88,7 @@ def touch_silhouettes(
         worst = int(np.argmax(np.abs(misses[:-1])))
         spare = len(used) - 2  # observations, the distance with them, less unknowns
         rest = {one.side for k, one in enumerate(used) if k != worst}
-        if abs(misses[worst]) <= MOST_MISS_SIGMAS or spare < 2 or rest != {-1, 1}:
+        if abs(misses[worst]) <= MOST_MISS_SIGMA or spare < 2 or rest != {-1, 1}:
             misfit = float(np.sqrt(np.mean(misses**2))) if spare > 0 else 1.0
             # blur and chamfer move a side alike in both photos: seen twice, it counts once
             alike = len(used) / 2.0

@@ -1,4 +1,4 @@
-"""What a station shows of the rig's scale: target and markers as the rig triangulates them.
+"""What a station shows of the rig's scale: target and markers as the rig triangulates them; and whether it shows any.
 
 Their true sizes are not asked for here: measuring stays the same whatever is known of them.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
@@ -54,3 +55,28 @@ def scale_evidence(
         marker_corners_m=frozen(np.array(corners).reshape(-1, 4, 3)),
         marker_sigma=frozen(np.array(sigmas)),
     )
+
+
+def without_scale(
+    name: str,
+    target: TargetSighting | None,
+    reasons: tuple[Rejection, ...],
+    markers: tuple[MarkerSighting, ...],
+    *,
+    required: bool,
+    least: int,
+) -> tuple[Rejection, ...]:
+    """Return why a station without a target can't be used; empty where it can: `least` markers hold the scale too."""
+    if target is not None:
+        return ()
+    if required:
+        return reasons or (Rejection(what=f"station {name}", reason="the target is not in view"),)
+    both = sum(1 for marker in markers if marker.right_px is not None)
+    if both >= least:
+        return ()
+    few = Rejection(
+        what=f"station {name}", reason="neither the target nor enough markers in view of both photos",
+        value=f"{both} markers", limit=f"{least} markers",
+        remedy="place the red target, or move so that both photos show two surveyed markers",
+    )  # fmt: skip
+    return (*reasons, few)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,13 +21,14 @@ from asbuilt_bim.progress.states.cell_states import in_conflict
 from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
 from asbuilt_bim.progress.states.evidence import StationView
 from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
-from asbuilt_bim.progress.states.sample_grid import strips
+from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
 from asbuilt_bim.progress.states.votes import Votes, gather
-from asbuilt_bim.progress.states.whole import Checked, check_whole
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 
 OVERLAP_M = 1e-6
 """Sample boxes are grown by this, so that neighbours join without a crack."""
+OF_AREA = 0.05
+"""Share of a face that may lie past its outline by the grid of samples alone: half a sample all round 2 m2."""
 
 
 def decide_element(
@@ -209,3 +210,48 @@ def _notes(
             what = f"a surface of {match.area_m2:.2f} m2 on it may be starter bars"
         notes.append(f"station {match.station}: {what} and was not counted as built")
     return notes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Checked:
+    """A design face's matches, and which measured faces (ids) are a part though their stations took them for whole."""
+
+    matches: tuple[FaceMatch, ...]
+    parts: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def check_whole(
+    matches: Sequence[FaceMatch], samples: CellSamples, own: Indices, built: BoolArray, options: ProgressOptions
+) -> Checked:
+    """Take "whole" from matches of a plane design face that leave out what hangs together with them and is built.
+
+    `own` are the design face's samples, `built` (N,) all that is known to be built, by any station. A mask may end at a
+    shadow, a pole or a strip of formwork, and look whole where it was taken.
+    """
+    kept: list[FaceMatch] = []
+    parts: list[str] = []
+    notes: list[str] = []
+    for match in matches:
+        more_m2 = _past_outline(match, samples, own, built) if match.whole and len(own) else 0.0
+        allowed_m2 = OF_AREA * match.area_m2 + options.sigmas * match.area_sigma_image_m2
+        if more_m2 <= max(options.min_face_m2, allowed_m2):
+            kept.append(match)
+            continue
+        kept.append(replace(match, whole=False))
+        parts.append(match.face_id)
+        notes.append(
+            f"station {match.station}: {more_m2:.2f} m2 go on past the {match.area_m2:.2f} m2 that it outlined"
+        )
+    return Checked(matches=tuple(kept), parts=tuple(parts), notes=tuple(notes))
+
+
+def _past_outline(match: FaceMatch, samples: CellSamples, own: Indices, built: BoolArray) -> float:
+    """Return how much (m2) of what is built lies past a match's outline and hangs together with it."""
+    inside = np.zeros(len(built), dtype=bool)
+    inside[own] = polygon.contains(match.outline_uv_m, samples.uv_m[own])
+    past = np.zeros(len(built), dtype=bool)
+    past[own] = built[own] & ~inside[own]
+    label = patches(samples, inside | past)
+    past &= np.isin(label, np.unique(label[inside]))
+    return float(samples.area_m2[past].sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -14,12 +15,30 @@ from asbuilt_bim.geometry.floors import Floor, grow_floors
 from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_pixels
 from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.masks import box_of, nonzero
-from asbuilt_bim.vision.scene.footing import footed
-from asbuilt_bim.vision.scene.roundness import flat_if_flatter
+from asbuilt_bim.geometry.polyline import fit_line
 from asbuilt_bim.vision.scene.vertical import Vertical, find_vertical
 from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.matching import grey
+from asbuilt_bim.vision.stereo.warp import sample
 
 NOTHING = -1
+BENEATH_PX = 0.4
+"""How far both planes may be off in disparity together: some 2 to 3 rows at the foot."""
+MOST_CARRIED_PX = 4.0
+"""The matcher carries a surface some 25 rows at the most, over which a floor comes nearer by this. What lies further
+behind a floor's plane stands lower, and is seen past that floor's end."""
+CARRIED_SHARE = 0.95
+BELOW_PX = (3, 12)
+LEAST_FLOOR = 0.3
+"""Of what lies just below must be that floor: else the piece doesn't stand on it."""
+LEAST_BELOW_CAMERA_M = 0.3
+"""A floor at the camera's own height is seen edge-on: its plane's picture is a line."""
+MOST_PIXELS = 12_000
+CORE_SHARE = 0.8
+"""The outer tenth on each side is where the matcher bends every surface round."""
+LEAST_SURE = 3.0
+"""A round surface must leave less difference by 3 sigma: a matcher's bend is no evidence, pictures are."""
+BAND_PX = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,3 +180,86 @@ def _without_crumbs(mask: NDArray[np.uint8], least_pixels: int) -> NDArray[np.ui
         if count > 1 and small.size:
             mask[np.isin(parts, small)] = 1 - value
     return mask
+
+
+def footed(
+    labels: NDArray[np.int16], level: LevelledMap, pieces: Sequence[Piece], floors: Sequence[Floor]
+) -> NDArray[np.int16]:
+    """Give the floor back what of a flat upright piece is labelled (H, W) beneath the floor that it stands on."""
+    found = labels.copy()
+    standing = [(len(pieces) + k, floor) for k, floor in enumerate(floors) if floor.below_m > LEAST_BELOW_CAMERA_M]
+    for number, piece in enumerate(pieces):
+        if piece.circle is not None:
+            continue
+        own = np.asarray(found == number)
+        rows, columns = box_of(own)
+        box = (slice(rows.start, rows.stop + BELOW_PX[1]), columns)
+        rays = level.rays[box]
+        upright = rays @ level.view.q_upright(piece.slope, piece.offset_px)
+        for label, floor in standing:
+            behind = rays @ floor.q_px - upright
+            beneath = (found[box] == number) & (behind > BENEATH_PX)
+            if beneath.any() and _stands_on(beneath, behind, found[box], number, label):
+                found[box][beneath] = label
+    return found
+
+
+def _stands_on(
+    beneath: BoolArray, behind: NDArray[np.float64], labels: NDArray[np.int16], number: int, label: int
+) -> bool:
+    """Say whether a piece stands on the floor `label`: it lies below most of what is `beneath`, and that isn't far."""
+    if float(np.quantile(behind[beneath], CARRIED_SHARE)) > MOST_CARRIED_PX:
+        return False
+    columns = np.flatnonzero(beneath.any(axis=0))
+    lowest = len(beneath) - 1 - np.argmax(beneath[::-1, columns], axis=0)
+    rows = np.minimum(lowest[:, None] + np.arange(*BELOW_PX), len(beneath) - 1)
+    below = labels[rows, columns[:, None]]
+    below = below[below != number]
+    return bool(below.size and np.mean(below == label) > LEAST_FLOOR)
+
+
+def flat_if_flatter(piece: Piece, level: LevelledMap, pair: RectifiedPair) -> Piece:
+    """Return the piece, or a flat one in its place where the photos agree as well on a plane."""
+    if piece.circle is None:
+        return piece
+    middle, half = 0.5 * (piece.x0_px + piece.x1_px), 0.5 * CORE_SHARE * (piece.x1_px - piece.x0_px)
+    with np.errstate(invalid="ignore"):
+        near = np.abs(level.d_px - piece.at(level.x_px)) < 1.0
+    rows, columns = np.nonzero((np.abs(level.x_px - middle) < half) & near)
+    step = max(1, rows.size // MOST_PIXELS)
+    rows, columns = rows[::step], columns[::step]
+    if rows.size < 100:
+        return piece
+    x, d = level.x_px[rows, columns], level.d_px[rows, columns]
+    slope, offset, rms = fit_line(x, d, np.full(len(x), 0.1))
+    flat = replace(piece, circle=None, slope=slope, offset_px=offset, rms_px=rms)
+    left, right = grey(pair.left), grey(pair.right)
+    seen = left[rows, columns].astype(np.float64)
+    forward = level.forward[rows, columns]
+    misses = []
+    for surface in (piece, flat):
+        # each surface may shift a little in depth: its best of a few is compared
+        tries = [
+            _miss(seen, right, rows, columns, (surface.at(x) + shift) * forward) for shift in (-0.2, -0.1, 0, 0.1, 0.2)
+        ]
+        misses.append(min(tries, key=lambda miss: float(miss.sum())))
+    return piece if _sureness(misses[1] - misses[0], rows) > LEAST_SURE else flat
+
+
+def _sureness(gain: FloatArray, rows: np.ndarray) -> float:
+    """Return how many of its own sigmas a gain per pixel is above zero; bands of rows are independent of each other."""
+    bands = np.bincount((rows - rows.min()) // BAND_PX, weights=gain)
+    return float(bands.sum() / max(np.sqrt(np.sum((bands - bands.mean()) ** 2)), 1e-9))
+
+
+def _miss(
+    seen: FloatArray, right: np.ndarray, rows: np.ndarray, columns: np.ndarray, disparity: FloatArray
+) -> FloatArray:
+    """Return the squared difference of grey levels (N,) along a disparity, none above the worst tenth's limit."""
+    width = 2048
+    pad = (-len(seen)) % width
+    at = np.pad((columns - disparity).astype(np.float32), (0, pad)).reshape(-1, width)
+    there = sample(right, at, np.pad(rows.astype(np.float32), (0, pad)).reshape(-1, width)).ravel()[: len(seen)]
+    apart = np.square(seen - there - np.median(seen - there))
+    limited: FloatArray = np.minimum(apart, np.quantile(apart, 0.9))
+    return limited

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M, SIDE_M
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import rotation_from_vector, unit
 
-AREA_DISTANCE_M = 5.0
-"""Where areas are judged: the middle of the 3 to 8 m from which faces are photographed."""
-_SIDE_M = 1.0
 _PLACES = ((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0), (0.0, -0.25), (0.0, 0.25))  # of the frame, about its middle
-_STEP_RAD = 1e-6
+STEP_RAD = 1e-6
 
 
 def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatArray:
@@ -21,12 +19,12 @@ def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatAr
     The square faces the camera; the photos are those of the corrected rig, and the calibration's is used on them.
     A turn about the camera's axis tilts what it sees: it leaves the middle right and moves the sides.
     """
-    corners = 0.5 * _SIDE_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    span = np.array([camera.width_px, camera.height_px]) / camera.f_px * AREA_DISTANCE_M
+    corners = 0.5 * SIDE_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    span = np.array([camera.width_px, camera.height_px]) / camera.f_px * DISTANCE_M
     middle = (np.array([camera.width_px, camera.height_px]) / 2 - [camera.cx_px, camera.cy_px]) / camera.f_px
-    centres = middle * AREA_DISTANCE_M + np.array(_PLACES) * span
+    centres = middle * DISTANCE_M + np.array(_PLACES) * span
     xy = centres[:, None, :] + corners[None]
-    points = np.concatenate([xy, np.full((*xy.shape[:2], 1), AREA_DISTANCE_M)], axis=-1)
+    points = np.concatenate([xy, np.full((*xy.shape[:2], 1), DISTANCE_M)], axis=-1)
     left, right = _seen(points, correction_rad, camera)
     disparity = np.maximum(left[..., 0] - right[..., 0], 1e-6)
     depth = camera.baseline_m / disparity
@@ -34,7 +32,7 @@ def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatAr
     measured = rays * depth[..., None]
     diagonals = measured[:, 2] - measured[:, 0], measured[:, 3] - measured[:, 1]
     areas = 0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1)
-    effects: FloatArray = areas / _SIDE_M**2 - 1.0
+    effects: FloatArray = areas / SIDE_M**2 - 1.0
     return effects
 
 
@@ -46,8 +44,8 @@ def worst_area_effect(
     The worst place is where effect and sigma together are largest: where nothing is off, the least known one.
     """
     effects = area_effects(correction_rad, camera)
-    slopes = np.array([area_effects(correction_rad + step, camera) - effects for step in _STEP_RAD * np.eye(5)])
-    slopes /= _STEP_RAD
+    slopes = np.array([area_effects(correction_rad + step, camera) - effects for step in STEP_RAD * np.eye(5)])
+    slopes /= STEP_RAD
     variances = np.maximum(np.einsum("ip,ij,jp->p", slopes, covariance, slopes), 0.0)
     worst = int(np.argmax(effects**2 + variances))
     return float(effects[worst]), float(np.sqrt(variances[worst]))
@@ -58,7 +56,7 @@ def row_effect_px(correction_rad: FloatArray, camera: RectifiedCamera) -> float:
     across = np.array([-0.25, 0.0, 0.25])
     grid = np.stack(np.meshgrid(across * camera.width_px, across * camera.height_px), axis=-1).reshape(1, -1, 2)
     rays = np.concatenate([grid / camera.f_px, np.ones((1, grid.shape[1], 1))], axis=-1)
-    left, right = _seen(rays * AREA_DISTANCE_M, correction_rad, camera)
+    left, right = _seen(rays * DISTANCE_M, correction_rad, camera)
     return float(camera.f_px * np.abs(left[..., 1] - right[..., 1]).max())
 
 

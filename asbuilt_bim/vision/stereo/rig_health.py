@@ -16,7 +16,7 @@ from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.vision.stereo.rig_effect import row_effect_px, worst_area_effect
+from asbuilt_bim.vision.stereo.rig_effect import STEP_RAD, row_effect_px, worst_area_effect
 from asbuilt_bim.vision.stereo.rig_fit import PRIOR_RAD, RigFit, corrected_rig, fit_rig, relative_units, rig_numbers
 from asbuilt_bim.vision.stereo.rig_matches import MATCHES_PER_MEASUREMENT, levelled_matches
 
@@ -38,7 +38,6 @@ areas at 5 m by 20 to 36 %, where a board and a laser deny it."""
 MOST_TURN_RAD = np.deg2rad(5.0)
 """A rig turned further is bent for anyone to see: such photos are no pair, and the check of the pair says why."""
 _DIFFERENT = 4.0  # in sigmas, of the best of several places to part a visit
-_STEP_RAD = 1e-6
 _ROUNDS = 3
 _LEVEL_PX = 0.1  # rows further apart than this are matched again, levelled: following is best at whole pixels
 
@@ -150,9 +149,9 @@ def refined_rig(rig: StereoRig, verdict: RigVerdict, camera: RectifiedCamera) ->
     steps = []
     for k in range(5):
         step = np.zeros(5)
-        step[k] = _STEP_RAD
+        step[k] = STEP_RAD
         moved = corrected_rig(rig, camera, verdict.correction_rad + step)
-        steps.append((rig_numbers(moved) - rig_numbers(found)) / _STEP_RAD)
+        steps.append((rig_numbers(moved) - rig_numbers(found)) / STEP_RAD)
     by_correction = np.stack(steps, axis=-1)
     left_open = np.eye(len(rig.covariance)) - by_correction @ verdict.from_rig
     covariance = left_open @ rig.covariance @ left_open.T + by_correction @ verdict.noise @ by_correction.T

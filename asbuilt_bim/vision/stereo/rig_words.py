@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.vision.stereo.rig_effect import AREA_DISTANCE_M
 from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, SIGNIFICANT, RigVerdict
 
 BEYOND_MEANING = 1.0
@@ -33,7 +33,7 @@ def effect_in_words(verdict: RigVerdict) -> str:
     if not abs(verdict.area_effect) < BEYOND_MEANING:
         return f"an area could come out as anything: these photos and this rig don't belong together, {rows}"
     return (
-        f"an area at {AREA_DISTANCE_M:g} m comes out {100 * verdict.area_effect:+.1f} % ± "
+        f"an area at {DISTANCE_M:g} m comes out {100 * verdict.area_effect:+.1f} % ± "
         f"{100 * verdict.area_sigma:.1f} % wrong, {rows}"
     )
 

@@ -25,7 +25,7 @@ _SIGNS = np.array([[1.0], [1.0], [-1.0]])  # of the unit circle x^2 + y^2 - 1
 _MOST_AVERTED = 0.1  # cosine with the ray to it: no disc that leans more is a disc in the photo
 _MOST_SCALED, _MOST_SLOPE = 2.0, 20.0  # ln of the radius, tangent of the lean: a step beyond follows no outline
 _HELD = 1e8  # information on a radius that is held
-_POINTS_PER_OBSERVATION = 10.0
+POINTS_PER_OBSERVATION = 10.0
 """Edge points 1.2 px apart share JPEG's blocks (8 px of brightness, 16 of colour) and err together: ten are one."""
 
 
@@ -82,7 +82,7 @@ def fit_circle(
         return None
     freedom = max(int(np.sum(trust > 0.0)) - len(parameters), 1)
     off = trust * residual
-    variance = float(off @ off) / freedom * _POINTS_PER_OBSERVATION
+    variance = float(off @ off) / freedom * POINTS_PER_OBSERVATION
     # The tilt of a disc seen from the front is nearly free; a weak prior (about a radian) keeps the inverse finite.
     prior = np.diag([0.0, 0.0, 0.0, 0.0 if held_m is None else _HELD, 1.0, 1.0])
     information = jacobian.T @ jacobian / max(variance, 1e-6) + prior

@@ -22,13 +22,13 @@ from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 
 _BLURS_PX = 0.4 * 1.25 ** np.arange(10)
 """Lens and pixel together, as the sigma of a bell: from a sharp lens to 3 px, a target far out of focus."""
-_STEP_PX = 0.5
+STEP_PX = 0.5
 _SEARCH = 0.6  # of the reach: a place further out has no two sides left to compare
 COLOUR_BLUR_PX = (
     1.2  # halving and doubling: a box of two pixels, then a triangle of two to both sides, and what JPEG drops
 )
 _HALF_COLOUR_PX = 0.5 * COLOUR_BLUR_PX  # of three planes one keeps its resolution
-_BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
+BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
 _NOISE = 0.011  # of full scale: three grey levels
 JPEG_PX = 0.1  # an edge moves by so much with its place in JPEG's raster of blocks
 _WELL_FITTED = 0.25  # of the profiles fit as well as the noise allows; the others are measured against them
@@ -74,7 +74,7 @@ def place_edges(
     Reference: Bouma et al. 2005, the dislocation of curved surfaces by a point spread function, first order.
     """
     profiles = profiles_across(planes, points, outward, reach_px)
-    shifts = int(np.ceil(_SEARCH * reach_px / _STEP_PX))
+    shifts = int(np.ceil(_SEARCH * reach_px / STEP_PX))
     ends = _ends_of(profiles, gamma)
     row, offset = np.arange(len(profiles)), np.zeros(len(profiles))
     for _ in range(_PASSES):
@@ -84,11 +84,11 @@ def place_edges(
         before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
         curve = np.maximum(before - 2.0 * at + after, 1e-9)
         aside = 0.5 * (before - after) / curve
-        offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * _STEP_PX, np.nan)
+        offset = np.where(np.abs(aside) <= 1.0, (best - shifts + aside) * STEP_PX, np.nan)
     has_edge = ends.contrast > _TWO_SIDES
     misfit = np.mean(np.square(profiles - fits[row, best].transpose(0, 2, 1)), axis=(1, 2))
     usual = max(float(np.quantile(misfit[has_edge] if has_edge.any() else misfit, _WELL_FITTED)), 1e-9)
-    sigma = np.hypot(JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX) * np.maximum(misfit / usual, 1.0)
+    sigma = np.hypot(JPEG_PX, np.sqrt(2.0 / curve) * STEP_PX) * np.maximum(misfit / usual, 1.0)
     offset = offset + straightened(blur_px, bend)
     return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=ends.contrast)
 
@@ -131,7 +131,7 @@ def misfits(profiles: FloatArray, blur_px: float, gamma: float) -> FloatArray:
 
 def profiles_across(planes: Float32Array, points: FloatArray, outward: FloatArray, reach_px: float) -> FloatArray:
     """Return the planes (N, S, 3) along profiles across an outline, from inside to outside."""
-    offsets = _offsets(int(np.ceil(reach_px / _STEP_PX)))
+    offsets = _offsets(int(np.ceil(reach_px / STEP_PX)))
     at = (points[:, None, :] + offsets[None, :, None] * outward[:, None, :]).astype(np.float32)
     x, y = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
     values = cv2.remap(planes, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -179,12 +179,12 @@ def _compared(
 
 def _edge_between(inside: FloatArray, outside: FloatArray, steps: int, blur_px: float, gamma: float) -> FloatArray:
     """Return what edges at 0 between linear colours (N, 3) look like `steps` to both sides: (N, 2 steps + 1, 3)."""
-    pad = int(_KERNEL_END * COLOUR_BLUR_PX / _STEP_PX)
+    pad = int(_KERNEL_END * COLOUR_BLUR_PX / STEP_PX)
     share = share_of_inside(steps + pad, 1.0, blur_px)
     light = outside[:, None, :] + share[None, :, None] * (inside - outside)[:, None, :]
     planes = _shown(light, gamma)
     inner = slice(pad, -pad)
-    brightness = _bell(steps + pad, _BETWEEN_PIXELS_PX)[inner] @ planes[..., :1]
+    brightness = _bell(steps + pad, BETWEEN_PIXELS_PX)[inner] @ planes[..., :1]
     return np.concatenate([brightness, _bell(steps + pad, COLOUR_BLUR_PX)[inner] @ planes[..., 1:]], axis=-1)
 
 
@@ -213,7 +213,7 @@ def share_of_inside(steps: int, scale: float, blur_px: float) -> FloatArray:
 
 
 def _offsets(steps: int) -> FloatArray:
-    return np.asarray(np.arange(-steps, steps + 1) * _STEP_PX, dtype=np.float64)
+    return np.asarray(np.arange(-steps, steps + 1) * STEP_PX, dtype=np.float64)
 
 
 @lru_cache(maxsize=64)

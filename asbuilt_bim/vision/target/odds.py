@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from asbuilt_bim.vision.target.circle import POINTS_PER_OBSERVATION
 from asbuilt_bim.vision.target.disc import RedDisc
 from asbuilt_bim.vision.target.disc_sides import points_round
 from asbuilt_bim.vision.target.pairing import Pairing, diameter_sigma
@@ -43,7 +44,6 @@ BASE = -14.0
 """The logarithm of the odds of what answers nothing. Counted it was -16.3; edges that are placed in two passes answer
 more strictly: discs' odds fell by about 1, other things' by 3 (some 50 of the same pairs), and the limit lies between.
 """
-_POINTS_PER_OBSERVATION = 10.0  # neighbours on an outline err together
 _MOST_ELSEWHERE = 6.0  # observations
 _MOST_BEYOND = 2.0  # observations: a disc before something as red, rare as it is, loses much of its outline
 _LEAST_RMS_PX, _LEAST_UNEVEN = 0.03, 0.01  # noise and JPEG leave no less
@@ -80,4 +80,4 @@ def answers(found: Pairing, told_m: float | None) -> tuple[float, ...]:
 
 
 def _observations(disc: RedDisc) -> float:
-    return points_round(disc.ellipse) / _POINTS_PER_OBSERVATION
+    return points_round(disc.ellipse) / POINTS_PER_OBSERVATION

@@ -21,7 +21,9 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import Float32Array, FloatArray
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target.edge_model import (
+    BETWEEN_PIXELS_PX,
     JPEG_PX,
+    STEP_PX,
     PlacedEdges,
     linear_light,
     profiles_across,
@@ -30,8 +32,7 @@ from asbuilt_bim.vision.target.edge_model import (
 )
 
 _STRIDE = 2  # of the profiles' samples, half a pixel apart: what is blurred needs no closer ones
-_SEARCH_PX, _STEP_PX = 2.5, 0.5  # the steps of `share_of_inside` and of the profiles too
-_BETWEEN_PIXELS_PX = 0.35  # what reading between pixels blurs
+_SEARCH_PX = 2.5
 _TAIL = 3.0  # blurs: a bell ends there
 _WITHIN, _BEYOND = 3.0, 3.0  # blurs: how far a profile reaches to both sides
 _CLEAR = 1.5  # blurs: further off nearly nothing of the other side is seen
@@ -79,16 +80,16 @@ def place_soft_edges(
     is compared, and JPEG's halved colours only count as noise. A `gamma` of 1 tells that grey levels were blurred, as
     a resampler or a noise filter does it, and not light.
     """
-    sigma_px = float(np.hypot(blur_px, _BETWEEN_PIXELS_PX))
+    sigma_px = float(np.hypot(blur_px, BETWEEN_PIXELS_PX))
     seen, contrast = _seen(planes, points, outward, sigma_px, gamma)
-    places = np.arange(-_SEARCH_PX, _SEARCH_PX + 0.5 * _STEP_PX, _STEP_PX)
+    places = np.arange(-_SEARCH_PX, _SEARCH_PX + 0.5 * STEP_PX, STEP_PX)
     cost = np.stack([_unlikely(seen, float(place), sigma_px) for place in places], axis=-1)
     row, best = np.arange(len(cost)), np.clip(np.argmin(cost, axis=1), 1, len(places) - 2)
     before, at, after = cost[row, best - 1], cost[row, best], cost[row, best + 1]
     curve = np.maximum(before - 2.0 * at + after, 1e-9)
     aside = 0.5 * (before - after) / curve
-    offset = np.where(np.abs(aside) <= 1.0, places[best] + aside * _STEP_PX, np.nan)
-    sigma = np.hypot(JPEG_PX, np.sqrt(2.0 / curve) * _STEP_PX)
+    offset = np.where(np.abs(aside) <= 1.0, places[best] + aside * STEP_PX, np.nan)
+    sigma = np.hypot(JPEG_PX, np.sqrt(2.0 / curve) * STEP_PX)
     offset = offset + straightened(blur_px, bend)
     return PlacedEdges(points=points + offset[:, None] * outward, sigma_px=sigma, contrast=contrast)
 
@@ -130,9 +131,9 @@ def _unlikely(seen: _Seen, place_px: float, sigma_px: float) -> FloatArray:
     """
     at = seen.at_px
     line, place, tail = (
-        np.rint(at / _STEP_PX).astype(int),
-        round(place_px / _STEP_PX),
-        round(_TAIL * sigma_px / _STEP_PX),
+        np.rint(at / STEP_PX).astype(int),
+        round(place_px / STEP_PX),
+        round(_TAIL * sigma_px / STEP_PX),
     )
     steps = np.arange(line[0] - tail, line[-1] + tail + 1)
     middle = len(steps)
@@ -140,8 +141,8 @@ def _unlikely(seen: _Seen, place_px: float, sigma_px: float) -> FloatArray:
     share, edge = table[line[:, None] - steps + middle], table[line - place + middle]
     after, before = share[:, steps > place], 1.0 - share[:, steps < place]
     any_colour = _ANY_COLOUR * (np.outer(edge, edge) + np.outer(1.0 - edge, 1.0 - edge))
-    within = any_colour + _STEP_PX * seen.inside[:, None, None] * (before @ before.T)
-    beyond = _STEP_PX * (after @ after.T)
+    within = any_colour + STEP_PX * seen.inside[:, None, None] * (before @ before.T)
+    beyond = STEP_PX * (after @ after.T)
     count, size = len(seen.values), len(at)
     # one Cholesky gives both: in a matrix bordered with the values, the last pivot is what the quadratic form leaves
     whole = np.empty((count, 3, size + 1, size + 1))

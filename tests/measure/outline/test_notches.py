@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from asbuilt_bim.measure.outline.edge_evidence import is_notched
 from asbuilt_bim.measure.outline.edges import Line
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline, Source
-from asbuilt_bim.measure.outline.notches import is_notched
 
 PLANE = np.array([0.0, 0.0, 30.0])
 BOX = [[100.0, 100.0], [140.0, 100.0], [140.0, 300.0], [100.0, 300.0]]
@@ -36,9 +36,11 @@ def notched(outline: Outline, beyond_px: float = 30.0) -> bool:
     """Ask it of a face of 30 px of disparity, in whose notch `beyond_px` is measured."""
     disparity = np.full((400, 240), 30.0)
     disparity[:, :120] = beyond_px
-    level = SimpleNamespace(disparity_px=disparity, measured=np.ones((400, 240), dtype=bool))
+    shape = disparity.shape
+    level = SimpleNamespace(disparity_px=disparity, measured=np.ones(shape, dtype=bool), sigma_px=np.full(shape, 0.2))
+    scene = SimpleNamespace(level=level, labels=np.zeros(shape, dtype=np.int32))
     camera = SimpleNamespace(f_px=1000.0, cx_px=120.0, cy_px=200.0)
-    bench = SimpleNamespace(pair=SimpleNamespace(camera=camera), scene=SimpleNamespace(level=level))
+    bench = SimpleNamespace(pair=SimpleNamespace(camera=camera), scene=scene)
     return is_notched(bench, outline, PLANE)  # type: ignore[arg-type]
 
 

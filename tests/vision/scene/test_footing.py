@@ -11,7 +11,7 @@ from asbuilt_bim.geometry.floors import Floor
 from asbuilt_bim.geometry.grow import Piece
 from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.plane import Plane
-from asbuilt_bim.vision.scene.footing import BENEATH_PX, footed
+from asbuilt_bim.vision.scene.read import BENEATH_PX, footed
 
 F, B, W, H = 1000.0, 0.25, 300, 500
 BELOW_M, AWAY_M = 1.5, 6.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,21 +29,6 @@ class Upright:
     heights_m: FloatArray  # (N, 2) lower and upper end
     elements: tuple[str, ...]  # of a design; "" for what was measured
 
-    @property
-    def along(self) -> FloatArray:
-        """Return the level directions (N, 2) in the planes."""
-        return np.stack([-self.normals[:, 1], self.normals[:, 0]], axis=-1)
-
-    def chosen(self, which: BoolArray) -> Upright:
-        """Return those of the planes that `which` (N,) marks."""
-        return Upright(
-            normals=self.normals[which],
-            middles_m=self.middles_m[which],
-            halves_m=self.halves_m[which],
-            heights_m=self.heights_m[which],
-            elements=tuple(element for element, is_one in zip(self.elements, which, strict=True) if is_one),
-        )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Placing:
@@ -53,16 +38,19 @@ class Placing:
     move_m: FloatArray = field(default_factory=lambda: np.zeros(2))
     rise_m: float = 0.0
 
+    @property
+    def turn(self) -> FloatArray:
+        """Return the turn as a matrix (2, 2)."""
+        cos, sin = np.cos(self.turn_rad), np.sin(self.turn_rad)
+        return np.array([[cos, -sin], [sin, cos]])
+
     def back(self, seen: Upright) -> Upright:
         """Return measured planes turned and moved back to where they are designed."""
-        cos, sin = np.cos(self.turn_rad), np.sin(self.turn_rad)
-        turn = np.array([[cos, -sin], [sin, cos]])
-        return Upright(
-            normals=seen.normals @ turn,
-            middles_m=seen.middles_m @ turn - self.move_m,
-            halves_m=seen.halves_m,
+        return replace(
+            seen,
+            normals=seen.normals @ self.turn,
+            middles_m=seen.middles_m @ self.turn - self.move_m,
             heights_m=seen.heights_m - self.rise_m,
-            elements=seen.elements,
         )
 
 
@@ -78,26 +66,23 @@ def measured_planes(stations: Sequence[PlacedStation]) -> tuple[Upright, FloatAr
     return _upright(planes, origin), origin
 
 
-def design_planes(design: BimModel, origin: FloatArray) -> Upright:
-    """Return the design's upright planes, from an origin (2,) in the world."""
+def design_planes(design: BimModel, origin: FloatArray, reach_m: float) -> Upright:
+    """Return the design's upright planes up to `reach_m` from an origin (2,) in the world, and from that origin."""
     planes = []
     for element in design.elements:
         for face in element.faces:
             if isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT:
-                corners = np.concatenate([ring for region in face.rings_uv_m for ring in region])
-                planes.append((face.frame, face.frame.from_uv(corners), element.global_id))
+                corners = face.frame.from_uv(np.concatenate([ring for region in face.rings_uv_m for ring in region]))
+                low, high = (corners[:, :2] - origin).min(axis=0), (corners[:, :2] - origin).max(axis=0)
+                if np.linalg.norm(np.clip(0.0, low, high)) < reach_m:
+                    planes.append((face.frame, corners, element.global_id))
     return _upright(planes, origin)
 
 
 def lying(seen: Upright, design: Upright, band_m: float) -> tuple[BoolArray, Indices]:
-    """Return which measured planes lie on a design's (N,), and on which (N,).
-
-    One that lies on it is parallel, no further off than `band_m`, and overlaps by half in length and in height.
-    """
+    """Return which measured planes lie on a design's (N,), and on which (N,): within `band_m`, in plan and height."""
     one, other, off_m = level_pairs(seen, design, band_m)
-    low, high = seen.heights_m[one].T
-    overlap = np.minimum(high, design.heights_m[other, 1]) - np.maximum(low, design.heights_m[other, 0])
-    stands = overlap >= 0.5 * (high - low)
+    stands = at_height(seen, design, one, other)
     nearest_last = np.argsort(-off_m[stands], kind="stable")
     lies, on = np.zeros(len(seen.halves_m), dtype=bool), np.zeros(len(seen.halves_m), dtype=np.intp)
     lies[one[stands]] = True
@@ -113,11 +98,22 @@ def level_pairs(seen: Upright, design: Upright, band_m: float) -> tuple[Indices,
     foot = np.einsum("mk,mk->m", design.middles_m, design.normals)
     off = np.abs(seen.middles_m @ design.normals.T - foot)
     one, other = np.nonzero((seen.normals @ design.normals.T > PARALLEL_COS) & (off < band_m))
-    aside = np.einsum("kd,kd->k", seen.middles_m[one] - design.middles_m[other], design.along[other])
+    beside = side_by_side(seen, design, one, other)
+    return one[beside], other[beside], off[one, other][beside]
+
+
+def side_by_side(seen: Upright, design: Upright, one: Indices, other: Indices) -> BoolArray:
+    """Say of which pairs (K,) half of the measured plane's length is beside the designed one."""
+    along = np.stack([-design.normals[other, 1], design.normals[other, 0]], axis=-1)
+    aside = np.einsum("kd,kd->k", seen.middles_m[one] - design.middles_m[other], along)
     half, length = seen.halves_m[one], design.halves_m[other]
-    beside = np.minimum(aside + half, length) - np.maximum(aside - half, -length) >= half
-    one, other = one[beside], other[beside]
-    return one, other, off[one, other]
+    return np.asarray(np.minimum(aside + half, length) - np.maximum(aside - half, -length) >= half)
+
+
+def at_height(seen: Upright, design: Upright, one: Indices, other: Indices, rise_m: float = 0.0) -> BoolArray:
+    """Say of which pairs (K,) half of the measured plane's height is beside the designed one, lowered by `rise_m`."""
+    (low, high), (foot, head) = (seen.heights_m[one] - rise_m).T, design.heights_m[other].T
+    return np.asarray(np.minimum(high, head) - np.maximum(low, foot) >= 0.5 * (high - low))
 
 
 def _upright(planes: Sequence[tuple[PlaneFrame, FloatArray, str]], origin: FloatArray) -> Upright:
