@@ -46,7 +46,7 @@ CONFINED = {
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],
     "distributed": ["scale/executor.py"],
-    "cattrs": ["scale/codec.py", "report/result/"],
+    "cattrs": ["scale/codec.py", "report/result/", "storage/structure.py"],
 }
 NEVER = {
     "scipy",

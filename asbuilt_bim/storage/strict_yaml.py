@@ -14,7 +14,6 @@ import yaml
 
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.storage.regular_file import open_regular
-from asbuilt_bim.storage.yaml_words import character_words, yaml_words
 
 MAX_BYTES = 1_000_000
 """A project file of a thousand stations is about 150 kB; more than this is no project file."""
@@ -122,15 +121,27 @@ def parse_yaml(text: str, path: Path) -> YamlDocument:
         value = loader.construct_document(node)
         lines: dict[str, int] = {}
         _note_lines(node, "", lines)
-    except yaml.MarkedYAMLError as problem:
-        raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
-    except yaml.reader.ReaderError as problem:
-        raise ProjectError(f"{path}{character_words(problem, text)}") from problem
     except (yaml.YAMLError, ValueError) as problem:
-        raise ProjectError(f"{path}: not YAML: {str(problem).splitlines()[0]}") from problem
+        raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
     except RecursionError as problem:
         raise ProjectError(f"{path}: nested too deep for a project file") from problem
     return YamlDocument(value=value, lines=lines)
+
+
+def yaml_words(problem: Exception, text: str) -> str:
+    """Return `, line N (its text): what is wrong there` of a YAML text that couldn't be read."""
+    if isinstance(problem, yaml.reader.ReaderError):
+        line = text.count("\n", 0, problem.position) + 1
+        return f", line {line}: holds a character that no text has (U+{problem.character:04X}); take it out"
+    mark = getattr(problem, "problem_mark", None)
+    if not isinstance(problem, yaml.MarkedYAMLError) or mark is None:
+        return f": not YAML: {str(problem).splitlines()[0]:.200}"
+    if isinstance(problem, yaml.constructor.ConstructorError):  # our own refusals
+        return f", line {mark.line + 1}: {problem.problem}"
+    shown = "".join(c for c in "".join(text.splitlines()[mark.line : mark.line + 1]).strip() if c.isprintable())
+    begun = f", in what begins in line {problem.context_mark.line + 1}" if problem.context_mark else ""
+    hint = "check how it is indented, and its colons, quotes and brackets"
+    return f", line {mark.line + 1}{f' ({shown:.60})' if shown else ''}: {problem.problem}{begun}; {hint}"
 
 
 def _text(path: Path) -> str:

@@ -246,5 +246,5 @@ def test_an_ifc_file_in_a_rigs_place_is_named_as_one(tmp_path: Path) -> None:
 def test_a_slip_in_a_rig_file_is_named_by_its_line_also_below_opencvs_first_line(tmp_path: Path) -> None:
     file = tmp_path / "rig.yaml"
     file.write_text("%YAML:1.0\n---\na: 1\n b: 2\n", encoding="utf-8")
-    with pytest.raises(RigError, match=r"not plain YAML, line 4 \(b: 2\): a key can't stand here"):
+    with pytest.raises(RigError, match=r"not plain YAML, line 4 \(b: 2\): mapping values are not allowed here"):
         read_rig(file)

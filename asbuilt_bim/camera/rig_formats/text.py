@@ -10,8 +10,7 @@ import yaml
 
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.storage.regular_file import open_regular
-from asbuilt_bim.storage.strict_yaml import StrictLoader
-from asbuilt_bim.storage.yaml_words import yaml_words
+from asbuilt_bim.storage.strict_yaml import StrictLoader, yaml_words
 
 MAX_BYTES = 200_000
 """A rig is a page of numbers, 10 kB; a megabyte of YAML takes half a minute to read."""
@@ -67,14 +66,9 @@ def _yaml(text: str, path: Path) -> Plain:
         _look_through(text, path)
         loader = _Loader(text)
         return loader.get_single_data()  # type: ignore[no-any-return, unused-ignore]
-    except yaml.MarkedYAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         words = yaml_words(error, text)
         raise RigError(f"rig file {path}: it is not plain YAML{words}; mend it, or calibrate again") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        lines = str(error).splitlines() or [type(error).__name__]
-        raise RigError(
-            f"rig file {path}: it is not plain YAML ({lines[0][:200]}); calibrate again to write one"
-        ) from error
 
 
 def _look_through(text: str, path: Path) -> None:
