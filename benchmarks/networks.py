@@ -25,8 +25,7 @@ from table import Line, line, options, report, told
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.vision.networks.bundled import bundled_card
-from asbuilt_bim.vision.networks.flip_test import answers
-from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, answers, load
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 
 LEAST_PAIRS = 200

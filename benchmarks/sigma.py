@@ -23,8 +23,8 @@ from table import Line, line, options, report, told
 from twins import CYCLES_SEEDS, RAYCAST_SEEDS, load_twin, read_twin, true_rig, twin_folder
 
 from asbuilt_bim.camera.calibration.adjust import adjust
+from asbuilt_bim.camera.calibration.calibrate import folded_covariance
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
-from asbuilt_bim.camera.calibration.pinhole_covariance import folded_covariance
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import StereoRig

@@ -6,10 +6,10 @@ import csv
 import io
 from pathlib import Path
 
-from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.tables import ElementRow, element_rows
 from asbuilt_bim.report.wording.values import plain, share_bounds
+from asbuilt_bim.storage.atomic_write import writing
 
 HEADER = (
     "Storey",
@@ -39,12 +39,8 @@ def write_csv(report: ProgressReport, path: Path) -> None:
     Raises:
         OutputError: the file can't be written.
     """
-    try:
+    with writing(path):
         path.write_bytes(csv_text(report).encode("utf-8-sig"))  # with the mark that makes Excel read UTF-8
-    except OSError as error:
-        raise OutputError(
-            f"{path}: can't be written: {error.strerror or error}; close it elsewhere or free space"
-        ) from error
 
 
 def csv_text(report: ProgressReport) -> str:

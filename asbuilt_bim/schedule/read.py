@@ -1,4 +1,4 @@
-"""Reads a schedule file by what it is, whatever its name ends in."""
+"""The door of this room: reads a schedule file by what it is, whatever its name ends in, and ties it to a design."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import hashlib
 from pathlib import Path
 from typing import Literal
 
+from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource, WorkCalendar
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, own_calendars, p6_calendar
+from asbuilt_bim.schedule.link_elements import with_schedule
 from asbuilt_bim.schedule.msp import msp_rows
 from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
@@ -16,6 +18,15 @@ from asbuilt_bim.schedule.safe_xml import local, parse_xml, read_bytes
 from asbuilt_bim.schedule.table import csv_rows
 
 _BINARY = {b"\xd0\xcf\x11\xe0": "an MS Project file (.mpp)", b"PK\x03\x04": "an Excel workbook or a zip archive"}
+
+
+def scheduled(design: BimModel, path: Path | str) -> BimModel:
+    """Return the design with the dates, outline and links of a schedule file on its tasks.
+
+    Raises:
+        ScheduleError: it can't be read, is no schedule, or holds no task.
+    """
+    return with_schedule(design, read_schedule(path))
 
 
 def read_schedule(path: Path | str) -> ScheduleFile:

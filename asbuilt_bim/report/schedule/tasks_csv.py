@@ -7,11 +7,11 @@ import io
 from datetime import date, datetime
 from pathlib import Path
 
-from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.csv import safe_cell
-from asbuilt_bim.report.schedule.task_rows import TaskRow, task_rows
+from asbuilt_bim.report.task_rows import TaskRow, task_rows
 from asbuilt_bim.report.wording.values import share_bounds
+from asbuilt_bim.storage.atomic_write import writing
 
 HEADER = (
     "Identification",
@@ -52,10 +52,8 @@ def write_tasks_csv(report: ProgressReport, path: Path) -> None:
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow(HEADER)
     writer.writerows(_cells(row) for row in task_rows(report))
-    try:
+    with writing(path):
         path.write_bytes(out.getvalue().encode("utf-8-sig"))  # with the mark that makes Excel read UTF-8
-    except OSError as error:
-        raise OutputError(f"{path}: can't be written: {error.strerror or error}; close it elsewhere") from error
 
 
 def _cells(row: TaskRow) -> tuple[str, ...]:
