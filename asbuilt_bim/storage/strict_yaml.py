@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 import yaml
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
 
 MAX_BYTES = 1_000_000
 """A project file of a thousand stations is about 150 kB; more than this is no project file."""
@@ -145,25 +146,13 @@ def yaml_words(problem: Exception, text: str) -> str:
 
 
 def _text(path: Path) -> str:
-    try:
-        if path.is_dir():
-            raise ProjectError(f"{path}: is a folder; name the YAML file in it")
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except FileNotFoundError as problem:
-        raise ProjectError(f"{path}: no such file; check the path") from problem
-    except (OSError, ValueError) as problem:
-        raise ProjectError(f"{path}: can't be read: {getattr(problem, 'strerror', None) or problem}") from problem
-    if len(data) > MAX_BYTES:
-        raise ProjectError(f"{path}: larger than {MAX_BYTES:,} bytes, so it is no project file")
+    data = read_bytes(path, MAX_BYTES, ProjectError)
     if data.startswith(b"ISO-10303-21"):
         raise ProjectError(f"{path}: is an IFC file; a YAML file is expected here")
     if data.startswith(b"PK\x03\x04"):
         raise ProjectError(f"{path}: is a zip archive, no project file; unpack it and name the project.yaml in it")
-    try:
-        return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        raise ProjectError(f"{path}: not UTF-8 text (byte {problem.start}); save it as UTF-8") from problem
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return as_text(data, ProjectError, str(path), "utf-16" if wide else "utf-8-sig")
 
 
 def _note_lines(node: yaml.Node, path: str, lines: dict[str, int]) -> None:

@@ -215,7 +215,7 @@ def test_thin_prism_lenses_are_refused_and_zeros_behind_five_are_not(tmp_path: P
 
 def test_a_rig_file_too_large_or_not_to_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "big.yaml").write_bytes(b"# " + b"x" * 200_001)
-    with pytest.raises(RigError, match=r"big\.yaml: more than 200000 bytes"):
+    with pytest.raises(RigError, match=r"big\.yaml: larger than 0.2 MB"):
         read_rig(tmp_path / "big.yaml")
     with pytest.raises(OutputError, match="can't be written"):
         write_rig_as(rig(), tmp_path / "nowhere" / "rig.yaml", "opencv")

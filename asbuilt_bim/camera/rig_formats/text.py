@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import yaml
 
 from asbuilt_bim.errors import RigError
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
 from asbuilt_bim.storage.strict_yaml import StrictLoader, yaml_words
 
 MAX_BYTES = 200_000
@@ -43,18 +43,8 @@ def read_document(path: Path) -> Plain:
 
     Raises: RigError where it can't be read, or holds what no rig file needs: aliases, foreign tags, entities.
     """
-    try:
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RigError(f"rig file {path}: it can't be read ({reason}); check the path") from error
-    if len(data) > MAX_BYTES:
-        raise RigError(f"rig file {path}: more than {MAX_BYTES} bytes; this is no rig file")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RigError(f"rig file {path}: it is not UTF-8 text ({error.reason} at byte {error.start})") from error
+    name = f"rig file {path}"
+    text = as_text(read_bytes(path, MAX_BYTES, RigError, name), RigError, name)
     if text.startswith("ISO-10303-21"):
         raise RigError(f"rig file {path}: this is an IFC file; name the rig that was calibrated")
     return _xml(text, path) if text.lstrip().startswith("<") else _yaml(text, path)

@@ -22,11 +22,20 @@ from asbuilt_bim.report.tables import (
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording.values import plain
-from asbuilt_bim.report.workbook.columns import COST, COST_PARTS, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
+from asbuilt_bim.report.wording.workbook_columns import (
+    COST,
+    COST_PARTS,
+    ELEMENTS,
+    LATE,
+    NOTES,
+    STATIONS,
+    STOREYS,
+    TASKS,
+    Column,
+)
 from asbuilt_bim.report.workbook.cost import write_cost
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
-    Column,
     Styles,
     finish_table,
     page_setup,
