@@ -25,7 +25,7 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.revision import reissued_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
-from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.register.placement import register

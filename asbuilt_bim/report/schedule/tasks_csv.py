@@ -2,44 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from collections.abc import Callable
 from datetime import date, datetime
 from pathlib import Path
 
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.csv import safe_cell
+from asbuilt_bim.report.csv import number, safe_cell, table_text
 from asbuilt_bim.report.task_rows import TaskRow, task_rows
 from asbuilt_bim.report.wording.values import share_bounds
 from asbuilt_bim.storage.atomic_write import writing
-
-HEADER = (
-    "Identification",
-    "Name",
-    "Outline",
-    "GlobalId",
-    "PlannedStart",
-    "PlannedFinish",
-    "SeenBegun",
-    "SeenComplete",
-    "Known",
-    "CompletionBest",
-    "CompletionLower",
-    "CompletionUpper",
-    "Coverage",
-    "CompletionTold",
-    "PlannedShare",
-    "DaysLate",
-    "DaysLateAtLeast",
-    "DaysLateAtMost",
-    "Late",
-    "Elements",
-    "Complete",
-    "Part",
-    "NotStarted",
-    "Unknown",
-    "Note",
-)
 
 
 def write_tasks_csv(report: ProgressReport, path: Path) -> None:
@@ -48,36 +19,42 @@ def write_tasks_csv(report: ProgressReport, path: Path) -> None:
     Raises:
         OutputError: the file can't be written.
     """
-    out = io.StringIO(newline="")
-    writer = csv.writer(out, lineterminator="\r\n")
-    writer.writerow(HEADER)
-    writer.writerows(_cells(row) for row in task_rows(report))
-    with writing(path):
-        path.write_bytes(out.getvalue().encode("utf-8-sig"))  # with the mark that makes Excel read UTF-8
-
-
-def _cells(row: TaskRow) -> tuple[str, ...]:
-    done = row.completion
-    days = (row.days_late, row.days_late_least, row.days_late_most)
-    return (
-        *(safe_cell(text) for text in (row.identification, row.name, row.outline, row.global_id)),
-        *(_moment(when) for when in (row.planned_start, row.planned_finish, row.seen_begun, row.seen_complete)),
-        row.knowledge,
-        _share(done.best),
-        *share_bounds(done.lower, done.upper),
-        _share(done.coverage),
-        "" if row.told is None else share_bounds(row.told, row.told)[0],
-        _share(row.planned),
-        *("" if value is None else str(value) for value in days),
-        {None: "", True: "late", False: "no"}[row.late],
-        *(str(count) for count in (row.elements, row.complete, row.part, row.not_started, row.unknown)),
-        safe_cell(row.note),
-    )
+    with writing(path):  # with the mark that makes Excel read UTF-8
+        path.write_bytes(table_text(COLUMNS, task_rows(report)).encode("utf-8-sig"))
 
 
 def _moment(when: date | datetime | None) -> str:
     return "" if when is None else when.isoformat()
 
 
-def _share(value: float | None) -> str:
-    return "" if value is None else f"{value + 0.0:.4f}"
+def _days(value: int | None) -> str:
+    return "" if value is None else str(value)
+
+
+COLUMNS: dict[str, Callable[[TaskRow], str]] = {
+    "Identification": lambda row: safe_cell(row.identification),
+    "Name": lambda row: safe_cell(row.name),
+    "Outline": lambda row: safe_cell(row.outline),
+    "GlobalId": lambda row: safe_cell(row.global_id),
+    "PlannedStart": lambda row: _moment(row.planned_start),
+    "PlannedFinish": lambda row: _moment(row.planned_finish),
+    "SeenBegun": lambda row: _moment(row.seen_begun),
+    "SeenComplete": lambda row: _moment(row.seen_complete),
+    "Known": lambda row: row.knowledge,
+    "CompletionBest": lambda row: number(row.completion.best),
+    "CompletionLower": lambda row: share_bounds(row.completion.lower, row.completion.upper)[0],
+    "CompletionUpper": lambda row: share_bounds(row.completion.lower, row.completion.upper)[1],
+    "Coverage": lambda row: number(row.completion.coverage),
+    "CompletionTold": lambda row: "" if row.told is None else share_bounds(row.told, row.told)[0],
+    "PlannedShare": lambda row: number(row.planned),
+    "DaysLate": lambda row: _days(row.days_late),
+    "DaysLateAtLeast": lambda row: _days(row.days_late_least),
+    "DaysLateAtMost": lambda row: _days(row.days_late_most),
+    "Late": lambda row: {None: "", True: "late", False: "no"}[row.late],
+    "Elements": lambda row: str(row.elements),
+    "Complete": lambda row: str(row.complete),
+    "Part": lambda row: str(row.part),
+    "NotStarted": lambda row: str(row.not_started),
+    "Unknown": lambda row: str(row.unknown),
+    "Note": lambda row: safe_cell(row.note),
+}
