@@ -28,7 +28,7 @@ from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.schedule.msp import write_msp
 from asbuilt_bim.report.schedule.p6 import write_p6
-from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.schedule.write import write_tasks_csv
 
 SAMPLE = Path(__file__).parents[1] / "sample_models" / "site" / "design.ifc"
 Shown = dict[str, tuple[str, ...]]  # task -> what a tool shows of it

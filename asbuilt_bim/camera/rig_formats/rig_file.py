@@ -35,7 +35,7 @@ def rig_text(rig: StereoRig) -> str:
 
 
 def write_rig(rig: StereoRig, path: Path) -> None:
-    """Write a rig, whole or not at all, to a YAML file that `rig_reader.read_rig` reads back to the last digit.
+    """Write a rig, whole or not at all, to a YAML file that `reader.read_rig` reads back to the last digit.
 
     Raises: OutputError where it can't be written.
     """

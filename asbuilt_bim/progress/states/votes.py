@@ -14,11 +14,12 @@ from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.evidence import StationView, Verdict, judge
 from asbuilt_bim.progress.states.outlines import outlined_samples, speaking, standing_off
-from asbuilt_bim.progress.states.sides import mistaken
 from asbuilt_bim.progress.states.trust import WIDER_THAN_A_BAR, WIDER_THAN_A_COLUMN, large_enough, seen_through, trusted
 
 SECOND_LOOK = 0.3
 """What is only seen open past bars counts less than what another station sees built, plainly and without bars."""
+OVERRULES = 10.0
+"""Times the weight: what is seen from a third of the distance. Less is a conflict, and a person is to look."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,3 +104,22 @@ def _asked(
         hidden=hidden,
         spoken=tuple(match for match, _ in speak),
     )
+
+
+def mistaken(samples: CellSamples, firm: FloatArray, opened: FloatArray) -> BoolArray:
+    """Say which samples (N,) are seen open while other faces of their cell are measured to be built.
+
+    `firm` (N,) is the weight of built by measured outlines alone, `opened` that of open, both 1 / m2. A column stands
+    on all of its sides or on none: past bars and rails from far off, stereo finds now and then what lies beyond it.
+    """
+    if not (firm.any() and opened.any()):
+        return np.zeros(len(opened), dtype=bool)
+    shape = (int(samples.face.max()) + 1, int(samples.cell.max()) + 1)
+    by_side = [np.zeros(shape) for _ in range(2)]
+    for weights, sums in zip((firm, opened), by_side, strict=True):
+        np.add.at(sums, (samples.face, samples.cell), weights)
+    standing, seen_open = by_side
+    elsewhere = standing.sum(axis=0) - standing
+    outweighed = elsewhere >= OVERRULES * seen_open.sum(axis=0)
+    overruled: BoolArray = (opened > 0.0) & outweighed[samples.face, samples.cell]
+    return overruled

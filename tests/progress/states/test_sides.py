@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from asbuilt_bim.bim.cells import cell_samples
-from asbuilt_bim.progress.states.sides import mistaken
+from asbuilt_bim.progress.states.votes import mistaken
 from tests.match.small_site import box, element
 
 SAMPLES = cell_samples(element("C", "column", box(0, 0, 0, 0.4, 0.4, 3.0)), 0.05)
