@@ -21,7 +21,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.terminal.crash import KEPT, write_crash_log
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.terminal.warned import warn_of_visit
+from asbuilt_bim.terminal.summary_table import warn_of_visit
 from tests.ifc.models import ModelBuilder
 from tests.project_folder import plain, write_project
 from tests.report.sample_report import sample_report

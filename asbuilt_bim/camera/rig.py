@@ -32,7 +32,7 @@ PARAMETERS = (
 class StereoRig:
     """Two cameras and where the right one stands: `right_from_left` (4, 4) in metres.
 
-    `covariance` (14, 14) belongs to `PARAMETERS`, the lenses' part folded in (`folded.py`); all zeros means "not known"
+    `covariance` (14, 14) belongs to `PARAMETERS`, the lenses' part folded in (`calibrate`); all zeros means "not known"
     (a rig file of another tool).
     `rms_px` is the calibration's stereo reprojection error, 0 where it isn't known.
     `camera_model`, `camera_serial`, `focal_length_mm` come from the boards' EXIF, "" / 0 where there is none:

@@ -26,7 +26,7 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.revision import reissued_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
-from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.register.placement import register
@@ -34,8 +34,7 @@ from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
-from asbuilt_bim.schedule.link_elements import with_schedule
-from asbuilt_bim.schedule.read import read_schedule
+from asbuilt_bim.schedule.read import scheduled
 
 _NOTHING_OF = "nothing of station"
 """How a note on stations of an earlier visit begins."""
@@ -95,7 +94,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     refuse_missing(project)
     design = read_design(project.ifc, project.scope)
     if project.schedule is not None:
-        design = with_schedule(design, read_schedule(project.schedule))
+        design = scheduled(design, project.schedule)
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
     stray = check_survey(survey, design)
     timer.done("read the IFC")

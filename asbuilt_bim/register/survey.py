@@ -15,7 +15,7 @@ from asbuilt_bim.errors import Rejection, SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import CORNERS, UNIT_MISTAKES, print_faults
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
 
@@ -115,16 +115,8 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
 
 
 def _rows(path: Path) -> tuple[list[_Row], list[str]]:
-    try:
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-        text = data.decode("utf-8-sig")
-    except OSError as error:
-        raise SurveyError(f"{path}: the survey can't be read: {error.strerror or error}; check the path") from error
-    except UnicodeDecodeError as error:
-        raise SurveyError(f"{path}: the survey is no UTF-8 text; save it as CSV UTF-8") from error
-    if len(data) > MAX_BYTES:
-        raise SurveyError(f"{path}: more than {MAX_BYTES / 1e6:.0f} MB are no survey of markers; check the path")
+    name = f"survey {path}"
+    text = as_text(read_bytes(path, MAX_BYTES, SurveyError, name), SurveyError, name)
     head = next((line for line in text.splitlines() if line.strip()), "")
     delimiter = ";" if ";" in head else "," if "," in head else "\t"
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)  # lines may end as they do on any system

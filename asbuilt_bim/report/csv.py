@@ -4,32 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
-from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.tables import ElementRow, element_rows
 from asbuilt_bim.report.wording.values import plain, share_bounds
+from asbuilt_bim.storage.atomic_write import writing
 
-HEADER = (
-    "Storey",
-    "GlobalId",
-    "Class",
-    "Name",
-    "State",
-    "DesignArea_m2",
-    "AsBuiltArea_m2",
-    "Sigma_m2",
-    "CompletionBest",
-    "CompletionLower",
-    "CompletionUpper",
-    "Coverage",
-    "Offset_mm",
-    "Visit",
-    "LastSeen",
-    "Stations",
-    "Notes",
-)
+Row = TypeVar("Row")
 _RUNS_AS_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
@@ -39,20 +23,21 @@ def write_csv(report: ProgressReport, path: Path) -> None:
     Raises:
         OutputError: the file can't be written.
     """
-    try:
+    with writing(path):
         path.write_bytes(csv_text(report).encode("utf-8-sig"))  # with the mark that makes Excel read UTF-8
-    except OSError as error:
-        raise OutputError(
-            f"{path}: can't be written: {error.strerror or error}; close it elsewhere or free space"
-        ) from error
 
 
 def csv_text(report: ProgressReport) -> str:
     """Return the table as text with CRLF line ends (RFC 4180)."""
+    return table_text(COLUMNS, element_rows(report))
+
+
+def table_text(columns: Mapping[str, Callable[[Row], str]], rows: Iterable[Row]) -> str:
+    """Return a table as text with CRLF line ends: what each column is called, and its cell of a row."""
     out = io.StringIO(newline="")
     writer = csv.writer(out, lineterminator="\r\n")
-    writer.writerow(HEADER)
-    writer.writerows(_cells(row) for row in element_rows(report))
+    writer.writerow(columns)
+    writer.writerows([cell(row) for cell in columns.values()] for row in rows)
     return out.getvalue()
 
 
@@ -62,28 +47,27 @@ def safe_cell(text: str) -> str:
     return f"'{cleaned}" if cleaned.lstrip(" \u00a0").startswith(_RUNS_AS_FORMULA) else cleaned
 
 
-def _cells(row: ElementRow) -> tuple[str, ...]:
-    """Write one row's cells."""
-    return (
-        safe_cell(row.storey),
-        safe_cell(row.global_id),
-        safe_cell(row.ifc_class),
-        safe_cell(row.name),
-        row.state,
-        _number(row.design_area_m2, 4),
-        _number(row.as_built_area_m2, 4),
-        _number(row.sigma_m2, 4),
-        _number(row.best, 4),
-        *share_bounds(row.lower, row.upper),
-        _number(row.coverage, 4),
-        _number(row.offset_mm, 1),
-        row.visit.isoformat(),
-        row.last_seen.isoformat() if row.last_seen else "",
-        safe_cell(row.stations),
-        safe_cell(row.notes),
-    )
-
-
-def _number(value: float | None, decimals: int) -> str:
+def number(value: float | None, decimals: int = 4) -> str:
     """Write a number with a point; None is empty."""
     return "" if value is None else f"{value + 0.0:.{decimals}f}"
+
+
+COLUMNS: dict[str, Callable[[ElementRow], str]] = {
+    "Storey": lambda row: safe_cell(row.storey),
+    "GlobalId": lambda row: safe_cell(row.global_id),
+    "Class": lambda row: safe_cell(row.ifc_class),
+    "Name": lambda row: safe_cell(row.name),
+    "State": lambda row: row.state,
+    "DesignArea_m2": lambda row: number(row.design_area_m2),
+    "AsBuiltArea_m2": lambda row: number(row.as_built_area_m2),
+    "Sigma_m2": lambda row: number(row.sigma_m2),
+    "CompletionBest": lambda row: number(row.best),
+    "CompletionLower": lambda row: share_bounds(row.lower, row.upper)[0],
+    "CompletionUpper": lambda row: share_bounds(row.lower, row.upper)[1],
+    "Coverage": lambda row: number(row.coverage),
+    "Offset_mm": lambda row: number(row.offset_mm, 1),
+    "Visit": lambda row: row.visit.isoformat(),
+    "LastSeen": lambda row: row.last_seen.isoformat() if row.last_seen else "",
+    "Stations": lambda row: safe_cell(row.stations),
+    "Notes": lambda row: safe_cell(row.notes),
+}

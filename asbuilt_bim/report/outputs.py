@@ -9,11 +9,10 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.csv import write_csv
 from asbuilt_bim.report.drawings.overlay import draw_overlay
 from asbuilt_bim.report.page.write import write_page
-from asbuilt_bim.report.schedule.msp import write_msp
-from asbuilt_bim.report.schedule.p6 import write_p6
-from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.schedule.write import write_schedules
 from asbuilt_bim.report.tables import station_rows
 from asbuilt_bim.report.workbook.write import write_workbook
+from asbuilt_bim.storage.atomic_write import writing
 
 MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
 
@@ -38,18 +37,7 @@ def write_outputs(
     write_csv(report, table)
     write_workbook(report, workbook)
     write_page(report, pictures, page, before)
-    return (*written, table, workbook, *_write_tasks(report, folder), page)
-
-
-def _write_tasks(report: ProgressReport, folder: Path) -> tuple[Path, ...]:
-    """Write the tasks as a table and as schedules that planning programs import."""
-    if not report.tasks:
-        return ()
-    table, msp, p6 = folder / "tasks.csv", folder / "schedule.msp.xml", folder / "schedule.p6.xml"
-    write_tasks_csv(report, table)
-    write_msp(report, msp)
-    write_p6(report, p6)
-    return table, msp, p6
+    return (*written, table, workbook, *write_schedules(report, folder), page)
 
 
 def read_pictures(report: ProgressReport, pictures_folder: Path) -> dict[str, bytes]:
@@ -92,10 +80,8 @@ def write_overlays(report: ProgressReport, pictures: dict[str, bytes], folder: P
             continue
         path = folder / Path(station.overlay).name
         data = draw_overlay(pictures[station.name], station, report)
-        try:
+        with writing(path):
             folder.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
-        except OSError as error:
-            raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space") from error
         written.append(path)
     return tuple(written)

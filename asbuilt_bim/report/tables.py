@@ -43,15 +43,15 @@ class StationRow:
 
     name: str
     status: str  # "placed", "not placed", "rejected"
-    markers: str
-    residual_px: float | None
-    target_range_m: float | None
-    target_depth_m: float | None
-    target_depth_sigma_m: float | None
-    faces: int
-    matched: int
     reasons: tuple[Rejection, ...]  # of the station itself, its target and its markers
     left_out: tuple[Rejection, ...]  # of its faces
+    markers: str = ""
+    residual_px: float | None = None
+    target_range_m: float | None = None
+    target_depth_m: float | None = None
+    target_depth_sigma_m: float | None = None
+    faces: int = 0
+    matched: int = 0
 
 
 def element_rows(report: ProgressReport) -> tuple[ElementRow, ...]:
@@ -118,7 +118,10 @@ def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:
         _station_row(station, tuple(reasons.pop(station.name, ())), tuple(left_out.get(station.name, ())))
         for station in report.stations
     ]
-    lost = [_rejected_row(name, tuple(found), tuple(left_out.get(name, ()))) for name, found in sorted(reasons.items())]
+    lost = [
+        StationRow(name=name, status="rejected", reasons=tuple(found), left_out=tuple(left_out.get(name, ())))
+        for name, found in sorted(reasons.items())
+    ]
     return (*measured, *lost)
 
 
@@ -150,23 +153,6 @@ def _station_row(station: StationRecord, reasons: tuple[Rejection, ...], left_ou
         target_depth_sigma_m=station.target_depth_sigma_m,
         faces=len(station.faces),
         matched=sum(1 for face in station.faces if face.design_faces),
-        reasons=reasons,
-        left_out=left_out,
-    )
-
-
-def _rejected_row(name: str, reasons: tuple[Rejection, ...], left_out: tuple[Rejection, ...]) -> StationRow:
-    """Lay out one station that gave nothing."""
-    return StationRow(
-        name=name,
-        status="rejected",
-        markers="",
-        residual_px=None,
-        target_range_m=None,
-        target_depth_m=None,
-        target_depth_sigma_m=None,
-        faces=0,
-        matched=0,
         reasons=reasons,
         left_out=left_out,
     )

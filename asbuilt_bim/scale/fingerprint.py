@@ -10,8 +10,8 @@ from pathlib import Path
 from asbuilt_bim.version import __version__
 
 LIBRARIES = ("numpy", "opencv-python-headless", "ifcopenshell", "onnxruntime", "shapely")
-MEASURING = ("geometry", "camera", "vision", "measure")
-"""The packages whose code decides what a station's measurement is."""
+MEASURING = ("errors.py", "codes.py", "scale/codec.py", "storage", "geometry", "camera", "vision", "measure")
+"""The code that decides what a station's measurement is, and how it is kept."""
 
 
 @functools.cache
@@ -29,12 +29,16 @@ def library_versions() -> dict[str, str]:
 @functools.cache
 def measuring_code_digest() -> str:
     """Return a digest of this program's measuring code, so that a cached result of other code is never used."""
-    root = Path(__file__).parent.parent
+    return code_digest(Path(__file__).parent.parent)
+
+
+def code_digest(package: Path) -> str:
+    """Return a digest of the measuring code in a package's folder: of its names, its text and its networks' sizes."""
     digest = hashlib.sha256(__version__.encode())
-    for package in MEASURING:
-        for path in sorted((root / package).rglob("*.py")):
-            digest.update(path.relative_to(root).as_posix().encode())
+    for name in MEASURING:
+        for path in sorted([package / name] if name.endswith(".py") else (package / name).rglob("*.py")):
+            digest.update(path.relative_to(package).as_posix().encode())
             digest.update(path.read_bytes())
-    for model in sorted((root / "models").glob("*.onnx")):
+    for model in sorted((package / "models").glob("*.onnx")):
         digest.update(f"{model.name} {model.stat().st_size}".encode())
     return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""Reads a schedule file by what it is, whatever its name ends in."""
+"""The door of this room: reads a schedule file by what it is, whatever its name ends in, and ties it to a design."""
 
 from __future__ import annotations
 
@@ -6,16 +6,29 @@ import hashlib
 from pathlib import Path
 from typing import Literal
 
+from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource, WorkCalendar
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, own_calendars, p6_calendar
+from asbuilt_bim.schedule.link_elements import with_schedule
 from asbuilt_bim.schedule.msp import msp_rows
 from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
-from asbuilt_bim.schedule.safe_xml import local, parse_xml, read_bytes
+from asbuilt_bim.schedule.safe_xml import local, parse_xml
 from asbuilt_bim.schedule.table import csv_rows
+from asbuilt_bim.storage.regular_file import read_bytes
 
+MAX_BYTES = 200_000_000
 _BINARY = {b"\xd0\xcf\x11\xe0": "an MS Project file (.mpp)", b"PK\x03\x04": "an Excel workbook or a zip archive"}
+
+
+def scheduled(design: BimModel, path: Path | str) -> BimModel:
+    """Return the design with the dates, outline and links of a schedule file on its tasks.
+
+    Raises:
+        ScheduleError: it can't be read, is no schedule, or holds no task.
+    """
+    return with_schedule(design, read_schedule(path))
 
 
 def read_schedule(path: Path | str) -> ScheduleFile:
@@ -25,7 +38,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
         ScheduleError: it can't be read, is none of these, or holds no task.
     """
     path = Path(path)
-    data = read_bytes(path)
+    data = read_bytes(path, MAX_BYTES, ScheduleError, f"schedule {path}")
     for beginning, what in _BINARY.items():
         if data.startswith(beginning):
             raise ScheduleError(f"{path}: is {what}; save it as XML (MS Project, P6) or as CSV")

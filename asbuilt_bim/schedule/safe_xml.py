@@ -7,33 +7,13 @@ from pathlib import Path
 from xml.parsers import expat
 
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.storage.regular_file import open_regular
 
-MAX_BYTES = 200_000_000
 MAX_DEPTH = 60
 """P6 and MS Project nest their XML some ten levels deep."""
 
 
 class _RefusedError(Exception):
     """What the file holds that no schedule does."""
-
-
-def read_bytes(path: Path) -> bytes:
-    """Read a schedule file within bounds.
-
-    Raises:
-        ScheduleError: it is missing, too large, or can't be read.
-    """
-    try:
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as problem:
-        raise ScheduleError(f"{path}: the schedule can't be read ({problem.strerror}); check the path") from problem
-    if len(data) > MAX_BYTES:
-        raise ScheduleError(
-            f"{path}: larger than {MAX_BYTES / 1e6:.0f} MB, which no schedule is; export only its tasks"
-        )
-    return data
 
 
 def parse_xml(data: bytes, path: Path) -> ET.Element:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+
+from asbuilt_bim.errors import OutputError
 
 PART = ".asbuilt-"
 """What a file's name begins with until it is whole; it ends in `.part`."""
@@ -30,6 +33,21 @@ def write_problem(folder: Path) -> OSError | None:
             return None
     except OSError as problem:
         return problem
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Name the file, and what to do, where what is done within fails to write it.
+
+    Raises:
+        OutputError: the file can't be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(
+            f"{path}: can't be written: {error.strerror or error}; close it elsewhere, free space or name another place"
+        ) from error
 
 
 def replace_bytes(path: Path, data: bytes) -> None:

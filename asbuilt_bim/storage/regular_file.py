@@ -1,4 +1,4 @@
-"""Opening what somebody names: a file, and no device or pipe, which may never end or never answer."""
+"""Reading what somebody names: a file within bounds, and no device or pipe, which may never end or never answer."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import errno
 import stat
 from io import BufferedReader
 from pathlib import Path
+
+from asbuilt_bim.errors import AsBuiltError
 
 
 def open_regular(path: Path) -> BufferedReader:
@@ -23,3 +25,34 @@ def open_regular(path: Path) -> BufferedReader:
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "it is a device or a pipe, no file", str(path))
     return path.open("rb")
+
+
+def read_bytes(path: Path, most: int, refusal: type[AsBuiltError], name: str = "") -> bytes:
+    """Return the bytes of a file of at most `most`; `name` is what messages call it, else its path.
+
+    Raises:
+        AsBuiltError: of the sort `refusal`, where the file can't be read or is larger.
+    """
+    try:
+        with open_regular(path) as file:
+            data = file.read(most + 1)
+    except FileNotFoundError as problem:
+        raise refusal(f"{name or path}: there is no such file; check the path") from problem
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise refusal(f"{name or path}: can't be read ({reason}); check the path") from problem
+    if len(data) > most:
+        raise refusal(f"{name or path}: larger than {most / 1e6:g} MB, which no such file is; check the path")
+    return data
+
+
+def as_text(data: bytes, refusal: type[AsBuiltError], name: str, encoding: str = "utf-8-sig") -> str:
+    """Return bytes as text, without the mark that some programs put before it.
+
+    Raises:
+        AsBuiltError: of the sort `refusal`, where they are none.
+    """
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError as problem:
+        raise refusal(f"{name}: not UTF-8 text (byte {problem.start}); save it as UTF-8") from problem

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +14,7 @@ from typing import Any
 import yaml
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.storage.regular_file import open_regular
-from asbuilt_bim.storage.yaml_words import character_words, yaml_words
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
 
 MAX_BYTES = 1_000_000
 """A project file of a thousand stations is about 150 kB; more than this is no project file."""
@@ -122,37 +122,37 @@ def parse_yaml(text: str, path: Path) -> YamlDocument:
         value = loader.construct_document(node)
         lines: dict[str, int] = {}
         _note_lines(node, "", lines)
-    except yaml.MarkedYAMLError as problem:
-        raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
-    except yaml.reader.ReaderError as problem:
-        raise ProjectError(f"{path}{character_words(problem, text)}") from problem
     except (yaml.YAMLError, ValueError) as problem:
-        raise ProjectError(f"{path}: not YAML: {str(problem).splitlines()[0]}") from problem
+        raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
     except RecursionError as problem:
         raise ProjectError(f"{path}: nested too deep for a project file") from problem
     return YamlDocument(value=value, lines=lines)
 
 
+def yaml_words(problem: Exception, text: str) -> str:
+    """Return `, line N (its text): what is wrong there` of a YAML text that couldn't be read."""
+    if isinstance(problem, yaml.reader.ReaderError):
+        line = text.count("\n", 0, problem.position) + 1
+        return f", line {line}: holds a character that no text has (U+{problem.character:04X}); take it out"
+    mark = getattr(problem, "problem_mark", None)
+    if not isinstance(problem, yaml.MarkedYAMLError) or mark is None:
+        return f": not YAML: {str(problem).splitlines()[0]:.200}"
+    if isinstance(problem, yaml.constructor.ConstructorError):  # our own refusals
+        return f", line {mark.line + 1}: {problem.problem}"
+    shown = "".join(c for c in "".join(text.splitlines()[mark.line : mark.line + 1]).strip() if c.isprintable())
+    begun = f", in what begins in line {problem.context_mark.line + 1}" if problem.context_mark else ""
+    hint = "check how it is indented, and its colons, quotes and brackets"
+    return f", line {mark.line + 1}{f' ({shown:.60})' if shown else ''}: {problem.problem}{begun}; {hint}"
+
+
 def _text(path: Path) -> str:
-    try:
-        if path.is_dir():
-            raise ProjectError(f"{path}: is a folder; name the YAML file in it")
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except FileNotFoundError as problem:
-        raise ProjectError(f"{path}: no such file; check the path") from problem
-    except (OSError, ValueError) as problem:
-        raise ProjectError(f"{path}: can't be read: {getattr(problem, 'strerror', None) or problem}") from problem
-    if len(data) > MAX_BYTES:
-        raise ProjectError(f"{path}: larger than {MAX_BYTES:,} bytes, so it is no project file")
+    data = read_bytes(path, MAX_BYTES, ProjectError)
     if data.startswith(b"ISO-10303-21"):
         raise ProjectError(f"{path}: is an IFC file; a YAML file is expected here")
     if data.startswith(b"PK\x03\x04"):
         raise ProjectError(f"{path}: is a zip archive, no project file; unpack it and name the project.yaml in it")
-    try:
-        return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        raise ProjectError(f"{path}: not UTF-8 text (byte {problem.start}); save it as UTF-8") from problem
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return as_text(data, ProjectError, str(path), "utf-16" if wide else "utf-8-sig")
 
 
 def _note_lines(node: yaml.Node, path: str, lines: dict[str, int]) -> None:

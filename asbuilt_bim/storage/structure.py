@@ -1,18 +1,24 @@
-"""Plain values into frozen dataclasses, with every mistake collected, not only the first.
+"""Plain values into frozen dataclasses by cattrs, strictly: every mistake is collected, not only the first.
 
-Supported: dataclasses, `tuple[T, ...]`, `dict[str, T]`, `T | None`, `Literal`, `Annotated` with `Within`, `str`, `int`,
-`float`, `bool`, `date`. Whatever else stands in a dataclass (a computed value, a matrix) can't be set from a file.
+Supported: dataclasses, `tuple[T, ...]`, `dict[str, T]`, `T | None`, `tuple | T`, `Literal`, `Annotated` with `Within`,
+`str`, `int`, `float`, `bool`, `date`. What else stands in a dataclass (a computed value, a matrix) can't be set.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import difflib
-import types
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from datetime import date, datetime
+from datetime import date
+from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from cattrs import Converter
+from cattrs.errors import BaseValidationError, ForbiddenExtraKeysError
+from cattrs.gen import make_dict_structure_fn, override
+
+Hook = Callable[[Any, Any], Any]
 MOST = 1e15
 """Numbers of a file lie below: nothing that is measured is larger, and floats hold whole numbers no further."""
 
@@ -25,6 +31,13 @@ class Within:
     high: float
     unit: str = ""
     hint: str = ""
+
+    def checked(self, value: float) -> float:
+        """Return the number, or raise ValueError where it lies outside."""
+        if not self.low <= value <= self.high:
+            unit, hint = self.unit and f" {self.unit}", self.hint and f"; {self.hint}"
+            raise ValueError(f"expected {self.low:g} to {self.high:g}{unit}, got {value:g}{unit}{hint}")
+        return value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,159 +59,119 @@ class Problems:
         self.found.append(Problem(path=path, text=text))
 
 
-class _Missing:
-    """Stands for a value that could not be made; its mistake is in `Problems`."""
-
-
-_MISSING = _Missing()
-
-
-def structure(value: object, kind: Any, problems: Problems, path: str = "") -> Any:
-    """Return `value` as `kind`; where that fails the mistakes are in `problems` and the answer is of no use."""
-    result = _any(value, kind, problems, path)
-    return None if result is _MISSING else result
-
-
-def _any(value: object, kind: Any, problems: Problems, path: str) -> object:
-    origin = get_origin(kind)
-    if origin is Annotated:
-        inner, *bounds = get_args(kind)
-        result = _any(value, inner, problems, path)
-        return _bounded(result, bounds, problems, path)
-    if origin in (Union, types.UnionType):
-        return _optional(value, kind, problems, path)
-    if origin is Literal:
-        choices = get_args(kind)
-        if any(value == choice and type(value) is type(choice) for choice in choices):
-            return value
-        return _wrong(problems, path, " or ".join(show(choice) for choice in choices), value, choices)
-    if origin is tuple:
-        return _sequence(value, get_args(kind), problems, path)
-    if origin is dict:
-        return _mapping(value, get_args(kind)[1], problems, path)
-    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
-        return _record(value, kind, problems, path)
-    return _scalar(value, kind, problems, path)
-
-
-def _scalar(value: object, kind: Any, problems: Problems, path: str) -> object:
-    if kind is bool:
-        return value if isinstance(value, bool) else _wrong(problems, path, "true or false", value)
-    if kind is int:
-        whole = isinstance(value, int) and not isinstance(value, bool)
-        if isinstance(value, int) and whole and not -MOST < value < MOST:
-            return _wrong(problems, path, f"a whole number of less than {MOST:.0e}", value)
-        return value if whole else _wrong(problems, path, "a whole number", value)
-    if kind is float:
-        number = isinstance(value, int | float) and not isinstance(value, bool) and -MOST < value < MOST
-        return float(value) if number else _wrong(problems, path, "a number", value)  # type: ignore[arg-type]
-    if kind is str:
-        if isinstance(value, str) and value.strip():
-            return value
-        quoted = "" if isinstance(value, str) or value is None else "; put it in quotes"
-        return _wrong(problems, path, "text", value, after=quoted)
-    if kind is date:
-        plain = isinstance(value, date) and not isinstance(value, datetime)
-        return value if plain else _wrong(problems, path, "a date such as 2026-03-02", value)
-    problems.add(path, "can't be set in a file")
-    return _MISSING
-
-
-def _optional(value: object, kind: Any, problems: Problems, path: str) -> object:
-    if value is None:
+def structure(value: object, kind: Any, problems: Problems) -> Any:
+    """Return `value` as `kind`; where that fails the mistakes are in `problems` and the answer is None."""
+    try:
+        return _CONVERTER.structure(value, kind)
+    except Exception as error:  # cattrs gathers whatever a hook or a __post_init__ raises
+        _collect(error, "", problems)
         return None
-    kinds = [k for k in get_args(kind) if k is not type(None)]
-    for candidate in kinds[:-1]:
-        trial = Problems()
-        result = _any(value, candidate, trial, path)
-        if not trial.found:
-            return result
-    return _any(value, kinds[-1], problems, path)
 
 
-def _sequence(value: object, arguments: tuple[Any, ...], problems: Problems, path: str) -> object:
-    if not isinstance(value, list):
-        return _wrong(problems, path, "a list (lines that start with '- ')", value)
-    if len(arguments) == 2 and arguments[1] is Ellipsis:
-        kinds = [arguments[0]] * len(value)
-    elif len(arguments) == len(value):
-        kinds = list(arguments)
-    else:
-        return _wrong(problems, path, f"a list of {len(arguments)} values", value)
-    items = [_any(item, k, problems, f"{path}[{i}]") for i, (item, k) in enumerate(zip(value, kinds, strict=True))]
-    return _MISSING if any(item is _MISSING for item in items) else tuple(items)
-
-
-def _mapping(value: object, kind: Any, problems: Problems, path: str) -> object:
-    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        return _wrong(problems, path, "keys with values", value)
-    items = {key: _any(item, kind, problems, f"{path}.{key}") for key, item in value.items()}
-    return _MISSING if any(item is _MISSING for item in items.values()) else items
-
-
-def _record(value: object, kind: type, problems: Problems, path: str) -> object:
-    if not isinstance(value, dict):
-        return _wrong(problems, path, "keys with values", value)
-    hints = get_type_hints(kind, include_extras=True)
-    fields = {f.name: f for f in dataclasses.fields(kind) if f.init}
-    prefix = f"{path}." if path else ""
-    complete = True
-    for key in value:
-        if key not in fields:
-            near = difflib.get_close_matches(str(key), fields, n=1, cutoff=0.6)
-            hint = f"; did you mean {near[0]}?" if near else f"; known here: {', '.join(sorted(fields))}"
+def _collect(error: BaseException, path: str, problems: Problems) -> None:
+    """Note each mistake in cattrs' tree of errors, with the path that its notes give."""
+    if isinstance(error, ForbiddenExtraKeysError):
+        known = [field.name for field in dataclasses.fields(error.cl) if field.init]
+        for key in sorted(error.extra_fields, key=str):
+            hint = _near(key, known) or f"; known here: {', '.join(sorted(known))}"
             if isinstance(key, int):  # {diameter_m: 0,30}
                 hint = "; a decimal comma? write a point"
-            problems.add(f"{prefix}{key}", f"unknown key{hint}")
-            complete = False
-    made: dict[str, object] = {}
-    for name, declared in fields.items():
-        if name in value:
-            made[name] = _any(value[name], hints[name], problems, f"{prefix}{name}")
-            complete = complete and made[name] is not _MISSING
-        elif declared.default is dataclasses.MISSING and declared.default_factory is dataclasses.MISSING:
-            problems.add(f"{prefix}{name}", "is missing")
-            complete = False
-    if not complete:
-        return _MISSING
-    try:
-        return kind(**made)
-    except ValueError as problem:
-        problems.add(path, str(problem))
-        return _MISSING
+            problems.add(f"{path}.{key}".lstrip("."), f"unknown key{hint}")
+    elif not isinstance(error, BaseValidationError):
+        problems.add(path, "is missing" if isinstance(error, KeyError) else str(error))
+    else:
+        for inner in error.exceptions:
+            note = next(iter(getattr(inner, "__notes__", ())), None)  # of a field, a key or an index
+            key = getattr(note, "name", getattr(note, "index", ""))
+            step = f"[{key}]" if isinstance(key, int) else f".{key}" if key else ""
+            _collect(inner, f"{path}{step}".lstrip("."), problems)
 
 
-def _bounded(value: object, bounds: list[Any], problems: Problems, path: str) -> object:
-    for bound in bounds:
-        if not isinstance(bound, Within) or not isinstance(value, int | float):
-            continue
-        if not bound.low <= value <= bound.high:
-            unit = f" {bound.unit}" if bound.unit else ""
-            hint = f"; {bound.hint}" if bound.hint else ""
-            problems.add(path, f"expected {bound.low:g} to {bound.high:g}{unit}, got {value:g}{unit}{hint}")
-            return _MISSING
-    return value
+def _near(value: object, known: Iterable[object]) -> str:
+    near = difflib.get_close_matches(str(value), map(str, known), n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
-def _wrong(
-    problems: Problems, path: str, expected: str, got: object, choices: tuple[object, ...] = (), after: str = ""
-) -> _Missing:
-    near = difflib.get_close_matches(str(got), [str(c) for c in choices], n=1, cutoff=0.6) if choices else []
-    hint = f"; did you mean {near[0]}?" if near and len(choices) > 1 else ""
-    problems.add(path, f"expected {expected}, got {show(got)}{hint}{after}")
-    return _MISSING
+def _shown(value: object) -> str:
+    text = f"'{value:.60}'" if isinstance(value, str) else f"{value!s:.60}"
+    return {"None": "nothing", "True": "true", "False": "false"}.get(text, text)
 
 
-def show(value: object) -> str:
-    """Return a value as a message shows it: short, with its sort where that helps."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "keys with values"
-    if isinstance(value, list):
-        return "a list"
-    text = str(value)
-    text = text if len(text) <= 60 else text[:57] + "..."
-    return f"'{text}'" if isinstance(value, str) else text
+def _only(fits: Callable[[Any], object], expected: str, read: Hook | None = None, near: tuple[Any, ...] = ()) -> Hook:
+    """Return a hook that refuses what doesn't fit, and reads the rest."""
+
+    def hook(value: object, kind: Any) -> object:
+        if not fits(value):
+            raise ValueError(f"expected {expected}, got {_shown(value)}{_near(value, near)}")
+        return read(value, kind) if read else value
+
+    return hook
+
+
+def _number(value: Any, *sorts: type) -> bool:
+    return isinstance(value, sorts) and not isinstance(value, bool) and -MOST < value < MOST  # type: ignore[operator]
+
+
+def _of(*origins: Any) -> Callable[[Any], bool]:
+    return lambda kind: get_origin(kind) in origins
+
+
+_CONVERTER = Converter(structure_fallback_factory=lambda _: _only(lambda value: False, "nothing in a file"))
+for _kind, _hook in (
+    (bool, _only(lambda value: isinstance(value, bool), "true or false")),
+    (int, _only(lambda value: _number(value, int), "a whole number")),
+    (float, _only(lambda value: _number(value, int, float), "a number", lambda value, _: float(value))),
+    (str, _only(lambda value: isinstance(value, str) and value.strip(), "text (a number or a date in quotes)")),
+    (date, _only(lambda value: type(value) is date, "a date such as 2026-03-02")),
+):
+    _CONVERTER.register_structure_hook(_kind, _hook)
+
+
+@_CONVERTER.register_structure_hook_factory(_of(Literal))
+def _literal(kind: Any) -> Hook:
+    choices = get_args(kind)
+    same = [(type(choice), choice) for choice in choices]  # True is no 1
+    return _only(lambda value: (type(value), value) in same, " or ".join(map(_shown, choices)), near=choices)
+
+
+@_CONVERTER.register_structure_hook_factory(_of(Annotated))
+def _bounded(kind: Any) -> Hook:
+    inner, within = get_args(kind)
+    return lambda value, _: within.checked(_CONVERTER.structure(value, inner))
+
+
+@_CONVERTER.register_structure_hook_factory(_of(tuple))
+def _tuple(kind: Any) -> Hook:
+    first, *rest = get_args(kind)
+    if rest == [...]:
+        several = list[first]  # type: ignore[valid-type]
+        words = "a list (lines that start with '- ')"
+        return _only(
+            lambda value: isinstance(value, list), words, lambda value, _: tuple(_CONVERTER.structure(value, several))
+        )
+    size = len(rest) + 1
+    each = _CONVERTER.gen_structure_hetero_tuple(kind)
+    return _only(lambda value: isinstance(value, list) and len(value) == size, f"a list of {size} values", each)
+
+
+@_CONVERTER.register_structure_hook_factory(lambda kind: _of(Union, UnionType)(kind) and NoneType not in get_args(kind))
+def _tuple_or(kind: Any) -> Hook:
+    several, one = get_args(kind)
+    return lambda value, _: _CONVERTER.structure(value, several if isinstance(value, list) else one)
+
+
+@_CONVERTER.register_structure_hook_factory(_of(dict))
+def _mapping(kind: Any) -> Hook:
+    return _only(lambda value: isinstance(value, dict), "keys with values", _CONVERTER.gen_structure_mapping(kind))
+
+
+@_CONVERTER.register_structure_hook_factory(dataclasses.is_dataclass)
+def _record(kind: Any) -> Hook:
+    """Return the reader of a dataclass; cattrs itself loses what `Annotated` says."""
+
+    def field_of(hint: Any) -> Any:
+        return override(struct_hook=lambda value, _: _CONVERTER.structure(value, hint))
+
+    each = {name: field_of(hint) for name, hint in get_type_hints(kind, include_extras=True).items()}
+    read = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=True, **each)
+    return _only(lambda value: isinstance(value, dict), "keys with values", read)

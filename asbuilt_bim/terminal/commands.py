@@ -23,15 +23,14 @@ from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
-from asbuilt_bim.report.schedule.task_rows import late_words
+from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.terminal.summary_table import calibration_lines, summary, time_line
-from asbuilt_bim.terminal.warned import warn_of_design, warn_of_visit
+from asbuilt_bim.terminal.summary_table import calibration_lines, summary, time_line, warn_of_design, warn_of_visit
 
 INCOMPLETE = 1
 """The exit code where a station was left out and --strict is given, or where every one of the visit's was."""

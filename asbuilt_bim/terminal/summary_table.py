@@ -11,12 +11,15 @@ from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
+from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import verdict
-from asbuilt_bim.report.tables import station_of, storey_names
-from asbuilt_bim.report.wording.values import percent, percent_range
+from asbuilt_bim.report.tables import station_of, storey_names, subject_of
+from asbuilt_bim.report.wording.values import percent, percent_range, plain
+from asbuilt_bim.terminal.screen import Screen
 
 TABLE_WIDTH = 118
 """Columns that the table needs; a narrower terminal gets the same in lines."""
+MAX_NOTES = 4
 
 
 def summary(report: ProgressReport, width: int) -> Table | str:
@@ -123,3 +126,31 @@ def _reasons(name: str, report: ProgressReport) -> list[str]:
     about = [r for r in report.rejections if station_of(r) == name]
     own = [r for r in about if r.what == f"station {name}"] or about  # a single marker's is not the station's
     return [str(r).removeprefix(f"station {name}: ") for r in own] or ["no reason was given"]
+
+
+def warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
+    """Say what of the design couldn't be used: it is missing from every number."""
+    for note in notes[:MAX_NOTES]:
+        screen.warn(f"{names}: {note}")
+    if len(notes) > MAX_NOTES:
+        screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
+
+
+def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
+    """Say what is wrong with the whole visit (its rig, its scale, the survey) and which stations were left out.
+
+    Returns whether one was.
+    """
+    day = visit.date.isoformat()
+    whole = [rejection for rejection in report.rejections if subject_of(rejection) == ("", "")]
+    for rejection in whole[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(str(rejection))}")
+    if len(whole) > MAX_NOTES:
+        screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
+    names = [station.name for station in visit.stations]
+    rejected = left_out(names, report)
+    for name, reasons in rejected.items():
+        screen.warn(f"visit {day}: station {name} was LEFT OUT: {'; '.join(reasons)}")
+    if names and len(rejected) == len(names):
+        screen.warn(f"visit {day}: NOT ONE station could be used; nothing in this report was seen on that day")
+    return bool(rejected)

@@ -23,8 +23,8 @@ from asbuilt_synthetic.model import CameraTruth, RigTruth
 from asbuilt_synthetic.rig import rig_truth
 
 from asbuilt_bim.camera.calibration.adjust import adjust
+from asbuilt_bim.camera.calibration.calibrate import folded_covariance
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
-from asbuilt_bim.camera.calibration.pinhole_covariance import folded_covariance
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import StereoRig

@@ -27,7 +27,7 @@ from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.schedule.msp import write_msp
 from asbuilt_bim.report.schedule.p6 import write_p6
-from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.schedule.write import write_tasks_csv
 from benchmarks.ifc.invented import invented_reports
 from benchmarks.ifc.plan import TASKS, add_plan
 from benchmarks.sites import SAMPLE

@@ -21,8 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.vision.networks.bundled import bundled_card
-from asbuilt_bim.vision.networks.flip_test import answers
-from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, load
+from asbuilt_bim.vision.networks.kinds import LoadedNetwork, NetworkDepth, NetworkSegmenter, answers, load
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.networks.figures import KINDS, DepthTally, Tally
 from benchmarks.networks.judge import FILLED, NETWORK, QUICK_PARTS, UNSEEN, Cards, all_parts, judge

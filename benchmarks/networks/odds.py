@@ -23,10 +23,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 
 from asbuilt_bim.vision.networks.bundled import bundled_card
 from asbuilt_bim.vision.networks.centres import grouped
-from asbuilt_bim.vision.networks.flip_test import answers
 from asbuilt_bim.vision.networks.geometry_input import geometry_of_pair
 from asbuilt_bim.vision.networks.instances import parts_of
-from asbuilt_bim.vision.networks.kinds import LoadedNetwork, load, relief_of
+from asbuilt_bim.vision.networks.kinds import LoadedNetwork, answers, load, relief_of
 from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.part_affinity import FEATURES, features
 from asbuilt_bim.vision.networks.parts import gaps

@@ -16,8 +16,7 @@ from click.testing import CliRunner
 
 from asbuilt_bim.cli import app
 from asbuilt_bim.ifc.read.design import read_design
-from asbuilt_bim.ifc.write.copy import strip_asbuilt, write_asbuilt
-from asbuilt_bim.ifc.write.photos import uri
+from asbuilt_bim.ifc.write.copy import strip_asbuilt, uri, write_asbuilt
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from tests.ifc.models import SCHEMAS, ModelBuilder

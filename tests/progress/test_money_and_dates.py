@@ -15,9 +15,8 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.money import cents, total
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState, unseen
+from asbuilt_bim.report.cost_rows import cost_groups, cost_parts
 from asbuilt_bim.report.result.convert import report_from_plain, report_to_plain
-from asbuilt_bim.report.workbook.cost_groups import cost_groups
-from asbuilt_bim.report.workbook.cost_parts import cost_parts
 from tests.match.small_site import box, element, model
 
 DAY, LATER = date(2026, 3, 2), date(2026, 3, 16)

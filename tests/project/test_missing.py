@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.project.missing import refuse_missing
+from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.read import read_project
 from tests.project_folder import plain, write_project
 

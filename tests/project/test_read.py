@@ -80,7 +80,7 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
     text = refusal(write_project(tmp_path, contents))
     assert "5 mistakes" in text or "6 mistakes" in text
     for says in [
-        "line 3: name: expected text, got 12",
+        "line 3: name: expected text (a number or a date in quotes), got 12",
         "target.diameter: unknown key; did you mean diameter_m?",
         "target.diameter_m: expected 0.05 to 2 m, got 300 m; a length in millimetres?",
         "visits[0].date: expected a date such as 2026-03-02, got 'soon'",
@@ -113,12 +113,12 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
         ({"ifc": "a/" + "x" * 300 + ".ifc"}, "ifc: is too long for a path: limit 4000 characters, and 255 between"),
         ({"markers__survey": "ab/" * 2000 + "m.csv"}, "markers.survey: is too long for a path"),
         ({"markers__size_m": 10**400}, "markers.size_m: expected a number, got 1000"),
-        ({"rig__boards__columns": 10**400}, "rig.boards.columns: expected a whole number of less than 1e+15, got 1000"),
+        ({"rig__boards__columns": 10**400}, "rig.boards.columns: expected a whole number, got 1000"),
         ({"visits__1__stations__1__name": "a1"}, "'a1' is the name of visits[1].stations[0] too"),
         ({"visits__1__stations__1__name": "../A2"}, "holds '/', which file names can't"),
         ({"visits__1__stations__1__name": "con"}, "a name that Windows keeps for itself"),
         ({"visits__0__stations__0__right": "v/B1_left.jpg"}, "is the same file as left"),
-        ({"visits__0__stations__0__left": 7}, "visits[0].stations[0].left: expected text, got 7; put it in quotes"),
+        ({"visits__0__stations__0__left": 7}, "visits[0].stations[0].left: expected text (a number"),
         ({"visits__0": "2026-03-02"}, "visits[0]: expected keys with values"),
         ({"options": {"register": {"max_residual": 2}}}, "did you mean max_residual_px?"),
         ({"options": {"register": {"max_residual_px": "two"}}}, "options.register.max_residual_px: expected a number"),

@@ -95,7 +95,7 @@ def test_a_size_that_most_prints_contradict_alike_is_one_line_and_a_bad_print_ke
 
 
 def test_a_survey_that_is_missing_or_has_no_header_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match="can't be read"):
+    with pytest.raises(SurveyError, match="there is no such file"):
         read_survey(tmp_path / "none.csv", 0.28, 0.002)
     with pytest.raises(SurveyError, match="first line lacks"):
         read(tmp_path, "1,top-left,0,0,0\n")

@@ -16,8 +16,8 @@ from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.schedule.lines import schedule_lines
 from asbuilt_bim.report.schedule.msp import write_msp
 from asbuilt_bim.report.schedule.p6 import write_p6
-from asbuilt_bim.report.schedule.task_rows import late_words
-from asbuilt_bim.report.schedule.tasks_csv import write_tasks_csv
+from asbuilt_bim.report.schedule.write import write_tasks_csv
+from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.workbook.write import write_workbook
 from asbuilt_bim.schedule.read import read_schedule
 from tests.report.sample_report import HOSTILE_FORMULA, VISIT, renamed, sample_report

@@ -9,10 +9,10 @@ from rich.table import Table
 
 from asbuilt_bim.errors import SURVEY, Rejection
 from asbuilt_bim.progress.money import cents
+from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows, subject_of
 from asbuilt_bim.report.wording.values import rate, share_bounds
-from asbuilt_bim.report.workbook.cost_groups import cost_groups
 from asbuilt_bim.report.workbook.write import workbook_bytes, write_workbook
 from asbuilt_bim.terminal.summary_table import summary
 from tests.report.sample_report import HOSTILE_FORMULA, UMLAUTS, renamed, sample_report

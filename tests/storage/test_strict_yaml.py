@@ -82,21 +82,24 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("a: 1\nb: 2\n c: 3\n", r"line 3 \(c: 3\): a key can't stand here: indent"),
-        ("name: Site: north\n", r"line 1 \(name: Site: north\): .* in quotes"),
-        ("v:\n  - s:\n      - n: 1\n     - n: 2\n", "line 4 .*indented otherwise than the lines before"),
-        ("a:\n\tb: 2\n", "line 2 .*holds a tab; indent with spaces"),
-        ("a: [1, 2\nb: 3\n", "line 2 .*bracket that was opened in line 1 isn't closed by ]"),
-        ('a: "x\nb: 3\n', "a quote that was opened in line 1 is never closed"),
-        ("a: 1\nb 2\nc: 3\n", "'key: value' is expected in line 2"),
-        ("a: @x\n", "can't begin with @"),
-        ('a: "C:\\photos"\n', "write / in paths"),
-        ("a: 1\n---\nb: 2\n", "line 2 .*a second document"),
+        ("a: 1\nb: 2\n c: 3\n", r"line 3 \(c: 3\): mapping values are not allowed here; check how it is indented"),
+        ("name: Site: north\n", r"line 1 \(name: Site: north\): .* colons, quotes and brackets"),
+        (
+            "v:\n  - s:\n      - n: 1\n     - n: 2\n",
+            r"line 4 \(- n: 2\): .*in what begins in line 2; check how it is in",
+        ),
+        ("a:\n\tb: 2\n", r"line 2 \(b: 2\): found character '\\t'"),
+        ("a: [1, 2\nb: 3\n", r"line 2 \(b: 3\): expected ',' or ']', but got ':', in what begins in line 1"),
+        ('a: "x\nb: 3\n', "line 3: found unexpected end of stream, in what begins in line 1"),
+        ("a: 1\nb 2\nc: 3\n", "could not find expected ':', in what begins in line 2"),
+        ("a: @x\n", r"line 1 \(a: @x\): found character '@' that cannot start"),
+        ('a: "C:\\photos"\n', r"line 1 \(a: .C:.photos.\): found unknown escape character 'p'"),
+        ("a: 1\n---\nb: 2\n", r"line 2 \(---\): .*another document"),
         ("x: 1\ndate: 2026-02-30\n", "line 2: 2026-02-30 is no day of the calendar"),
         ("date: 2026-03-02 25:00:00\n", "line 1: .* is no day of the calendar"),
     ],
 )
-def test_a_slip_of_the_pen_is_named_by_its_line_and_in_plain_words(tmp_path: Path, text: str, says: str) -> None:
+def test_a_slip_of_the_pen_is_named_by_its_line_and_what_stands_there(tmp_path: Path, text: str, says: str) -> None:
     with pytest.raises(ProjectError, match=says):
         parse_yaml(text, tmp_path / "project.yaml")
 

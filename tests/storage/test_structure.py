@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from datetime import date
+from datetime import date, datetime
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -28,6 +28,8 @@ class Whole:
     parts: tuple[Part, ...] = ()
     weights: dict[str, float] = field(default_factory=dict)
     pair: tuple[float, float] = (0.0, 1.0)
+    several: tuple[str, ...] | str = ()
+    computed: complex = 0j
 
 
 def mistakes(value: object) -> list[str]:
@@ -52,29 +54,36 @@ def test_every_mistake_is_found_in_one_go() -> None:
         {"nam": "x", "count": 1.5, "on": "yes", "parts": [{"size_m": 300}, {"kind": "sqare", "size_m": 1}]}
     )
     assert found == [
-        "nam: unknown key; did you mean name?",
         "name: is missing",
         "count: expected a whole number, got 1.5",
         "on: expected true or false, got 'yes'",
         "parts[0].size_m: expected 0.1 to 2 m, got 300 m; millimetres?",
         "parts[1].kind: expected 'round' or 'square', got 'sqare'; did you mean square?",
+        "nam: unknown key; did you mean name?",
     ]
 
 
 @pytest.mark.parametrize(
     ("value", "says"),
     [
-        ({"name": 12}, "name: expected text, got 12; put it in quotes"),
-        ({"name": " "}, "name: expected text, got ' '"),
-        ({"name": None}, "name: expected text, got nothing"),
+        ({"name": 12}, "name: expected text (a number or a date in quotes), got 12"),
+        ({"name": " "}, "name: expected text (a number or a date in quotes), got ' '"),
+        ({"name": None}, "name: expected text (a number or a date in quotes), got nothing"),
         ({"name": "x", "count": True}, "count: expected a whole number, got true"),
+        ({"name": "x", "count": "3"}, "count: expected a whole number, got '3'"),
+        ({"name": "x", "weights": {"a": True}}, "weights.a: expected a number, got true"),
+        ({"name": "x", "parts": [{"size_m": "1"}]}, "parts[0].size_m: expected a number, got '1'"),
+        ({"name": "x", "several": None}, "several: expected text"),
+        ({"name": "x", "several": ["a", 1]}, "several[1]: expected text"),
+        ({"name": "x", "computed": 3}, "computed: expected nothing in a file, got 3"),
         ({"name": "x", "pair": [1, float("nan")]}, "pair[1]: expected a number, got nan"),
-        ({"name": "x", "pair": [1]}, "pair: expected a list of 2 values, got a list"),
+        ({"name": "x", "pair": [1]}, "pair: expected a list of 2 values, got [1]"),
         ({"name": "x", "parts": {"size_m": 1}}, "parts: expected a list"),
         ({"name": "x", "weights": {"a": "b"}}, "weights.a: expected a number, got 'b'"),
         ({"name": "x", "parts": [{"size_m": 1, "kind": "square"}]}, "parts[0]: a square part needs a day"),
         ({"name": "x", "parts": [{"size_m": 1, "day": "soon"}]}, "parts[0].day: expected a date such as 2026-03-02"),
-        ([1], ": expected keys with values, got a list"),
+        ({"name": "x", "parts": [{"size_m": 1, "day": datetime(2026, 3, 2)}]}, "parts[0].day: expected a date such as"),
+        ([1], ": expected keys with values, got [1]"),
     ],
 )
 def test_each_wrong_value_is_named_with_what_was_expected(value: Any, says: str) -> None:

@@ -12,8 +12,7 @@ from asbuilt_bim.camera.calibration.board_views import Progress, read_views, req
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.checks import Checks, check_calibration, corner_fits, refuse_impossible
 from asbuilt_bim.camera.calibration.lens_check import CornerFit
-from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
-from asbuilt_bim.camera.calibration.pinhole_covariance import folded_covariance
+from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, layout_of, pack, right_from_left_of
 from asbuilt_bim.camera.calibration.zhang import (
     bad_view_limit_px,
     bad_views,
@@ -22,7 +21,8 @@ from asbuilt_bim.camera.calibration.zhang import (
     misfit,
     pose_vectors,
 )
-from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.lens import LensModel, bend, straighten
 from asbuilt_bim.camera.photo.read import Photo, PhotoExif
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import rig_problems
@@ -31,6 +31,9 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid
 
 _BAD_CORNER, _BAD_CORNER_FLOOR_PX = 5.0, 0.2  # in sigmas of all corners: of 3000 honest ones none lies there
+_GRID = (13, 11)
+_INNER = 0.6  # of the frame: where faces that are seen whole lie; the rim is the lens's, and boards seldom pin it down
+_STEP = 1e-5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,3 +189,35 @@ def _rig(
         camera_serial_right=right.serial,
         exif_orientation=left.orientation,
     )
+
+
+def folded_covariance(adjusted: Adjustment, size: tuple[int, int]) -> FloatArray:
+    """Return the covariance (14, 14) of `rig.PARAMETERS`, each lens coefficient as what it does to the picture.
+
+    What a coefficient moves in a frame of `size` (width, height) px is written as the change of focal lengths and
+    principal point that moves it most alike; the rest bends within a face and is small.
+    """
+    layout = layout_of(adjusted.shared)
+    carried = np.zeros((len(layout.rig_rows), layout.shared))
+    carried[np.arange(len(layout.rig_rows)), layout.rig_rows] = 1.0
+    for side in (0, 1):
+        own = np.flatnonzero(layout.of_side(side))
+        carried[4 * side : 4 * side + 4, own[4:]] = _as_pinhole(camera_of(adjusted.shared, side, size))
+    return frozen(carried @ adjusted.covariance @ carried.T)
+
+
+def _as_pinhole(camera: Intrinsics) -> FloatArray:
+    """Return the change (4, C) of fx, fy, cx, cy that comes nearest to a unit change of each coefficient."""
+    across, down = (0.5 + 0.5 * _INNER * np.linspace(-1.0, 1.0, count) for count in _GRID)
+    pixels = np.stack(np.meshgrid(across * camera.width_px, down * camera.height_px), axis=-1).reshape(-1, 2)
+    focal, centre = camera.K[[0, 1], [0, 1]], camera.K[:2, 2]
+    rays = straighten(camera.distortion, (pixels - centre) / focal)
+    rays = rays[np.isfinite(rays).all(axis=1)]
+    bent = bend(camera.distortion, rays)
+    zero, one = np.zeros(len(rays)), np.ones(len(rays))
+    pinhole = np.stack([np.r_[bent[:, 0], zero], np.r_[zero, bent[:, 1]], np.r_[one, zero], np.r_[zero, one]], axis=1)
+    lens = []
+    for step in _STEP * np.eye(len(camera.distortion)):
+        moved = (bend(camera.distortion + step, rays) - bent) / _STEP * focal
+        lens.append(np.r_[moved[:, 0], moved[:, 1]])
+    return np.asarray(np.linalg.lstsq(pinhole, np.stack(lens, axis=1), rcond=None)[0], dtype=np.float64)

@@ -12,7 +12,7 @@ import numpy as np
 
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
 
 COLUMNS = ("id", "x_m", "y_m", "z_m", "left_x", "left_y", "right_x", "right_y")
 MAX_BYTES = 1_000_000
@@ -39,19 +39,8 @@ def read_control_points(path: Path) -> ControlPoints:
 
     Raises: CalibrationError with every bad line.
     """
-    try:
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise CalibrationError(
-            f"control points {path}: the file can't be read ({getattr(error, 'strerror', None) or error})"
-        ) from error
-    if len(data) > MAX_BYTES:
-        raise CalibrationError(f"control points {path}: more than {MAX_BYTES} bytes; these are no control points")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CalibrationError(f"control points {path}: not UTF-8 text (byte {error.start}); save as UTF-8") from error
+    name = f"control points {path}"
+    text = as_text(read_bytes(path, MAX_BYTES, CalibrationError, name), CalibrationError, name)
     separator = ";" if ";" in text.partition("\n")[0] else ","
     try:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))

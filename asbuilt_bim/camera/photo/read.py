@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.photo.exif import PhotoExif, exif_from_tiff
-from asbuilt_bim.camera.photo.jpeg.scan import damage_in_scan, jpeg_frame
-from asbuilt_bim.camera.photo.jpeg.seam import seam
+from asbuilt_bim.camera.photo.jpeg.damage import damage_of_data, damage_of_picture
 from asbuilt_bim.camera.photo.picture_file import has_alpha, look_at
 from asbuilt_bim.errors import PhotoError
 from asbuilt_bim.geometry.arrays import ByteImage
@@ -83,12 +82,10 @@ def photo_from_bytes(name: str, data: bytes) -> Photo:
 def decode(photo: Photo) -> ByteImage:
     """Decode to BGR uint8 (H, W, 3) as the sensor stored it: EXIF orientation is not applied.
 
-    Raises: PhotoError where the bytes can't be decoded, only in part, show damage (`jpeg_scan.py`, `jpeg_seam.py`), or
+    Raises: PhotoError where the bytes can't be decoded, only in part, show damage (`jpeg/damage.py`), or
     are nearly black.
     """
-    frame = jpeg_frame(photo.data)
-    damage = damage_in_scan(photo.data, frame) if frame is not None else ""
-    if damage:
+    if damage := damage_of_data(photo.data):
         raise PhotoError(f"photo {photo.name}: it is damaged, {damage}; {_REMEDY}")
     try:
         image = cv2.imdecode(
@@ -115,12 +112,8 @@ def decode(photo: Photo) -> ByteImage:
             f"(at least {_LEAST_LIT:.1%}); where 10, 12 or 14 bits were stored in 16, export it over the whole range; "
             "else take the station again with more light"
         )
-    if frame is not None and (step := seam(decoded, frame.mcu_px)) is not None:
-        row, column, grey = step
-        raise PhotoError(
-            f"photo {photo.name}: it is damaged, all from pixel row {row}, column {column} on is "
-            f"about {abs(grey):.0f} grey levels {'lighter' if grey > 0 else 'darker'} or of another colour; {_REMEDY}"
-        )
+    if damage := damage_of_picture(photo.data, decoded):
+        raise PhotoError(f"photo {photo.name}: it is damaged, {damage}; {_REMEDY}")
     return decoded
 
 

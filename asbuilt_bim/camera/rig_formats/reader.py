@@ -12,8 +12,8 @@ from asbuilt_bim.camera.rig_formats.opencv import Foreign, is_opencv, opencv_rig
 from asbuilt_bim.camera.rig_formats.rig_file import FORMAT, own_rig, rig_problems, rig_text
 from asbuilt_bim.camera.rig_formats.ros import is_camera_info, ros_rig, ros_texts
 from asbuilt_bim.camera.rig_formats.text import Plain, read_document
-from asbuilt_bim.errors import OutputError, RigError
-from asbuilt_bim.storage.atomic_write import replace_all
+from asbuilt_bim.errors import RigError
+from asbuilt_bim.storage.atomic_write import replace_all, writing
 
 RigFormat = Literal["rig", "opencv", "kalibr", "ros"]
 RIG_FORMATS: tuple[RigFormat, ...] = get_args(RigFormat)
@@ -90,8 +90,6 @@ def write_rig_as(rig: StereoRig, path: Path, form: RigFormat) -> tuple[Path, ...
     Raises: RigError where the format can't hold the rig; OutputError where a file can't be written.
     """
     contents = rig_contents(rig, path, form)
-    try:
+    with writing(path):
         replace_all(contents)
-    except OSError as error:
-        raise OutputError(f"rig file {path}: it can't be written ({error.strerror or error})") from error
     return tuple(contents)

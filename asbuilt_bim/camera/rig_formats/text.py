@@ -9,9 +9,8 @@ from xml.etree import ElementTree
 import yaml
 
 from asbuilt_bim.errors import RigError
-from asbuilt_bim.storage.regular_file import open_regular
-from asbuilt_bim.storage.strict_yaml import StrictLoader
-from asbuilt_bim.storage.yaml_words import yaml_words
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
+from asbuilt_bim.storage.strict_yaml import StrictLoader, yaml_words
 
 MAX_BYTES = 200_000
 """A rig is a page of numbers, 10 kB; a megabyte of YAML takes half a minute to read."""
@@ -44,18 +43,8 @@ def read_document(path: Path) -> Plain:
 
     Raises: RigError where it can't be read, or holds what no rig file needs: aliases, foreign tags, entities.
     """
-    try:
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RigError(f"rig file {path}: it can't be read ({reason}); check the path") from error
-    if len(data) > MAX_BYTES:
-        raise RigError(f"rig file {path}: more than {MAX_BYTES} bytes; this is no rig file")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RigError(f"rig file {path}: it is not UTF-8 text ({error.reason} at byte {error.start})") from error
+    name = f"rig file {path}"
+    text = as_text(read_bytes(path, MAX_BYTES, RigError, name), RigError, name)
     if text.startswith("ISO-10303-21"):
         raise RigError(f"rig file {path}: this is an IFC file; name the rig that was calibrated")
     return _xml(text, path) if text.lstrip().startswith("<") else _yaml(text, path)
@@ -67,14 +56,9 @@ def _yaml(text: str, path: Path) -> Plain:
         _look_through(text, path)
         loader = _Loader(text)
         return loader.get_single_data()  # type: ignore[no-any-return, unused-ignore]
-    except yaml.MarkedYAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         words = yaml_words(error, text)
         raise RigError(f"rig file {path}: it is not plain YAML{words}; mend it, or calibrate again") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        lines = str(error).splitlines() or [type(error).__name__]
-        raise RigError(
-            f"rig file {path}: it is not plain YAML ({lines[0][:200]}); calibrate again to write one"
-        ) from error
 
 
 def _look_through(text: str, path: Path) -> None:

@@ -18,10 +18,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.flow.output.edited import keep_edited
+from asbuilt_bim.flow.output.kept import bytes_of, keep_edited, kept_runs
 from asbuilt_bim.flow.output.lock import run_lock
 from asbuilt_bim.flow.output.places import COPIED, COPIED_FOLDERS, CURRENT, RUN_NAME, check_sources, check_strangers
-from asbuilt_bim.flow.output.pruned import bytes_of, kept_runs
 from asbuilt_bim.storage.atomic_write import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.storage.strict_json import parse_json
 

@@ -12,10 +12,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
-from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
 from asbuilt_bim.report.wording.values import shown
-from asbuilt_bim.storage.atomic_write import replace_bytes
+from asbuilt_bim.storage.atomic_write import replace_bytes, writing
 
 TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
@@ -102,10 +101,8 @@ def write_calibration_page(calibration: Calibration, path: Path, checks: tuple[L
 
     Raises: OutputError where it can't be written.
     """
-    try:
+    with writing(path):
         replace_bytes(path, calibration_page(calibration, checks))
-    except OSError as error:
-        raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error
 
 
 def _share(value: float) -> str:

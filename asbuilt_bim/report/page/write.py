@@ -9,16 +9,14 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport, StationRecord
+from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
 from asbuilt_bim.report.drawings.overlay import decode_picture, encode_picture, narrowed
 from asbuilt_bim.report.drawings.overlay_layout import OverlayLayout, overlay_layout
 from asbuilt_bim.report.page.elevation import element_drawings
-from asbuilt_bim.report.page.next_photos import MOST_SHOWN, next_rows
 from asbuilt_bim.report.page.plan import storey_plans
-from asbuilt_bim.report.page.since_last_visit import since_rows
-from asbuilt_bim.report.schedule.task_rows import late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.page.rows import MOST_SHOWN, next_rows, since_rows
 from asbuilt_bim.report.tables import (
     NO_STOREY,
     StationRow,
@@ -28,8 +26,9 @@ from asbuilt_bim.report.tables import (
     storey_names,
     subject_of,
 )
+from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording import values as wording
-from asbuilt_bim.report.workbook.cost_groups import cost_groups
+from asbuilt_bim.storage.atomic_write import writing
 
 TEMPLATES = Path(__file__).parent / "templates"
 FULL_WIDTH_PX, SMALL_WIDTH_PX = 1280, 720
@@ -95,11 +94,8 @@ def write_page(
     Raises:
         OutputError: it can't be written, or a picture can't be decoded.
     """
-    data = page_html(report, pictures, before).encode("utf-8", "replace")
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error
+    with writing(path):
+        path.write_bytes(page_html(report, pictures, before).encode("utf-8", "replace"))
 
 
 def _environment() -> Environment:

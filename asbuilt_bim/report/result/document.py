@@ -9,12 +9,13 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from asbuilt_bim.errors import OutputError, ResultError
+from asbuilt_bim.errors import ResultError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.convert import report_from_plain, report_to_plain
+from asbuilt_bim.storage.atomic_write import writing
 from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.schemas import first_faults
 from asbuilt_bim.storage.strict_json import parse_json
-from asbuilt_bim.storage.validate import first_faults
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
@@ -33,12 +34,9 @@ def write_result(report: ProgressReport, path: Path) -> None:
         OutputError: the file can't be written.
     """
     document = result_document(report)
-    try:
-        text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    with writing(path):
         path.write_bytes(f"{text}\n".encode("utf-8", "backslashreplace"))  # a lone surrogate becomes JSON's own escape
-    except OSError as error:
-        reason = error.strerror or error
-        raise OutputError(f"{path}: can't be written: {reason}; free space or choose another --out") from error
 
 
 def result_document(report: ProgressReport) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from asbuilt_bim.measure.depth_source import depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, dominating, seen
 from asbuilt_bim.report.result.arrays_json import METRE_DECIMALS, PIXEL_DECIMALS
-from asbuilt_bim.storage.validate import first_faults
+from asbuilt_bim.storage.schemas import first_faults
 from asbuilt_bim.version import __version__
 from asbuilt_bim.vision.target.find import TargetSighting
 

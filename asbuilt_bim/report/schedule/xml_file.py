@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from asbuilt_bim.errors import OutputError
+from asbuilt_bim.storage.atomic_write import writing
 
 XSI = {"xmlns:xsi": "http://www.w3.org/2001/XMLSchema-instance"}
 Value = str | int | float | None
@@ -37,7 +37,5 @@ def write_xml(root: ET.Element, path: Path) -> None:
         OutputError: it can't be written.
     """
     ET.indent(root, " ")
-    try:
+    with writing(path):
         path.write_bytes(ET.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n")
-    except OSError as error:
-        raise OutputError(f"{path}: can't be written: {error.strerror or error}; free space or close it") from error

@@ -8,11 +8,10 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.progress.globalid_remap import named_again
-from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, TaskProgress
+from asbuilt_bim.progress.report import CostProgress, ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
-from asbuilt_bim.report.wording.cost_changes import cost_changes
-from asbuilt_bim.report.wording.values import area, percent, plain
+from asbuilt_bim.report.wording.values import area, number, percent, plain, rate, unit_sign
 
 SAME_SHARE = 0.005  # half a percent: below, the words would read the same
 SAME_AREA_M2 = 0.005  # half of the last decimal shown
@@ -212,3 +211,45 @@ def _differ(old: float | None, new: float | None, same: float) -> bool:
 def _named(element: ElementProgress) -> str:
     """Name an element."""
     return f"{element.kind} {element.name or element.global_id}"
+
+
+def cost_changes(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Yield a line for each cost line that came, went, is planned otherwise, or whose certain value is another.
+
+    What a line is paid by is the difference of two certain values: one that has fallen, or a rate that is another,
+    has to be seen.
+    """
+    old = {line.global_id: line for line in before.cost_lines}
+    new = {line.global_id: line for line in after.cost_lines}
+    for key, line in new.items():
+        if key not in old:
+            yield f"{_line_named(line)}: new"
+        elif text := ", ".join(_changed_of_line(old[key], line)):
+            yield f"{_line_named(line)}: {text}"
+    yield from (f"{_line_named(old[key])}: no longer there" for key in old if key not in new)
+
+
+def _changed_of_line(old: CostProgress, new: CostProgress) -> Iterator[str]:
+    """Yield what changed on one line, as it is shown."""
+    shown = {
+        "planned": (_quantity(old), _quantity(new)),
+        "rate": (rate(old.rate), rate(new.rate)),
+        "elements": (str(len(old.elements)), str(len(new.elements))),
+        "not measured": (str(old.others), str(new.others)),
+        "certain": (_money(old), _money(new)),
+    }
+    for what, (was, now) in shown.items():
+        if was != now:
+            yield f"{what} {was} -> {now}"
+
+
+def _quantity(line: CostProgress) -> str:
+    return f"{number(line.planned_quantity, 3)} {unit_sign(line.unit)}"
+
+
+def _money(line: CostProgress) -> str:
+    return f"{number(line.earned_lower)} {plain(line.currency)}".strip()
+
+
+def _line_named(line: CostProgress) -> str:
+    return f"cost line {plain(f'{line.identification} {line.name}').strip() or line.global_id}"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
+from asbuilt_bim.report.cost_rows import NO_CURRENCY, CostGroup, cost_groups
 from asbuilt_bim.report.wording.values import UNKNOWN
-from asbuilt_bim.report.workbook.columns import COST
-from asbuilt_bim.report.workbook.cost_groups import NO_CURRENCY, CostGroup, cost_groups
+from asbuilt_bim.report.wording.workbook_columns import COST
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
     Formula,

@@ -12,6 +12,7 @@ from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
+from asbuilt_bim.report.wording.workbook_columns import Column
 
 MAX_TEXT = 32_000  # a cell holds 32 767 characters
 INK, LINE, SHADE, LOUD = "#1f2933", "#c6ccd3", "#eef1f4", "#b42318"
@@ -48,16 +49,6 @@ _ROLES: dict[str, dict[str, Any]] = {
         "border_color": LINE,
     },
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
-    """One column: its heading, what it means, its width in characters and the kind of its cells."""
-
-    heading: str
-    meaning: str
-    kind: str
-    width: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

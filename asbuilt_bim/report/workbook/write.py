@@ -9,9 +9,8 @@ from pathlib import Path
 from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
-from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import GroupProgress, ProgressReport
-from asbuilt_bim.report.schedule.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.cost_rows import NO_CURRENCY, CostPart, cost_parts
 from asbuilt_bim.report.tables import (
     NO_STOREY,
     ElementRow,
@@ -21,14 +20,22 @@ from asbuilt_bim.report.tables import (
     station_rows,
     storey_names,
 )
+from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording.values import plain
-from asbuilt_bim.report.workbook.columns import COST, COST_PARTS, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
+from asbuilt_bim.report.wording.workbook_columns import (
+    COST,
+    COST_PARTS,
+    ELEMENTS,
+    LATE,
+    NOTES,
+    STATIONS,
+    STOREYS,
+    TASKS,
+    Column,
+)
 from asbuilt_bim.report.workbook.cost import write_cost
-from asbuilt_bim.report.workbook.cost_groups import NO_CURRENCY
-from asbuilt_bim.report.workbook.cost_parts import CostPart, cost_parts
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
-    Column,
     Styles,
     finish_table,
     page_setup,
@@ -36,6 +43,7 @@ from asbuilt_bim.report.workbook.sheet import (
     write_head,
     write_row,
 )
+from asbuilt_bim.storage.atomic_write import writing
 
 
 def write_workbook(report: ProgressReport, path: Path) -> None:
@@ -44,12 +52,8 @@ def write_workbook(report: ProgressReport, path: Path) -> None:
     Raises:
         OutputError: the file can't be written, for instance because it is open in another program.
     """
-    try:
+    with writing(path):
         path.write_bytes(workbook_bytes(report))
-    except OSError as error:
-        raise OutputError(
-            f"{path}: can't be written: {error.strerror or error}; close it elsewhere or free space"
-        ) from error
 
 
 def workbook_bytes(report: ProgressReport) -> bytes:

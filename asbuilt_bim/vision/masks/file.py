@@ -15,7 +15,7 @@ import numpy as np
 from asbuilt_bim.camera.photo.picture_file import look_at
 from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import frozen
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
 from asbuilt_bim.storage.strict_json import parse_json
 from asbuilt_bim.vision.masks.bounds import MAX_POINTS, check_outlines
 from asbuilt_bim.vision.masks.coco import MAX_MASKS, coco_masks, ring_of
@@ -25,6 +25,7 @@ from asbuilt_bim.vision.masks.segment import InstanceClass
 MAX_BYTES = 50_000_000
 CLICKS, CLICKS_VERSION = "asbuilt-bim/clicks", 1
 CSV_COLUMNS = ("polygon", "class", "x_px", "y_px")
+_KINDS = "a PNG, or text (COCO JSON, clicked polygons as JSON or CSV), is expected"
 _CLASSES: dict[str, InstanceClass] = {"wall": "wall", "column": "column"}
 
 
@@ -44,14 +45,14 @@ def read_masks(
     Raises:
         MaskError: the file can't be read, is too large, is none of the known kinds, or doesn't fit the photo.
     """
+    data = read_bytes(path, MAX_BYTES, MaskError, f"masks {path}")
     try:
-        data = _bytes(path)
         if data.startswith(b"\x89PNG"):
             found = MaskFile(masks=_png(data, size, classes or {}))
         elif path.suffix.lower() == ".csv":
-            found = MaskFile(masks=_clicks_csv(_text(data)))
+            found = MaskFile(masks=_clicks_csv(as_text(data, MaskError, _KINDS)))
         else:
-            document = _json(_text(data))
+            document = _json(as_text(data, MaskError, _KINDS))
             if "annotations" in document:
                 masks, left_out = coco_masks(document, size, photo_name)
                 found = MaskFile(masks=masks, left_out=left_out)
@@ -63,26 +64,6 @@ def read_masks(
     if not found.masks:
         raise MaskError(f"masks {path}: holds no wall and no column of this photo")
     return found
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        with open_regular(path) as file:
-            data = file.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        raise MaskError("there is no such file") from None
-    except OSError as problem:
-        raise MaskError(f"can't be read: {problem.strerror or problem}") from problem
-    if len(data) > MAX_BYTES:
-        raise MaskError(f"more than {MAX_BYTES / 1e6:.0f} MB can't be the masks of one photo")
-    return data
-
-
-def _text(data: bytes) -> str:
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        raise MaskError("is neither a PNG nor UTF-8 text (COCO JSON, clicked polygons as JSON or CSV)") from problem
 
 
 def _json(text: str) -> dict[str, Any]:

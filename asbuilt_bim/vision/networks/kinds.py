@@ -19,7 +19,6 @@ from asbuilt_bim.vision.masks.refinement import COARSE_SHARE
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.detection import Sighting
-from asbuilt_bim.vision.networks.flip_test import answers
 from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
 from asbuilt_bim.vision.networks.map_geometry import Relief
@@ -221,3 +220,24 @@ def _map_of(answer: np.ndarray, card: NetworkCard) -> np.ndarray:
     if answer.ndim < 2 or any(size != 1 for size in answer.shape[:-2]) or min(answer.shape[-2:]) < 2:
         raise NetworkError(f"network {card.name}: the layout {card.layout} wants one map (1, h, w), got {answer.shape}")
     return np.asarray(answer.reshape(answer.shape[-2:]))
+
+
+def answers(
+    network: Network, card: NetworkCard, pictures: tuple[NDArray[np.float32], ...]
+) -> dict[str, NDArray[np.float64]]:
+    """Run a network on its inputs (1, c, h, w); with `mirror` in its card, return the mean of both ways to look.
+
+    Raises:
+        NetworkError: it failed, or answered with NaN.
+    """
+    seen = network.run(pictures)
+    if not card.mirror:
+        return seen
+    other = network.run(tuple(np.ascontiguousarray(picture[..., ::-1]) for picture in pictures))
+    for role, array in seen.items():
+        back = other[role][..., ::-1]
+        if role == "offsets" and array.ndim == 4:
+            back = back * np.array([-1.0, 1.0])[: array.shape[1], None, None]  # what is right is left there
+        array += back
+        array *= 0.5
+    return seen

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust
+from asbuilt_bim.camera.calibration.calibrate import folded_covariance
 from asbuilt_bim.camera.calibration.parameters import pack
-from asbuilt_bim.camera.calibration.pinhole_covariance import folded_covariance
 from asbuilt_bim.camera.lens import bend
 from tests.camera.virtual import SIZE, rig, views
 

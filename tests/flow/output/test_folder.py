@@ -12,7 +12,7 @@ import pytest
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.output.folder import OutputFolder, Published, open_output, read_current
-from asbuilt_bim.storage.validate import first_faults
+from asbuilt_bim.storage.schemas import first_faults
 
 NOON = datetime(2026, 3, 2, 12, 0, tzinfo=UTC)
 DIGEST = "0123456789abcdef"

@@ -16,7 +16,7 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import StationRecord, WantedView
 from asbuilt_bim.progress.surface import SurfaceState, unseen
-from asbuilt_bim.report.page.next_photos import next_rows
+from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.write import page_html
 from tests.match.small_site import FAR, box, element, model, round_column
 from tests.report.sample_report import sample_report

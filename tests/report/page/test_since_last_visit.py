@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import date
 
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.page.since_last_visit import since_rows
+from asbuilt_bim.report.page.rows import since_rows
 from asbuilt_bim.report.page.write import page_html
 from tests.report.sample_report import renamed, sample_report
 

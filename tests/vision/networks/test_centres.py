@@ -12,8 +12,7 @@ from onnx import TensorProto, helper, numpy_helper
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.vision.networks.centres import grouped
-from asbuilt_bim.vision.networks.flip_test import answers
-from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, load
+from asbuilt_bim.vision.networks.kinds import NetworkSegmenter, answers, load
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.vision.networks import graphs
 

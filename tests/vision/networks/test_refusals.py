@@ -76,7 +76,7 @@ def test_the_schema_knows_the_cards_keys() -> None:
 
 def test_a_missing_card_is_refused(tmp_path: Path) -> None:
     assert "no such file" in refused(tmp_path / "nothing.yaml")
-    assert "is a folder; name the YAML file in it" in refused(tmp_path)
+    assert "it is a folder; name the file in it" in refused(tmp_path)
 
 
 def test_a_depth_network_is_no_segmenter(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from asbuilt_bim.report.workbook.sheet import Column
+from dataclasses import dataclass
 
 _BEST = (
     "Built / (built + open) of what was seen, of several elements their mean (not seen now: as when last seen); "
@@ -11,6 +11,16 @@ _BEST = (
 _LOWER = "What is certain: everything that was not seen counts as not built."
 _UPPER = "What is possible: everything that was not seen counts as built."
 _COVERAGE = "Share that was seen and decided."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """One column: its heading, what it means, its width in characters and the kind of its cells."""
+
+    heading: str
+    meaning: str
+    kind: str
+    width: float
 
 
 def _column(heading: str, kind: str, width: float, meaning: str) -> Column:

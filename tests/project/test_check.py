@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.project.check import same_photos
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.project.same_photos import same_photos
 from tests.project_folder import plain, write_project
 
 NAMES = ("A1_left", "A1_right", "A2_left", "A2_right", "B1_left", "B1_right")

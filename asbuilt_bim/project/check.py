@@ -1,15 +1,29 @@
-"""A pair of photos shows one place at one moment: the same pair under two stations' names counts once."""
+"""Checks of a project before it is measured: its files are there, and a pair of photos counts for one station."""
 
 from __future__ import annotations
 
 import hashlib
 from pathlib import Path
 
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import ProjectError, Rejection
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.storage.regular_file import open_regular
 
 _EMPTY = hashlib.sha256().digest()
+
+
+def refuse_missing(project: Project) -> None:
+    """Check that every file of a project is there, but for the photos: a missing photo costs its station alone.
+
+    Raises:
+        ProjectError: with every file that is missing, by its key.
+    """
+    missing = [f"  {key}: {project.relative(path)}" for key, path in project.missing.items()]
+    if missing:
+        count = "a file isn't" if len(missing) == 1 else f"{len(missing)} files aren't"
+        raise ProjectError(
+            "\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *missing])
+        )
 
 
 def same_photos(project: Project, visit: Visit) -> dict[str, Rejection]:

@@ -1,11 +1,52 @@
-"""What each element brings to a cost line: which walls were paid for, and by how much."""
+"""Cost lines by schedule and currency with their sums, and what each element brings to them; others only write them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from asbuilt_bim.progress.money import total
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
-from asbuilt_bim.report.workbook.cost_groups import cost_groups
+from asbuilt_bim.report.wording.values import plain
+
+NO_CURRENCY = "(no currency)"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostGroup:
+    """Lines that may be added up: of one schedule and one currency."""
+
+    name: str
+    currency: str
+    lines: tuple[CostProgress, ...]
+    planned: float
+    earned_best: float | None  # of the lines that are known; None where none is
+    earned_lower: float
+
+    @property
+    def unknown(self) -> int:
+        """Return how many lines the best sum is without."""
+        return sum(line.earned_best is None for line in self.lines)
+
+
+def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
+    """Return the groups in order of schedule and currency; a schedule is named where there are several."""
+    several = len({line.schedule for line in report.cost_lines}) > 1
+    groups = []
+    for schedule, currency in sorted({(line.schedule, line.currency) for line in report.cost_lines}):
+        lines = [line for line in report.cost_lines if (line.schedule, line.currency) == (schedule, currency)]
+        known = [line.earned_best for line in lines if line.earned_best is not None]
+        of_schedule = f", {plain(schedule) or 'lines of no schedule'}" if several else ""
+        groups.append(
+            CostGroup(
+                name=f"{plain(currency) or NO_CURRENCY}{of_schedule}",
+                currency=currency,
+                lines=tuple(lines),
+                planned=total(line.planned_value for line in lines),
+                earned_best=total(known) if known else None,
+                earned_lower=total(line.earned_lower for line in lines),
+            )
+        )
+    return tuple(groups)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

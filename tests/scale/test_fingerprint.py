@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.scale.fingerprint import MEASURING, code_digest
+from tests.test_imports import PACKAGE, import_graph
+
+
+def measuring(module: str) -> bool:
+    path = "/".join(module.split(".")[1:])
+    return any(f"{path}.py" == name or f"{path}/".startswith(f"{name}/") for name in MEASURING)
+
+
+def test_all_code_that_a_measurement_is_made_by_counts() -> None:
+    graph = import_graph(PACKAGE.parent, PACKAGE.name)
+    seen = {module for module in graph if measuring(module)}
+    todo = list(seen)
+    while todo:
+        new = graph[todo.pop()] - seen
+        seen |= new
+        todo += new
+    assert {module for module in seen if not measuring(module)} <= {"asbuilt_bim", "asbuilt_bim.version"}
+
+
+def moved(package: Path) -> None:
+    (package / "measure/pair.py").rename(package / "measure/planes/pair.py")
+
+
+def changed(package: Path) -> None:
+    (package / "errors.py").write_text((package / "errors.py").read_text(encoding="utf-8") + "\n", encoding="utf-8")
+
+
+def gone(package: Path) -> None:
+    (package / "camera/rig.py").unlink()
+
+
+@pytest.mark.parametrize("change", [moved, changed, gone])
+def test_a_file_moved_changed_or_gone_makes_every_kept_measurement_another_ones(
+    change: Callable[[Path], None], tmp_path: Path
+) -> None:
+    package = tmp_path / "asbuilt_bim"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("*.onnx", "__pycache__"))
+    before = code_digest(package)
+    assert code_digest(package) == before
+    change(package)
+    assert code_digest(package) != before
