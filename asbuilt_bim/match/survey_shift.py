@@ -2,7 +2,7 @@
 
 A survey that is moved changes no distance between markers, and no area: only the elements that faces are held against.
 Each measured plane votes for the moves that lay it on a parallel face of the design; where one move suits clearly more
-of them than none does, it is told.
+of them than none does, the survey is doubted.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel, DesignFace
-from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.level_shift import find_rise
@@ -42,11 +43,6 @@ HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
 """Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
 clutter among them, half and more. Of under a dozen a few say nothing."""
 _STEP_M = 0.01
-_REMEDY = (
-    "check the survey's control points, origin, north and height, and whether a revision has moved the building in the "
-    "IFC file, before anyone is paid by these numbers"
-)
-LEAST_TURN_DEG, LEAST_MOVE_M = 0.1, 0.005  # less is not told in words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,47 +74,40 @@ def beside_design(matched: MatchResult, design: BimModel) -> tuple[Rejection, ..
         return (_elsewhere(far, rise),)
     if not level.any() and not rise:
         return _nothing_fits(matched, seen, walls)
-    fits = f"{fit} of {len(votes)} faces lie on it when moved back, {fit_unmoved} as they are"
     if not level.any():
-        fits = f"{more} feet and heads more lie on it when moved back"
+        return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, {"rise_m": float(rise), "more": more}),)
     return (
-        Rejection(
-            what=SURVEY,
-            reason="what was measured lies beside the design, all of it the same way: by "
-            f"{_moved(np.append(level, rise))}; {fits}",
-            remedy=_REMEDY,
+        _of_survey(
+            Reason.SURVEY_SHIFTED,
+            _moved(np.append(level, rise)) | {"fits": fit, "faces": len(votes), "fits_unmoved": fit_unmoved},
         ),
     )
 
 
 def _elsewhere(far: Elsewhere, rise_m: float) -> Rejection:
-    turn, cos, sin = np.degrees(far.placing.turn_rad), np.cos(far.placing.turn_rad), np.sin(far.placing.turn_rad)
+    cos, sin = np.cos(far.placing.turn_rad), np.sin(far.placing.turn_rad)
     moved = np.append(np.array([[cos, -sin], [sin, cos]]) @ far.placing.move_m, far.placing.rise_m + rise_m)
-    told = [f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)"] if abs(turn) >= LEAST_TURN_DEG else []
-    told += [f"by {by}" for by in [_moved(moved)] if by]
-    fits = f"{far.fits} of {far.count} faces lie on it when put back, {far.fits_unmoved} as they are"
-    return Rejection(
-        what=SURVEY,
-        reason=f"what was measured is elsewhere than the design, all of it the same way: {' and '.join(told)}; {fits}",
-        remedy=_REMEDY,
-    )
+    fits: dict[str, Value] = {"fits": far.fits, "faces": far.count, "fits_unmoved": far.fits_unmoved}
+    values = _moved(moved) | {"turn_rad": float(far.placing.turn_rad)} | fits
+    return _of_survey(Reason.SURVEY_ELSEWHERE, values)
 
 
-def _moved(by_m: FloatArray) -> str:
-    parts = [f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", by_m, strict=True) if abs(part) >= LEAST_MOVE_M]
-    return ", ".join(parts)
+def _moved(by_m: FloatArray) -> dict[str, Value]:
+    return {f"move_{axis}_m": float(part) for axis, part in zip("xyz", by_m, strict=True)}
+
+
+def _of_survey(code: Reason, values: dict[str, Value]) -> Rejection:
+    return Rejection(code=code, subject=Subject(kind=SubjectKind.SURVEY), values=values)
 
 
 def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
-    few = f"none of {count} measured faces fits"
-    if matched.matches or count < LEAST_MORE:
-        fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
-        few = f"only {fitting} of {count} measured plane faces fit"
-        if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
-            return ()
-    remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
-    return (Rejection(what=SURVEY, reason=f"{few} the design", remedy=remedy),)
+    if not matched.matches and count >= LEAST_MORE:
+        return (_of_survey(Reason.DESIGN_UNLIKE, {"faces": count}),)
+    fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
+    if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
+        return ()
+    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": fitting, "faces": count}),)
 
 
 def _votes(stations: Sequence[PlacedStation], design: BimModel) -> list[_Votes]:

@@ -8,9 +8,10 @@ from asbuilt_bim.camera.photo.overlap import check_pair, match_pair
 from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.vision.stereo.rig_health import StationHealth, judge, station_health
-from asbuilt_bim.vision.stereo.rig_words import knock_rejection
+from asbuilt_bim.vision.stereo.rig_rejection import rig_rejection
 
 BEYOND_DOUBT = 5.0
 """In sigmas: one station alone says that the rig was knocked; below, its visit decides."""
@@ -35,9 +36,10 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
     if health is not None:
         verdict = judge([health], rig, significant=BEYOND_DOUBT)
         if verdict.state == "knocked":
-            swapped = swapped_rejection(f"station {pair.name}", coarse, rig, pair.camera)
+            swapped = swapped_rejection(pair.name, coarse, rig, pair.camera)
             if swapped is not None:
                 return RigCheck(health=None, rejections=(swapped,))
-            return RigCheck(health=health, rejections=(knock_rejection(f"station {pair.name}", verdict),))
+            station = Subject(kind=SubjectKind.STATION, name=pair.name)
+            return RigCheck(health=health, rejections=(rig_rejection(Reason.RIG_KNOCKED, station, verdict),))
     rejections = check_pair(pair, coarse)
     return RigCheck(health=None if rejections else health, rejections=rejections)

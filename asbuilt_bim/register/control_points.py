@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
-from asbuilt_bim.register.markers import judged_pose
+from asbuilt_bim.register.markers import judged_pose, off_values
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import StationPose
 from asbuilt_bim.register.solve import Sighted
@@ -31,14 +32,12 @@ def pose_from_control_points(
     station: StationMeasurement, points: Sequence[ControlPoint], options: RegisterOptions
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Find a station's pose from control points; a point that contradicts the others is named and left out."""
-    what = f"station {station.station}"
+    subject = Subject(kind=SubjectKind.STATION, name=station.station)
     if len(points) < options.min_control_points:
         few = Rejection(
-            what=what,
-            reason="too few control points",
-            value=f"{len(points)}",
-            limit=f"at least {options.min_control_points}",
-            remedy="click more points, spread over the frame and over depth",
+            code=Reason.CONTROL_POINTS_TOO_FEW,
+            subject=subject,
+            values={"found": len(points), "needed": options.min_control_points},
         )
         return None, (few,)
     seen = [
@@ -55,20 +54,20 @@ def pose_from_control_points(
     agreement = largest_agreement(station.camera, seen, SUBSET)
     if agreement is None or len(agreement.used) < options.min_control_points - 1 or agreement.ambiguous:
         none = Rejection(
-            what=what,
-            reason="its control points don't agree on one pose",
-            value=f"{len(agreement.used) if agreement else 0} of {len(points)} agree",
-            limit=f"{options.min_control_points - 1} at least",
-            remedy="check which point was clicked for which name",
+            code=Reason.CONTROL_POINTS_DISAGREE,
+            subject=subject,
+            values={
+                "agree": len(agreement.used) if agreement else 0,
+                "found": len(points),
+                "needed": options.min_control_points - 1,
+            },
         )
         return None, (none,)
     notes = tuple(
         Rejection(
-            what=f"{what}, control point {name}",
-            reason="contradicts the other points and was left out",
-            value=f"{sigmas:.0f} sigma",
-            limit="3 sigma",
-            remedy="click it again, or check its coordinates",
+            code=Reason.CONTROL_POINT_CONTRADICTS,
+            subject=Subject(kind=SubjectKind.CONTROL_POINT, name=name, station=station.station),
+            values=off_values(sigmas),
         )
         for name, sigmas in agreement.wrong.items()
     )

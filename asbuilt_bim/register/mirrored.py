@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.markers import pose_from_markers
@@ -43,8 +44,7 @@ def mirrored_survey(
     if agree <= LEAST_SHARE * seen:
         return None
     return Rejection(
-        what=SURVEY,
-        reason=f"it is a mirror image of the site: of {seen} markers in view {agree} agree in the mirror, {used} as "
-        "they are given; x and y are exchanged (easting and northing), or one axis counts the wrong way",
-        remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
+        code=Reason.SURVEY_MIRRORED,
+        subject=Subject(kind=SubjectKind.SURVEY),
+        values={"seen": seen, "agree_mirrored": agree, "agree": used},
     )

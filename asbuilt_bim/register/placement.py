@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import StationMeasurement
@@ -55,7 +56,7 @@ def register(
 
 
 def _not_placed(station: str) -> Rejection:
-    return Rejection(what=f"station {station}", reason="the survey is a mirror image of the site")
+    return Rejection(code=Reason.STATION_SURVEY_MIRRORED, subject=Subject(kind=SubjectKind.STATION, name=station))
 
 
 def given_pose(station: str, world_from_left: ArrayLike, sigma_rad: float, sigma_m: float) -> StationPose:

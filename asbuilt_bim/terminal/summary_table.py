@@ -10,9 +10,11 @@ from rich.text import Text
 from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
+from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.report.page.calibration import verdict
 from asbuilt_bim.report.tables import station_of, storey_names
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import percent, percent_range
 
 TABLE_WIDTH = 118
@@ -102,7 +104,7 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
         lines.append(f"  {judged.sentence}")
         reasons = judged.reasons
     lines += [f"  take care: {reason}" for reason in reasons]
-    return lines + [f"  left out: {rejection}" for rejection in calibration.left_out]
+    return lines + [f"  left out: {words_of(rejection)}" for rejection in calibration.left_out]
 
 
 def _cells(group: GroupProgress, name: str) -> list[Text]:
@@ -121,5 +123,6 @@ def _cells(group: GroupProgress, name: str) -> list[Text]:
 
 def _reasons(name: str, report: ProgressReport) -> list[str]:
     about = [r for r in report.rejections if station_of(r) == name]
-    own = [r for r in about if r.what == f"station {name}"] or about  # a single marker's is not the station's
-    return [str(r).removeprefix(f"station {name}: ") for r in own] or ["no reason was given"]
+    if any(station.name == name for station in report.stations):  # one that was measured: a marker's is not its reason
+        about = [r for r in about if r.subject.kind is SubjectKind.STATION] or about
+    return [words_of(r).at_station for r in about] or ["no reason was given"]

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Visit
-from asbuilt_bim.report.tables import subject_of
+from asbuilt_bim.report.tables import of_whole_visit
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import left_out
@@ -28,9 +29,9 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
     Returns whether one was.
     """
     day = visit.date.isoformat()
-    whole = [rejection for rejection in report.rejections if subject_of(rejection) == ("", "")]
+    whole = [rejection for rejection in report.rejections if of_whole_visit(rejection)]
     for rejection in whole[:MAX_NOTES]:
-        screen.warn(f"visit {day}: {plain(str(rejection))}")
+        screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
     if len(whole) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
     names = [station.name for station in visit.stations]

@@ -14,6 +14,7 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
 from asbuilt_bim.storage.atomic_write import replace_bytes
 
@@ -83,6 +84,7 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
     template = environment.get_template("calibration.html.j2")
     return template.render(
         calibration=calibration,
+        left_out=[words_of(rejection) for rejection in calibration.left_out],
         rig=rig,
         effect=effect,
         verdict=verdict(calibration, effect, checks),

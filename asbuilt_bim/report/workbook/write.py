@@ -21,6 +21,7 @@ from asbuilt_bim.report.tables import (
     station_rows,
     storey_names,
 )
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.report.workbook.columns import COST, COST_PARTS, ELEMENTS, LATE, NOTES, STATIONS, STOREYS, TASKS
 from asbuilt_bim.report.workbook.cost import write_cost
@@ -253,7 +254,8 @@ def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     every = (*tables, ("Stations", STATIONS))
     rows: list[tuple[Cell, ...]] = [(name, c.heading, c.meaning) for name, columns in every for c in columns]
     rows += [("Tasks", "", plan_words(report)), ("Late", "", late_words(report))] if report.tasks else []
-    rows += [("", "", "")] + [("Left out", item.what, str(item)) for item in (*report.rejections, *report.unmatched)]
+    left_out = map(words_of, (*report.rejections, *report.unmatched))
+    rows += [("", "", "")] + [("Left out", words.what, str(words)) for words in left_out]
     if report.provenance:
         made = report.provenance
         rows += [("Made", "Program", f"asbuilt_bim {made.program_version}, {made.created}")]
