@@ -66,7 +66,7 @@ def _converter(array_out: Callable[[np.ndarray], dict[str, Any]]) -> Any:
     converter.register_unstructure_hook(bool, bool)
     converter.register_unstructure_hook(date, lambda day: day.isoformat())
     converter.register_structure_hook(date, lambda text, _: date.fromisoformat(text))
-    converter.register_structure_hook(Value, _value_in)
+    converter.register_structure_hook_func(lambda kind: kind == Value, _value_in)
     return converter
 
 

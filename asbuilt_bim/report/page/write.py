@@ -73,6 +73,7 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: Pro
             stations=_cards(report, pictures),
             lost=lost_stations(report),
             other_rejections=_others(report),
+            unmatched=[words_of(rejection) for rejection in report.unmatched],
             survey_doubts=[words_of(doubt) for doubt in report.survey_doubts],
             doubted=[element for element in report.elements if element.doubts],
             conflicts=[element for element in report.elements if element.cells_conflict > 0],

@@ -1,4 +1,4 @@
-"""Rejections in English: `words_of` says what was left out and why. To translate, replace the tables beside this file."""
+"""Rejections in English: `words_of` says what was left out and why. To translate, replace the tables beside it."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from asbuilt_bim.report.wording.words import Table, Values, Words
 TEXTS = ("what", "reason", "value", "limit", "remedy")
 _PARTS = {
     "marker": SubjectKind.MARKER,
+    "target's diameter": SubjectKind.TARGET,
     "target": SubjectKind.TARGET,
     "red disc at": SubjectKind.DISC,
     "control point": SubjectKind.CONTROL_POINT,

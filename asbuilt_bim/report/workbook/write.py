@@ -116,7 +116,7 @@ def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) 
         write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
     for doubt in report.survey_doubts:
         row += 1
-        write_cell(sheet, row, 0, str(doubt), "text", styles)
+        write_cell(sheet, row, 0, str(words_of(doubt)), "text", styles)
     return row + 2
 
 
