@@ -129,12 +129,12 @@ class Reason(StrEnum):
     STATION_SURVEY_MIRRORED = "station in a mirrored survey"
     # Measured against the design.
     FACE_WITHOUT_DESIGN = "face without a design face"  # none in view has its shape and direction
-    FACE_TURNED = "face turned"  # this one and those below: against the nearest design face
+    FACE_PAST_DESIGN = "face past the design"  # matched, but a part lies on no design face
+    FACE_TURNED = "face turned"  # this and the next four: against the nearest design face
     FACE_APART = "face apart"
     FACE_OF_OTHER_RADIUS = "face of another radius"
     FACE_BEFORE = "face before the design"
     FACE_BEHIND = "face behind the design"
-    FACE_PAST_DESIGN = "face past the design"  # matched, but a part lies on no design face
     SURVEY_SHIFTED = "survey shifted"
     SURVEY_SHIFTED_IN_HEIGHT = "survey shifted in height"
     SURVEY_ELSEWHERE = "survey elsewhere"  # turned, or moved by more than a column's spacing

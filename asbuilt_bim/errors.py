@@ -5,8 +5,9 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── PhotoError                a photo can't be used: missing, truncated, no picture, wrong size, another camera
 ├── OptionError               a command line's option can't be understood; the command line exits 2
 ├── MaskError                 a file of masks can't be used: no PNG, COCO or polygons, wrong size, unknown class
-├── MeasureError              a photo pair can't be measured; the message holds every reason
-├── CalibrationError          boards or control points don't give a rig
+├── RejectedError             nothing is left to work with; its `rejections` say why
+│   ├── MeasureError          a photo pair can't be measured; the message holds every reason
+│   └── CalibrationError      boards or control points don't give a rig
 ├── RigError                  a rig file or a rig that can't be right
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column

@@ -117,7 +117,8 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
     if face.width_px < options.least_width_px:
         code, values = Reason.FACE_NARROW, {"width_px": face.width_px, "limit_px": options.least_width_px}
     elif not share <= options.most_sigma_share:
-        code, values = Reason.FACE_UNCERTAIN, {"sigma_share": share, "limit_share": options.most_sigma_share}
+        code, values = Reason.FACE_UNCERTAIN, {"limit_share": options.most_sigma_share}
+        values |= {"sigma_share": share} if np.isfinite(share) else {}
     if code is None:
         faces.append(replace(face, face_id=f"{station}/{len(faces) + 1}"))
         return

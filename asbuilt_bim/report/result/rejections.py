@@ -27,11 +27,7 @@ def rejection_to_plain(rejection: Rejection) -> dict[str, Any]:
 
 
 def rejection_from_plain(plain: Mapping[str, Any]) -> Rejection:
-    """Build a rejection; one without a code, or with one that only a newer version knows, keeps its texts.
-
-    Raises:
-        ValueError: it is of another kind than the schema says.
-    """
+    """Build a rejection; one without a code, or one that this version can't put into words, keeps its texts."""
     code, about = plain.get("code", str(Reason.UNSTATED)), plain.get("subject", {})
     if code not in set(Reason) or about.get("kind") not in set(SubjectKind) or code == Reason.UNSTATED:
         return unstated_rejection(plain)
@@ -39,7 +35,17 @@ def rejection_from_plain(plain: Mapping[str, Any]) -> Rejection:
         kind=SubjectKind(about["kind"]), name=str(about.get("name", "")), station=str(about.get("station", ""))
     )
     values = {str(key): _value(value) for key, value in plain.get("values", {}).items()}
-    return Rejection(code=Reason(code), subject=subject, values=values)
+    rejection = Rejection(code=Reason(code), subject=subject, values=values)
+    return rejection if _can_be_said(rejection) else unstated_rejection(plain)
+
+
+def _can_be_said(rejection: Rejection) -> bool:
+    """Say whether the values are those that the code's sentence needs: another program may have changed the file."""
+    try:
+        words_of(rejection)
+    except (KeyError, ValueError, TypeError, AssertionError):
+        return False
+    return True
 
 
 def _plain(value: Value) -> object:

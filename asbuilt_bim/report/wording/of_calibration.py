@@ -1,4 +1,4 @@
-"""What is said of board pairs and control points that a calibration left out."""
+"""Words for board pairs and control points that a calibration left out."""
 
 from __future__ import annotations
 

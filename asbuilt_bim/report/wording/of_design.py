@@ -1,4 +1,4 @@
-"""What is said of measured faces that fit no design face, and of a survey that lies beside the design."""
+"""Words for measured faces that fit no design face, and for a survey that lies beside the design."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of depth maps, masks and faces that could not be measured, and who found a wall or column."""
+"""Words for depth maps, masks and faces that could not be measured, and for who found a wall or column."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a station's photos, and stations that could not be worked on."""
+"""Words for a station's photos, and for stations that could not be worked on."""
 
 from __future__ import annotations
 

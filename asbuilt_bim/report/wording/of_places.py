@@ -1,4 +1,4 @@
-"""What is said of markers, control points and poses: where a station stood."""
+"""Words for markers, control points and poses: where a station stood."""
 
 from __future__ import annotations
 

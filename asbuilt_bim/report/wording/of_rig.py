@@ -1,4 +1,4 @@
-"""What is said of a rig that no longer stands as it was calibrated, and of one whose scale is off."""
+"""Words for a rig that no longer stands as it was calibrated, and for one whose scale is off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of the red target and of other red discs."""
+"""Words for the red target and for other red discs."""
 
 from __future__ import annotations
 

@@ -88,6 +88,16 @@ def test_a_code_of_a_newer_version_keeps_its_english() -> None:
     assert str(words_of(rejection)) == str(words_of(sample_report().rejections[0]))
 
 
+@pytest.mark.parametrize("values", [{}, {"found": 0}, {"off_sigmas": "many", "limit_sigmas": ["a"]}])
+def test_a_code_without_the_values_of_its_sentence_keeps_its_english(
+    values: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()  # elsewhere no test may make a rejection that has no words
+    plain = rejection_to_plain(sample_report().rejections[2]) | {"values": values}
+    assert rejection_from_plain(plain).code is Reason.UNSTATED
+    assert str(words_of(rejection_from_plain(plain))) == str(words_of(sample_report().rejections[2]))
+
+
 def test_a_rejection_carries_code_subject_and_values_beside_its_english() -> None:
     plain = result_document(sample_report())["rejections"][2]
     assert plain["code"] == "marker contradicts the others"
