@@ -26,6 +26,7 @@ _HOMES = {
     "run": "asbuilt_bim.api",
     "save_measurement": "asbuilt_bim.flow.output.measurement",
     "strip_asbuilt": "asbuilt_bim.ifc.write.copy",
+    "words_of": "asbuilt_bim.report.wording.reasons",
     "write_asbuilt": "asbuilt_bim.ifc.write.copy",
 }
 """Where each public name lives; it is imported when it is first asked for, so that `import asbuilt_bim` stays light."""
@@ -51,6 +52,7 @@ __all__ = [
     "run",
     "save_measurement",
     "strip_asbuilt",
+    "words_of",
     "write_asbuilt",
 ]
 

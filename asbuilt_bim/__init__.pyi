@@ -19,6 +19,7 @@ from asbuilt_bim.report.drawings.figures import Figure as Figure
 from asbuilt_bim.report.drawings.figures import figures as figures
 from asbuilt_bim.report.result.document import read_result as read_result
 from asbuilt_bim.report.result.measure_document import measure_document as measure_document
+from asbuilt_bim.report.wording.reasons import words_of as words_of
 from asbuilt_bim.schedule.read import read_schedule as read_schedule
 from asbuilt_bim.version import __version__ as __version__
 
@@ -43,5 +44,6 @@ __all__ = [
     "run",
     "save_measurement",
     "strip_asbuilt",
+    "words_of",
     "write_asbuilt",
 ]

@@ -5,8 +5,9 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── PhotoError                a photo can't be used: missing, truncated, no picture, wrong size, another camera
 ├── OptionError               a command line's option can't be understood; the command line exits 2
 ├── MaskError                 a file of masks can't be used: no PNG, COCO or polygons, wrong size, unknown class
-├── MeasureError              a photo pair can't be measured; the message holds every reason
-├── CalibrationError          boards or control points don't give a rig
+├── RejectedError             nothing is left to work with; its `rejections` say why
+│   ├── MeasureError          a photo pair can't be measured; the message holds every reason
+│   └── CalibrationError      boards or control points don't give a rig
 ├── RigError                  a rig file or a rig that can't be right
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
@@ -22,7 +23,10 @@ A station that can't be used is no exception: it is a `Rejection`, and the other
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from asbuilt_bim.codes import Reason, Subject, Value
 
 
 class AsBuiltError(Exception):
@@ -45,11 +49,19 @@ class MaskError(AsBuiltError):
     """A file of masks can't be used."""
 
 
-class MeasureError(AsBuiltError):
+class RejectedError(AsBuiltError):
+    """Nothing is left to work with: `rejections` say why, and whoever stands above the wording adds their words."""
+
+    def __init__(self, message: str, rejections: Sequence[Rejection] = ()) -> None:
+        super().__init__(message)
+        self.rejections = tuple(rejections)
+
+
+class MeasureError(RejectedError):
     """A photo pair can't be measured; the message holds every reason."""
 
 
-class CalibrationError(AsBuiltError):
+class CalibrationError(RejectedError):
     """Boards or control points don't give a rig."""
 
 
@@ -89,22 +101,10 @@ class MissingExtraError(AsBuiltError):
     """An optional part isn't installed."""
 
 
-SURVEY = "survey"
-"""What a rejection is of that doubts the places of everything in a visit."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rejection:
-    """Says what was left out and why: the value against its limit, and what to do about it."""
+    """Says what was left out and why, as a code with its values; `report/wording` makes the sentence of it."""
 
-    what: str  # "station A3", "station A3, marker 17", "face A3/2"
-    reason: str
-    value: str = ""  # with its unit, "" where there is none
-    limit: str = ""
-    remedy: str = ""
-
-    def __str__(self) -> str:
-        """Read as one line: `station A3: reason (value, limit limit): remedy`."""
-        numbers = ", ".join(t for t in (self.value, f"limit {self.limit}" if self.limit else "") if t)
-        text = f"{self.what}: {self.reason}" + (f" ({numbers})" if numbers else "")
-        return f"{text}; {self.remedy}" if self.remedy else text
+    code: Reason
+    subject: Subject
+    values: Mapping[str, Value] = field(default_factory=dict, hash=False)

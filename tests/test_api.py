@@ -52,6 +52,7 @@ def test_the_public_names_are_these_and_no_others() -> None:
         "run",
         "save_measurement",
         "strip_asbuilt",
+        "words_of",
         "write_asbuilt",
     ]
 

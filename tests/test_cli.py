@@ -17,6 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asbuilt_bim.cli import app
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.terminal.crash import KEPT, write_crash_log
@@ -244,12 +245,19 @@ def test_where_the_list_of_changes_is_cut_it_says_how_many_there_are_and_where(
 
 
 def test_what_is_wrong_with_the_whole_visit_is_said_once_and_quiet_or_not(capsys: pytest.CaptureFixture[str]) -> None:
-    doubt = Rejection(what="rig's scale", reason="known lengths come out wrong")
-    report = replace(sample_report(), rejections=(doubt, Rejection(what="face A1/2", reason="too narrow")))
+    doubt = Rejection(
+        code=Reason.RIG_REFINED,
+        subject=Subject(kind=SubjectKind.RIG),
+        values={"turn_rad": (0.0, 0.001, 0.0), "turn_sigma_rad": (0.0, 0.0, 0.0), "area_effect": 0.1,
+                "area_sigma": 0.01, "area_distance_m": 5.0, "rows_px": 0.2, "matches": 900,
+                "stations": (), "refined": False},
+    )  # fmt: skip
+    face = Rejection(code=Reason.FACE_WITHOUT_DESIGN, subject=Subject(kind=SubjectKind.FACE, name="A1/2", station="A1"))
+    report = replace(sample_report(), rejections=(doubt, face))
     visit = Visit(date=report.visit_date, stations=())
     warn_of_visit(visit, report, Screen(quiet=True))
     told = capsys.readouterr().err
-    assert f"visit {report.visit_date}: rig's scale: known lengths come out wrong" in told and "too narrow" not in told
+    assert f"visit {report.visit_date}: rig: refined from 900 matches" in told and "A1/2" not in told
 
 
 def test_a_wrong_project_file_is_an_error_with_every_mistake(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from asbuilt_bim.measure.station import RejectedStation, measure_in_detail
 from asbuilt_bim.project.networks import identities, instruments_of
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.coco import LabelledPhoto, labelled
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
 
 
@@ -39,7 +40,7 @@ def label_project(project: Project, rig: StereoRig, place: Workplace, progress: 
         for station in stations:
             photos = read_pair(station, project)
             if isinstance(photos, RejectedStation):
-                left_out[station.name] = str(photos.rejections[0])
+                left_out[station.name] = str(words_of(photos.rejections[0]))
             else:
                 yield StationJob(photos=photos, rig=rig, options=options, networks=project.networks)
 
@@ -63,7 +64,7 @@ def label_job(job: StationJob) -> LabelledPhoto | str:
     except AsBuiltError as problem:
         return str(problem)
     if isinstance(detail, RejectedStation):
-        return str(detail.rejections[0])
+        return str(words_of(detail.rejections[0]))
     camera = detail.pair.camera
     found = [labelled(instance, job.rig.left, camera) for instance in detail.instances]
     return LabelledPhoto(

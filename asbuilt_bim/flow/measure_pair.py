@@ -10,10 +10,12 @@ from asbuilt_bim.camera.photo.read import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.camera.rig_formats.rig_file import checked_rig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import MeasureError, Rejection
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
 from asbuilt_bim.project.networks import NetworkChoice, instruments_of
+from asbuilt_bim.report.wording.reasons import reason_lines
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.vision.masks.file import read_masks
 from asbuilt_bim.vision.masks.given import GivenMasks
@@ -73,8 +75,12 @@ def measure_pair(
         instruments, left_out = replace(instruments, segmenter=given, opinion=None), read.left_out
     chosen = options or MeasureOptions()
     asked = replace(chosen.target, required=target, diameter_m=target_diameter_m)
-    found = measure_photos(photos, rig, replace(chosen, target=asked), instruments, refine=refine_rig)
-    unused = [Rejection(what=f"masks {Path(str(masks)).name}", reason=f"{text}: left out") for text in left_out]
+    try:
+        found = measure_photos(photos, rig, replace(chosen, target=asked), instruments, refine=refine_rig)
+    except MeasureError as problem:
+        raise MeasureError(reason_lines(problem), problem.rejections) from problem
+    file = Subject(kind=SubjectKind.FILE, name=Path(str(masks)).name)
+    unused = [Rejection(code=Reason.MASK_UNUSED, subject=file, values={"detail": text}) for text in left_out]
     return replace(found, rejections=(*found.rejections, *unused))
 
 

@@ -11,6 +11,7 @@ import cv2
 
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, watch_rig, watch_scale
 from asbuilt_bim.measure.station import (
@@ -89,12 +90,11 @@ def measure_job(job: StationJob) -> Outcome:
     try:
         return measure_station(job.photos, job.rig, job.options, instruments=instruments_of(job.networks))
     except AsBuiltError as problem:
-        return _rejected(name, str(problem))
+        return _rejected(Reason.STATION_FAILED, name, str(problem))
     except MemoryError:
-        return _rejected(name, "not enough memory to measure it", "run with fewer --workers")
+        return _rejected(Reason.STATION_MEMORY, name)
     except Exception as problem:
-        reason = f"the program failed on it ({type(problem).__name__}: {problem})"
-        return _rejected(name, reason, "this is an error of asbuilt-bim's: please report it with the two photos")
+        return _rejected(Reason.STATION_CRASHED, name, f"{type(problem).__name__}: {problem}")
 
 
 def measure_visit(
@@ -172,7 +172,7 @@ def _measured(
     for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler):
         name = done.job.photos.name
         if isinstance(done.result, WorkerLoss):
-            note(name, _rejected(name, done.result.reason, "run again with fewer --workers"))
+            note(name, _rejected(Reason.STATION_WORKER_LOST, name, done.result.reason))
         else:
             if isinstance(done.result, StationMeasurement):  # what failed may be mended: never kept
                 place.cache.put(keys[name], done.result, StationMeasurement)
@@ -182,18 +182,17 @@ def _measured(
 
 def read_pair(station: Station, project: Project) -> StationPhotos | RejectedStation:
     """Read a station's two photos; one that can't be used rejects the station."""
-    photos, reasons = [], []
+    photos, rejections = [], []
     for path in (station.left, station.right):
         name = project.relative(path)  # results are passed on: they name files as the project does
         try:
             photos.append(replace(read_photo(path), name=name))
         except PhotoError as problem:
-            reasons.append(str(problem).replace(str(path), name))
-    if reasons:
-        what = f"station {station.name}"
-        return RejectedStation(
-            station=station.name, rejections=tuple(Rejection(what=what, reason=reason) for reason in reasons)
-        )
+            subject = Subject(kind=SubjectKind.PHOTO, name=name, station=station.name)
+            detail = str(problem).replace(str(path), name)
+            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"detail": detail}))
+    if rejections:
+        return RejectedStation(station=station.name, rejections=tuple(rejections))
     return StationPhotos(name=station.name, left=photos[0], right=photos[1])
 
 
@@ -223,25 +222,12 @@ def _gathered(watched: WatchedVisit, from_cache: int) -> MeasuredVisit:
     outcomes = watched.outcomes
     return MeasuredVisit(
         measured=tuple(o for o in outcomes if isinstance(o, StationMeasurement)),
-        rejections=(*watched.warnings, *(rejection for outcome in outcomes for rejection in _reasons(outcome))),
+        rejections=(*watched.warnings, *(rejection for outcome in outcomes for rejection in outcome.rejections)),
         pictures={outcome.station: picture for outcome in outcomes if (picture := _picture(outcome))},
         from_cache=from_cache,
         rig=watched.records,
         rig_notes=watched.notes,
     )
-
-
-def _reasons(outcome: Outcome) -> tuple[Rejection, ...]:
-    """Return an outcome's rejections; those of a station that was left out all name the station itself."""
-    if isinstance(outcome, StationMeasurement):
-        return outcome.rejections
-    what = f"station {outcome.station}"
-    named = []
-    for rejection in outcome.rejections:
-        part = rejection.what.removeprefix(what).lstrip(", ")
-        reason = f"{part}: {rejection.reason}" if part else rejection.reason
-        named.append(replace(rejection, what=what, reason=reason))
-    return tuple(named)
 
 
 def _picture(outcome: Outcome) -> bytes:
@@ -256,6 +242,7 @@ def _picture(outcome: Outcome) -> bytes:
     return data.tobytes() if done else b""
 
 
-def _rejected(station: str, reason: str, remedy: str = "") -> RejectedStation:
-    rejection = Rejection(what=f"station {station}", reason=reason, remedy=remedy)
+def _rejected(code: Reason, station: str, detail: str = "") -> RejectedStation:
+    subject = Subject(kind=SubjectKind.STATION, name=station)
+    rejection = Rejection(code=code, subject=subject, values={"detail": detail} if detail else {})
     return RejectedStation(station=station, rejections=(rejection,))

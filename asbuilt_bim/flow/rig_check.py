@@ -11,31 +11,31 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.scale import ScaleVerdict, judge_scale, scale_rejection
-from asbuilt_bim.register.scale import doubt_rejection as doubt_about_scale
+from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection
+from asbuilt_bim.report.wording.of_rig import turn_text
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
-from asbuilt_bim.vision.stereo.rig_words import (
-    doubt_rejection,
-    knock_rejection,
-    refined_note,
-    turn_in_words,
-    undetermined_rejection,
-)
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection, turn_values
 
 Outcome = StationMeasurement | RejectedStation
 MeasureAgain = Callable[[Sequence[str], StereoRig], Mapping[str, Outcome]]
 """Measures the named stations with another rig."""
+SIGNS_OF_KNOCK = frozenset(
+    {Reason.RIG_KNOCKED, Reason.TARGET_ROWS_APART, Reason.PHOTOS_ROWS_APART, Reason.PHOTOS_BEHIND_RIG}
+)
+"""What one station alone shows of a knock: its visit's verdict says it better."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WatchedVisit:
-    """A visit's outcomes after its rig was judged, what is to be said of the rig, and the records of the judgement."""
+    """A visit's outcomes after its rig was judged, the warnings about the rig, and the records of the judgement."""
 
     outcomes: tuple[Outcome, ...]
     warnings: tuple[Rejection, ...]
@@ -56,7 +56,6 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
     records: list[RigRecord] = []
     notes: list[str] = []
     for verdict, names in _stretches([outcome.station for outcome in outcomes], verdicts):
-        what = f"rig, {_stations(names)}"
         if again is not None and verdict.state in ("doubtful", "knocked"):
             better = refined_rig(rig, verdict, _camera(healths, verdict))
             found.update(again(names, better))
@@ -64,15 +63,15 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
             found.update(left)
             warnings += doubts
             records.append(_record(verdict, refined=state == "refined"))
-            notes.append(str(refined_note(what, verdict)))
+            notes.append(str(words_of(rig_rejection(Reason.RIG_REFINED, RIG, verdict, names))))
             continue
         records.append(_record(verdict, refined=False))
         if verdict.state == "knocked":
             found.update({name: _refused(found[name], verdict) for name in names})
         elif verdict.state == "doubtful":
-            warnings.append(doubt_rejection(what, verdict))
+            warnings.append(rig_rejection(Reason.RIG_MOVED, RIG, verdict, names))
         elif verdict.state == "undetermined":
-            warnings.append(undetermined_rejection(what, verdict))
+            warnings.append(rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, names))
     notes += _moments(verdicts)
     return WatchedVisit(
         outcomes=tuple(found[outcome.station] for outcome in outcomes),
@@ -90,7 +89,7 @@ def watch_scale(
         return watched
     square_m = project.rig.boards.square_m if project.rig.boards is not None else None
     if not verdict.is_wrong:
-        doubt = doubt_about_scale("rig's scale", verdict, rig, square_m)
+        doubt = doubt_rejection(RIG, verdict, rig, square_m)
         return watched if doubt is None else replace(watched, warnings=(*watched.warnings, doubt))
     refused = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
     return replace(watched, outcomes=tuple(refused))
@@ -100,7 +99,7 @@ def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square
     """Refuse a station that was read; one that couldn't be keeps its own reasons."""
     if outcome.scale is None:
         return outcome
-    reason = scale_rejection(f"station {outcome.station}", verdict, rig, square_m)
+    reason = scale_rejection(_subject(outcome), verdict, rig, square_m)
     picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
     return RejectedStation(
         station=outcome.station, rejections=(reason,), picture=picture, health=outcome.health, scale=outcome.scale
@@ -127,18 +126,21 @@ def _still_knocked(
     verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
     bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
     refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
-    doubts = [undetermined_rejection(f"rig refined, {_stations(verdict.stations)}", verdict)
-              for verdict in verdicts if verdict.state == "undetermined"]  # fmt: skip
+    doubts = [
+        rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, verdict.stations, refined=True)
+        for verdict in verdicts
+        if verdict.state == "undetermined"
+    ]
     return refused, "not refined" if refused else "refined", tuple(doubts)
 
 
 def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
-    """Return a station's rejection by its visit's verdict; what else was wrong with it stays said."""
+    """Return a station's rejection by its visit's verdict; what else was wrong with it stays."""
     own = outcome.rejections if isinstance(outcome, RejectedStation) else ()
-    others = tuple(rejection for rejection in own if "the rig was knocked" not in rejection.reason)
+    others = tuple(rejection for rejection in own if rejection.code not in SIGNS_OF_KNOCK)
     return RejectedStation(
         station=outcome.station,
-        rejections=(knock_rejection(f"station {outcome.station}", verdict), *others),
+        rejections=(rig_rejection(Reason.RIG_KNOCKED, _subject(outcome), verdict), *others),
         picture=outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg),
         health=outcome.health,
         scale=None,  # a knock moves lengths too: its scale says nothing more
@@ -173,7 +175,7 @@ def _moments(verdicts: Sequence[RigVerdict]) -> list[str]:
     """Say between which stations the rig was knocked."""
     return [
         f"the rig was knocked between station {before.stations[-1]} and station {after.stations[0]}: "
-        f"{turn_in_words(before)} before, {turn_in_words(after)} after"
+        f"{turn_text(turn_values(before))} before, {turn_text(turn_values(after))} after"
         for before, after in pairwise(verdicts)
     ]
 
@@ -182,5 +184,5 @@ def _camera(healths: Sequence[StationHealth], verdict: RigVerdict) -> RectifiedC
     return next(health.camera for health in healths if health.station in verdict.stations)
 
 
-def _stations(names: Sequence[str]) -> str:
-    return f"stations {names[0]} to {names[-1]}" if len(names) > 1 else f"station {names[0]}"
+def _subject(outcome: Outcome) -> Subject:
+    return Subject(kind=SubjectKind.STATION, name=outcome.station)

@@ -18,6 +18,7 @@ from asbuilt_bim.errors import CalibrationError, PhotoError
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.project.file import BoardsFile
 from asbuilt_bim.project.read import Project
+from asbuilt_bim.report.wording.reasons import reason_list
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
@@ -78,7 +79,10 @@ def calibrate_pairs(
     found = cache.get(key, Calibration)
     if found is not None:
         return found
-    made = calibrate_stereo(pairs, board, lambda done, total: progress("calibrate", done, total), lens)
+    try:
+        made = calibrate_stereo(pairs, board, lambda done, total: progress("calibrate", done, total), lens)
+    except CalibrationError as problem:
+        raise CalibrationError(f"{problem}{reason_list(problem)}", problem.rejections) from problem
     cache.put(key, made, Calibration)
     return made
 

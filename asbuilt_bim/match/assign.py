@@ -9,6 +9,7 @@ import numpy as np
 
 from asbuilt_bim.bim.candidates import candidates
 from asbuilt_bim.bim.model import BimElement, BimModel
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
@@ -27,7 +28,7 @@ STRAY_SHARE, STRAY_M2 = 0.3, 0.5
 """A matched face of which more than this lies on no design face is worth a word."""
 
 MAX_TILT_SIGMA_RAD = float(np.radians(0.5))
-"""Tilt from plumb is told where it is better known than half a degree (2.5 cm over a storey)."""
+"""Tilt from plumb is given where it is better known than half a degree (2.5 cm over a storey)."""
 
 
 def match_faces(placement: Placement, design: BimModel, options: MatchOptions) -> MatchResult:
@@ -48,7 +49,7 @@ def match_faces(placement: Placement, design: BimModel, options: MatchOptions) -
             seen = in_world(face, pose)
             pairs = [compare(seen, one, elements[one.element].kind, options) for one in nearby]
             compared = [pair for pair in pairs if pair is not None]
-            found = _divide(placed, seen, [pair for pair in compared if not pair.fault], options)
+            found = _divide(placed, seen, [pair for pair in compared if pair.fault is None], options)
             matches.extend(found)
             unmatched.extend(_left_over(seen, found, compared, elements))
     unobserved = [face.face_id for e in design.elements for face in e.faces if face.face_id not in in_view]
@@ -124,24 +125,16 @@ def _tilt(seen: WorldFace) -> float | None:
 def _left_over(
     seen: WorldFace, found: Sequence[FaceMatch], compared: Sequence[Comparison], elements: dict[str, BimElement]
 ) -> list[Rejection]:
-    face = seen.face
+    face, subject = seen.face, Subject(kind=SubjectKind.FACE, name=seen.face.face_id, station=seen.pose.station)
     if found:
-        stray_m2 = sum(match.past_design_m2 for match in found)
-        if stray_m2 > max(STRAY_SHARE * face.area_m2, STRAY_M2):
-            reason = f"matched, but {stray_m2:.2f} m2 of its {face.area_m2:.2f} m2 lie on no design face"
-            return [Rejection(what=f"face {face.face_id}", reason=reason, remedy="look at its outline in the overlay")]
+        past_m2 = sum(match.past_design_m2 for match in found)
+        if past_m2 > max(STRAY_SHARE * face.area_m2, STRAY_M2):
+            values: dict[str, Value] = {"past_m2": past_m2, "area_m2": face.area_m2}
+            return [Rejection(code=Reason.FACE_PAST_DESIGN, subject=subject, values=values)]
         return []
-    what = f"face {face.face_id}"
-    failed = [pair for pair in compared if pair.fault]
+    failed = [(pair.fault, pair) for pair in compared if pair.fault is not None]
     if not failed:
-        return [Rejection(what=what, reason="no design face in view has its shape and direction")]
-    nearest = min(failed, key=lambda pair: (pair.excess, abs(pair.offset_m)))
+        return [Rejection(code=Reason.FACE_WITHOUT_DESIGN, subject=subject)]
+    fault, nearest = min(failed, key=lambda one: (one[1].excess, abs(one[1].offset_m)))
     name = elements[nearest.design.element].name or nearest.design.element
-    return [
-        Rejection(
-            what=what,
-            reason=f"fits no design face; the nearest, of {name}: it {nearest.fault}",
-            value=nearest.value,
-            limit=nearest.limit,
-        )
-    ]
+    return [Rejection(code=fault, subject=subject, values={"nearest": name, **nearest.values})]

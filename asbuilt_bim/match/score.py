@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from asbuilt_bim.bim.model import DesignFace, ElementClass
+from asbuilt_bim.codes import Reason, Value
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
@@ -37,7 +39,7 @@ class Comparison:
     """One measured face against one design face.
 
     `strict` and `loose` are the parts of the measured outline, in ITS (u, v), on the design face and within the border
-    tolerance of it. `fault` is "" where the pair may stand, else what failed; `excess` by how much (1 = at the limit).
+    tolerance of it. `fault` is None where the pair may stand, else what failed; `excess` by how much (1: at the limit).
     """
 
     design: DesignFace
@@ -47,9 +49,8 @@ class Comparison:
     offset_m: float
     offset_sigma_m: float
     score: float
-    fault: str = ""
-    value: str = ""
-    limit: str = ""
+    fault: Reason | None = None
+    values: Mapping[str, Value] = field(default_factory=dict)  # of the fault
     excess: float = 0.0
 
 
@@ -77,18 +78,18 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
     if angle > widest:
         return Comparison(
             design=design, strict=polygon.EMPTY, loose=polygon.EMPTY, angle_rad=angle, offset_m=0.0,
-            offset_sigma_m=0.0, score=0.0, fault="is turned against it", value=f"{np.degrees(angle):.0f} deg",
-            limit=f"{np.degrees(widest):.0f} deg", excess=TURNED + angle / widest,
+            offset_sigma_m=0.0, score=0.0, fault=Reason.FACE_TURNED,
+            values={"angle_rad": angle, "limit_rad": float(widest)}, excess=TURNED + angle / widest,
         )  # fmt: skip
     border = design_region(design, seen.frame)
     strict = polygon.intersection(seen.outline, border)
     loose = polygon.intersection(seen.outline, polygon.grown(border, options.border_m)) if border else polygon.EMPTY
     offset, sigma = _offset(seen, design, strict or loose)
     score = _score(seen.face.label == kind, angle, angle_sigma, offset, sigma, options)
-    fault, value, limit, excess = _fault(seen, design, loose, offset, sigma, options)
+    fault, values, excess = _fault(seen, design, loose, offset, sigma, options)
     return Comparison(
         design=design, strict=strict, loose=loose, angle_rad=angle, offset_m=offset, offset_sigma_m=sigma,
-        score=score, fault=fault, value=value, limit=limit, excess=excess,
+        score=score, fault=fault, values=values, excess=excess,
     )  # fmt: skip
 
 
@@ -160,16 +161,17 @@ def _fault(
     offset: float,
     offset_sigma: float,
     options: MatchOptions,
-) -> tuple[str, str, str, float]:
+) -> tuple[Reason | None, Mapping[str, Value], float]:
     if polygon.area(loose) < max(options.min_area_m2, options.min_share * seen.face.area_m2):
-        return "doesn't overlap it", f"{polygon.area(loose):.2f} m2", f"{options.min_area_m2:.2f} m2", APART
+        return Reason.FACE_APART, {"overlap_m2": polygon.area(loose), "limit_m2": options.min_area_m2}, APART
     if isinstance(seen.frame, CylinderFrame) and isinstance(design.frame, CylinderFrame):
         share = abs(seen.frame.radius_m / design.frame.radius_m - 1.0)
         if share > options.max_radius_share:
             excess = share / options.max_radius_share
-            return "has another radius", f"{share:.0%} off", f"{options.max_radius_share:.0%}", excess
+            values = {"off_share": float(share), "limit_share": options.max_radius_share}
+            return Reason.FACE_OF_OTHER_RADIUS, values, excess
     furthest = options.max_offset_m + options.sigmas * offset_sigma
     if abs(offset) > furthest:
-        where = "stands before it" if offset > 0.0 else "lies behind it"
-        return where, f"{abs(offset):.2f} m", f"{furthest:.2f} m", abs(offset) / furthest
-    return "", "", "", 0.0
+        code = Reason.FACE_BEFORE if offset > 0.0 else Reason.FACE_BEHIND
+        return code, {"offset_m": abs(offset), "limit_m": furthest}, abs(offset) / furthest
+    return None, {}, 0.0

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel
-from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.match.upright_planes import (
@@ -51,7 +52,6 @@ HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
 """Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
 clutter among them, half and more. Of under a dozen a few say nothing."""
 TURNS, PEAKS, REFINED = 6, 16, 25  # looked at, the likeliest first
-LEAST_TURN_DEG, LEAST_MOVE_M = 0.1, 0.005  # less is not told in words
 
 
 def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...]:
@@ -69,20 +69,15 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
     place = replace(place, rise_m=place.rise_m + rise)
     if place.turn_rad or place.rise_m or place.move_m.any():
         on, on_here = (int(lying(at.back(seen), walls, BAND_M)[0].sum()) for at in (place, Placing()))
-        fits = f"{on} of {len(seen.halves_m)} faces lie on it when moved back, {on_here} as they are"
-        if on <= on_here:
-            fits = f"{ends} feet and heads more lie on it when moved back"
-        reason = f"what was measured lies beside the design, all of it the same way: {_moved(place)}; {fits}"
-        remedy = (
-            "check the survey's control points, origin, north and height, and whether a revision has moved the "
-            "building in the IFC file, before anyone is paid by these numbers"
-        )
-    elif few := _nothing_fits(matched, seen, walls):
-        reason = f"{few} the design"
-        remedy = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
-    else:
-        return ()
-    return (Rejection(what=SURVEY, reason=reason, remedy=remedy),)
+        if on > on_here:
+            fits: dict[str, Value] = {"fits": on, "faces": len(seen.halves_m), "fits_unmoved": on_here}
+            return (_of_survey(Reason.SURVEY_SHIFTED, _moved(place) | fits),)
+        return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, _moved(place) | {"more": ends}),)
+    return _nothing_fits(matched, seen, walls)
+
+
+def _of_survey(code: Reason, values: dict[str, Value]) -> Rejection:
+    return Rejection(code=code, subject=Subject(kind=SubjectKind.SURVEY), values=values)
 
 
 def find_placing(seen: Upright, walls: Upright, rises_m: Sequence[float]) -> Placing:
@@ -240,19 +235,19 @@ def _is_apart(one: Placing, other: Placing) -> bool:
     return float(np.linalg.norm(one.move_m - other.move_m)) > NEAR_M or np.cos(turned) < PARALLEL_COS
 
 
-def _moved(place: Placing) -> str:
-    """Return the turn and move of all that was measured, in words."""
-    turn, move = np.degrees(place.turn_rad), np.append(place.turn @ place.move_m, place.rise_m)
-    turned = [f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)"] if abs(turn) >= LEAST_TURN_DEG else []
-    parts = [f"{part:+.2f} m in {axis}" for axis, part in zip("xyz", move, strict=True) if abs(part) >= LEAST_MOVE_M]
-    return " and ".join([*turned, *([f"by {', '.join(parts)}"] if parts else [])])
+def _moved(place: Placing) -> dict[str, Value]:
+    """Return the turn and move of all that was measured."""
+    move = np.append(place.turn @ place.move_m, place.rise_m)
+    named: dict[str, Value] = {f"move_{axis}_m": float(part) for axis, part in zip("xyz", move, strict=True)}
+    return named | {"turn_rad": float(place.turn_rad)}
 
 
-def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> str:
-    """Return how few of the measured faces fit the design, "" where enough do."""
+def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
+    """Return a rejection where hardly one of the measured faces fits the design."""
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
     if not matched.matches and count >= LEAST_MORE:
-        return f"none of {count} measured faces fits"
+        return (_of_survey(Reason.DESIGN_UNLIKE, {"faces": count}),)
     fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
-    is_of_site = count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count
-    return "" if is_of_site else f"only {fitting} of {count} measured plane faces fit"
+    if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
+        return ()
+    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": fitting, "faces": count}),)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.vision.stereo.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.stereo.depth_fused import fused_depth
@@ -46,20 +47,16 @@ def area_depth(
     inversion: Inversion,
 ) -> DepthMap | Rejection:
     """Return the depth map that the areas come from, or why there is none. Never another one than was asked for."""
-    what = f"station {pair.name}"
+    station = Subject(kind=SubjectKind.STATION, name=pair.name)
     if wanted == "stereo":
         return stereo
     if network is None:
-        return Rejection(
-            what=what, reason=f"depth: {wanted} needs a network that gives relative depth", remedy=NAME_A_NETWORK
-        )
+        return Rejection(code=Reason.DEPTH_WITHOUT_NETWORK, subject=station, values={"depth": wanted})
     try:
         if wanted == "fused":
             return fused_depth(pair, stereo, network, target)[0]
         if target is None:
-            reason = "depth: paper is scaled by the target (eq. 4), which isn't in view"
-            return Rejection(what=what, reason=reason, remedy="place the red target, or take depth: stereo")
+            return Rejection(code=Reason.DEPTH_WITHOUT_TARGET, subject=station)
         return paper_depth(pair, network, target, inversion)
     except ValueError as problem:
-        remedy = "take depth: stereo, or another network"
-        return Rejection(what=what, reason=f"depth: {wanted}: {problem}", remedy=remedy)
+        return Rejection(code=Reason.DEPTH_FAILED, subject=station, values={"depth": wanted, "detail": str(problem)})

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.vision.masks.segment import InstanceClass
+from asbuilt_bim.vision.masks.segment import InstanceClass, InstanceSource
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,7 +40,8 @@ class MeasuredFace:
     flatness_rms_m: float
     instance: int  # index into StationMeasurement.instances' order
     open_edge: bool = False  # a side isn't proven to be the face's end: it may be larger
-    source: str = "geometric"  # who found the instance: geometry, a network, or both
+    source: InstanceSource = InstanceSource.GEOMETRY  # who found the instance
+    segmenter: str = ""  # the name of the network or plugin that did
 
     @property
     def area_sigma_m2(self) -> float:

@@ -63,6 +63,7 @@ def finish_face(
         label=instance.label,
         score=instance.score,
         source=instance.source,
+        segmenter=instance.segmenter,
         frame=frame,
         outline_uv_m=clean,
         outline_px=rings_px,

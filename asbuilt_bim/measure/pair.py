@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import MeasureError, Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_source import Method, missing_network
@@ -20,7 +21,7 @@ from asbuilt_bim.measure.station import (
 from asbuilt_bim.vision.masks.given import photo_from_rectified
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.rig_health import judge, refined_rig
-from asbuilt_bim.vision.stereo.rig_words import refined_note
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
 from asbuilt_bim.vision.target.find import TargetSighting
 
 
@@ -70,7 +71,7 @@ def measure_photos(
     Where `options.target.required` is off the rig's baseline alone gives the scale, and no marker is asked for.
 
     Raises:
-        MeasureError: the pair can't be measured; the message holds every reason.
+        MeasureError: the pair can't be measured; its `rejections` hold every reason.
     """
     missing = missing_network(options.method, options.depth, instruments.relative_depth)
     if missing:
@@ -83,9 +84,9 @@ def measure_photos(
     if health is not None and verdict is not None and verdict.state in ("doubtful", "knocked"):
         rig = refined_rig(rig, verdict, health.camera)
         found = measure_in_detail(photos, rig, chosen, instruments=instruments)
-        notes = (refined_note("rig", verdict),)
+        notes = (rig_rejection(Reason.RIG_REFINED, RIG, verdict),)
     if isinstance(found, RejectedStation):
-        raise MeasureError("\n".join(str(rejection) for rejection in found.rejections))
+        raise MeasureError(f"{photos.name}: the pair can't be measured", found.rejections)
     rejections = (*notes, *found.measurement.rejections)
     if instruments.segmenter is not None:
         rejections = (*rejections, *_unmeasured(found, photos.name))
@@ -118,12 +119,12 @@ def seen(face: MeasuredFace, method: Method) -> str:
 def _unmeasured(found: StationDetail, name: str) -> list[Rejection]:
     """Name the instances in which no face was measured."""
     measured = {face.instance for face in found.measurement.faces}
-    lost = [instance for number, instance in enumerate(found.instances) if number not in measured]
     return [
         Rejection(
-            what=f"station {name}, {instance.label} {instance.source}",
-            reason="no face was measured in this mask",
-            remedy="a face is an upright plane or cylinder with texture, seen by both photos",
+            code=Reason.INSTANCE_WITHOUT_FACE,
+            subject=Subject(kind=SubjectKind.INSTANCE, name=f"{instance.label} {number + 1}", station=name),
+            values={"label": instance.label, "source": str(instance.source), "segmenter": instance.segmenter},
         )
-        for instance in lost
+        for number, instance in enumerate(found.instances)
+        if number not in measured
     ]

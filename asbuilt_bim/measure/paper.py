@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -41,9 +42,9 @@ def paper_faces(
         name = f"{pair.name}/{len(faces) + 1}"
         face = _face(pair, depth, instance, number, name)
         if face is None:
-            what = f"station {pair.name}, {instance.label} {number + 1}"
-            reason = f"{_unknown(depth, instance)} of its boundary's pixels have no depth (depth: {depth.method})"
-            rejections.append(Rejection(what=what, reason=reason, remedy="take another depth: stereo, fused or paper"))
+            subject = Subject(kind=SubjectKind.INSTANCE, name=f"{instance.label} {number + 1}", station=pair.name)
+            values = _without_depth(depth, instance)
+            rejections.append(Rejection(code=Reason.INSTANCE_WITHOUT_DEPTH, subject=subject, values=values))
         elif face.area_m2 >= options.least_area_m2:
             faces.append(face)
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=None)
@@ -76,7 +77,7 @@ def _face(pair: RectifiedPair, depth: DepthMap, instance: Instance, number: int,
     x0, y0 = pixels.min(axis=0)
     x1, y1 = pixels.max(axis=0)
     return MeasuredFace(
-        face_id=name, label=instance.label, score=instance.score, source=instance.source,
+        face_id=name, label=instance.label, score=instance.score, source=instance.source, segmenter=instance.segmenter,
         frame=_image_plane(pair.camera, middle_m),
         outline_uv_m=(frozen(outline),), outline_px=(frozen(pixels),), area_m2=area, area_sigma_calibration_m2=0.0,
         area_sigma_image_m2=area, covariance=frozen(np.diag([0.25 * middle_m**2, TILT_RAD**2, TILT_RAD**2])),
@@ -102,7 +103,8 @@ def _at_border(pair: RectifiedPair, instance: Instance) -> bool:
     return bool(np.any(instance.mask & ~inner))
 
 
-def _unknown(depth: DepthMap, instance: Instance) -> str:
+def _without_depth(depth: DepthMap, instance: Instance) -> dict[str, Value]:
+    """Return how many of a mask's boundary pixels have no depth."""
     at = boundary_pixels(instance.mask).astype(np.intp)
-    lost = np.count_nonzero(~depth.valid[at[:, 1], at[:, 0]])
-    return f"{lost} of {len(at)}"
+    lost = int(np.count_nonzero(~depth.valid[at[:, 1], at[:, 0]]))
+    return {"pixels_without": lost, "pixels": len(at), "depth": depth.method}

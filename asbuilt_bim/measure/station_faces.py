@@ -10,6 +10,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.measure.faces import MeasuredFace
@@ -112,19 +113,19 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
         return
     station = face.face_id.rsplit("/", 1)[0]
     own = f"{station}/x{len(rejections) + 1}"  # a number of its own: the next face that is kept has that of this one
-    what = f"face {own} ({face.label}, {face.area_m2:.2f} m2 at {face.distance_m:.1f} m)"
     share = face.area_sigma_m2 / face.area_m2
-    reason = ("", "", "")
+    code, values = None, dict[str, Value]()
     if face.width_px < options.least_width_px:
-        reason = ("too narrow", f"{face.width_px:.1f} px", f"{options.least_width_px:g} px")
+        code, values = Reason.FACE_NARROW, {"width_px": face.width_px, "limit_px": options.least_width_px}
     elif not share <= options.most_sigma_share:
-        limit = f"{100 * options.most_sigma_share:.0f} %"
-        reason = ("too uncertain", f"sigma {100 * share:.0f} % of its area", limit)
-    if reason[0]:
-        remedy = "photograph it from nearer, or more from the front"
-        rejections.append(Rejection(what=what, reason=reason[0], value=reason[1], limit=reason[2], remedy=remedy))
+        code, values = Reason.FACE_UNCERTAIN, {"limit_share": options.most_sigma_share}
+        values |= {"sigma_share": share} if np.isfinite(share) else {}
+    if code is None:
+        faces.append(replace(face, face_id=f"{station}/{len(faces) + 1}"))
         return
-    faces.append(replace(face, face_id=f"{station}/{len(faces) + 1}"))
+    seen: dict[str, Value] = {"label": face.label, "area_m2": face.area_m2, "distance_m": face.distance_m}
+    subject = Subject(kind=SubjectKind.FACE, name=own, station=station)
+    rejections.append(Rejection(code=code, subject=subject, values=seen | values))
 
 
 def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,11 +14,12 @@ from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.photo.working_size import at_working_size
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import PhotoError, Rejection, RigError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.vision.stereo.rig_health import StationHealth, judge, station_health
-from asbuilt_bim.vision.stereo.rig_words import knock_rejection
+from asbuilt_bim.vision.stereo.rig_rejection import rig_rejection
 
 SAME_SHARE = 0.5
 """Of what a photo differs from itself moved by one pixel: two cameras, a decimetre apart, differ by more than all."""
@@ -53,53 +54,43 @@ def read_station(
 
     `working`: the rig at its working size (`working_rig`), where that isn't the photos' own.
     """
-    what = f"station {photos.name}"
+    station = Subject(kind=SubjectKind.STATION, name=photos.name)
     images: list[ByteImage] = []
     rejections: list[Rejection] = []
     for photo, side in ((photos.left, "left"), (photos.right, "right")):
         try:
             image = decode(photo)
         except PhotoError as error:
-            rejections.append(Rejection(what=what, reason=str(error)))
+            subject = Subject(kind=SubjectKind.PHOTO, name=photo.name, station=photos.name)
+            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"detail": str(error)}))
             continue
         size = (int(image.shape[1]), int(image.shape[0]))
-        rejections += check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
+        foreign = check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
+        rejections += [replace(one, subject=replace(one.subject, station=photos.name)) for one in foreign]
         images.append(image)
     if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
-        rejections.append(_sizes(what, images))
+        rejections.append(_sizes(station, images))
     if len(images) == 2 and not rejections:
-        twice = _one_photo_twice(what, images)
+        twice = _one_photo_twice(station, images)
         rejections += [twice] if twice is not None else []
     picture = images[0] if images else None
     if rejections or len(images) < 2:
-        named = tuple(r if photos.name in r.what else _named(r, what) for r in rejections)
-        return RejectedStation(station=photos.name, rejections=named, picture=picture)
+        return RejectedStation(station=photos.name, rejections=tuple(rejections), picture=picture)
     worked = working or rig
     left, right = at_working_size(images[0], worked.left), at_working_size(images[1], worked.right)
     try:
         return rectify(_prepared(worked), left, right, photos.name)
     except (PhotoError, RigError, cv2.error) as error:
-        return RejectedStation(
-            station=photos.name, rejections=(Rejection(what=what, reason=str(error)),), picture=picture
-        )
+        unusable = Rejection(code=Reason.PHOTOS_UNUSABLE, subject=station, values={"detail": str(error)})
+        return RejectedStation(station=photos.name, rejections=(unusable,), picture=picture)
 
 
-def _named(rejection: Rejection, station: str) -> Rejection:
-    return Rejection(
-        what=f"{station}, {rejection.what}", reason=rejection.reason, value=rejection.value, limit=rejection.limit,
-        remedy=rejection.remedy,
-    )  # fmt: skip
+def _sizes(station: Subject, images: list[ByteImage]) -> Rejection:
+    left, right = ((int(image.shape[1]), int(image.shape[0])) for image in images)
+    return Rejection(code=Reason.PHOTOS_DIFFER_IN_SIZE, subject=station, values={"left_px": left, "right_px": right})
 
 
-def _sizes(what: str, images: list[ByteImage]) -> Rejection:
-    left, right = (f"{image.shape[1]} x {image.shape[0]} px" for image in images)
-    return Rejection(
-        what=what, reason="left and right photo differ in size", value=f"left {left}, right {right}",
-        remedy="use both photos as the rig stored them",
-    )  # fmt: skip
-
-
-def _one_photo_twice(what: str, images: list[ByteImage]) -> Rejection | None:
+def _one_photo_twice(station: Subject, images: list[ByteImage]) -> Rejection | None:
     """Say so where both are one photo, saved again maybe: nothing in it has moved by as much as a pixel."""
     left, right = images
     if left.shape != right.shape:
@@ -108,10 +99,10 @@ def _one_photo_twice(what: str, images: list[ByteImage]) -> Rejection | None:
     if differ >= SAME_SHARE * moved:
         return None
     return Rejection(
-        what=what, reason="left and right are the same photo", value=f"they differ by {differ:.1f} grey levels",
-        limit=f"{SAME_SHARE * moved:.1f}, half of what one pixel's shift makes",
-        remedy="name the photo that the other camera took at the same moment",
-    )  # fmt: skip
+        code=Reason.PHOTO_TWICE,
+        subject=station,
+        values={"differ_grey": differ, "limit_grey": SAME_SHARE * moved},
+    )
 
 
 _RIGS: dict[bytes, Rectification] = {}
@@ -151,9 +142,14 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
     if health is not None:
         verdict = judge([health], rig, significant=BEYOND_DOUBT)
         if verdict.state == "knocked":
-            swapped = swapped_rejection(f"station {pair.name}", coarse, rig, pair.camera)
+            swapped = swapped_rejection(pair.name, coarse, rig, pair.camera)
             if swapped is not None:
                 return RigCheck(health=None, rejections=(swapped,))
-            return RigCheck(health=health, rejections=(knock_rejection(f"station {pair.name}", verdict),))
+            return RigCheck(
+                health=health,
+                rejections=(
+                    rig_rejection(Reason.RIG_KNOCKED, Subject(kind=SubjectKind.STATION, name=pair.name), verdict),
+                ),
+            )
     rejections = check_pair(pair, coarse)
     return RigCheck(health=None if rejections else health, rejections=rejections)

@@ -7,10 +7,12 @@ from datetime import date, datetime
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
-from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.vision.masks.segment import InstanceSource
 
 SHARE_DECIMALS = 9
 """What a result keeps of a share: 1 + 1e-16 of a weighted mean is 1, and of a million m2 a thousandth is still told."""
@@ -161,7 +163,8 @@ class FaceRecord:
     width_px: float
     design_faces: tuple[str, ...]  # DesignFace.face_ids, empty when unmatched
     elements: tuple[str, ...]
-    source: str = "geometric"  # who found it: geometry, a network, or both
+    source: InstanceSource = InstanceSource.GEOMETRY  # who found it
+    segmenter: str = ""  # the name of the network or plugin that did
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -311,7 +314,7 @@ class ProgressReport:
     @property
     def survey_doubts(self) -> tuple[Rejection, ...]:
         """Return what speaks against the survey, or the design, as a whole: every number hangs on them."""
-        return tuple(rejection for rejection in self.rejections if rejection.what == SURVEY)
+        return tuple(rejection for rejection in self.rejections if rejection.subject.kind is SubjectKind.SURVEY)
 
     @property
     def knows_nothing(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import ProjectError, Rejection
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.storage.regular_file import open_regular
@@ -49,13 +50,17 @@ def same_photos(project: Project, visit: Visit) -> dict[str, Rejection]:
 
 
 def _rejection(station: Station, visit: Visit, other: Visit, twin: Station, project: Project) -> Rejection:
-    day = "" if other.date == visit.date else f" of visit {other.date.isoformat()}"
     return Rejection(
-        what=f"station {station.name}",
-        reason=f"its photos are those of station {twin.name}{day} again ({project.relative(station.left)} is "
-        f"{project.relative(twin.left)}, {project.relative(station.right)} is {project.relative(twin.right)}): what "
-        "they show would count twice",
-        remedy="copy this station's own photos there, or take it out of the project file",
+        code=Reason.PHOTOS_OF_OTHER_STATION,
+        subject=Subject(kind=SubjectKind.STATION, name=station.name),
+        values={
+            "other": twin.name,
+            "other_visit": "" if other.date == visit.date else other.date.isoformat(),
+            "left": project.relative(station.left),
+            "right": project.relative(station.right),
+            "other_left": project.relative(twin.left),
+            "other_right": project.relative(twin.right),
+        },
     )
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import date, timedelta
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.project.read import Visit
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""
-_MOST_NAMED = 5
 
 
 def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]:
@@ -21,14 +21,14 @@ def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]
     off = {name: day for name, day in taken.items() if abs(day - visit.date) > NEAR}
     if not off:
         return ()
-    named = ", ".join(f"station {name} {day.isoformat()}" for name, day in list(off.items())[:_MOST_NAMED])
-    more = f" and {len(off) - _MOST_NAMED} more" if len(off) > _MOST_NAMED else ""
     return (
         Rejection(
-            what="photos' days",
-            reason=f"the photos of {len(off)} of {len(visit.stations)} stations say that they were taken on another "
-            f"day than the visit's, {visit.date.isoformat()}: {named}{more}",
-            remedy="if they are another visit's, copy this one's; if the camera's clock is wrong, set it: nothing is "
-            "left out for it",
+            code=Reason.PHOTOS_OF_OTHER_DAY,
+            subject=Subject(kind=SubjectKind.VISIT, name=visit.date.isoformat()),
+            values={
+                "stations": tuple(off),
+                "days": tuple(day.isoformat() for day in off.values()),
+                "count": len(visit.stations),
+            },
         ),
     )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import skew
@@ -31,15 +32,15 @@ def pose_from_markers(
     A marker that contradicts the others, or that the survey lacks, is named and left out; the station is kept.
     """
     seen, notes = _sighted(station, survey, options)
-    what = f"station {station.station}"
+    subject = Subject(kind=SubjectKind.STATION, name=station.station)
     if len(seen) < options.min_markers:
-        return None, (*notes, _too_few(what, len(seen), options.min_markers, any_read=bool(station.markers)))
+        return None, (*notes, _too_few(subject, len(seen), options.min_markers, any_read=bool(station.markers)))
     agreement = largest_agreement(station.camera, seen, min(options.min_markers, len(seen)))
     if agreement is None:
-        return None, (*notes, _none_agree(what, len(seen)))
+        return None, (*notes, Rejection(code=Reason.MARKERS_DISAGREE, subject=subject, values={"found": len(seen)}))
     if agreement.ambiguous:
-        return None, (*notes, _ambiguous(what, agreement))
-    notes += tuple(_wrong_marker(what, name, s) for name, s in agreement.wrong.items() if s > NAMED_SIGMAS)
+        return None, (*notes, _ambiguous(subject, agreement))
+    notes += tuple(_wrong_marker(station.station, name, s) for name, s in agreement.wrong.items() if s > NAMED_SIGMAS)
     pose, refused = judged_pose(station.station, station.camera.f_px, agreement, options, "markers")
     return pose, (*notes, *refused)
 
@@ -48,14 +49,16 @@ def judged_pose(
     station: str, focal_px: float, agreement: Agreement, options: RegisterOptions, method: str
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Turn an agreement into a pose, or refuse it by its residual and its sigma ahead."""
-    what, solution = f"station {station}", agreement.solution
+    subject, solution = Subject(kind=SubjectKind.STATION, name=station), agreement.solution
     covariance = solution.covariance.copy()
     covariance[:3, :3] += np.eye(3) * (options.rig_direction_px / focal_px) ** 2
     if solution.residual_px > options.max_residual_px:
-        return None, (_residual(what, solution.residual_px, options.max_residual_px),)
+        residual: dict[str, Value] = {"residual_px": solution.residual_px, "limit_px": options.max_residual_px}
+        return None, (Rejection(code=Reason.POSE_RESIDUAL, subject=subject, values=residual),)
     ahead = sigma_ahead_m(solution.world_from_left, covariance, AHEAD_M)
     if ahead > options.max_sigma_at_5_m_m:
-        return None, (_uncertain(what, ahead, options.max_sigma_at_5_m_m),)
+        sigma: dict[str, Value] = {"sigma_m": ahead, "limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
+        return None, (Rejection(code=Reason.POSE_UNCERTAIN, subject=subject, values=sigma),)
     used = tuple(int(group.name) for group in agreement.used) if method == "markers" else ()
     pose = StationPose(
         station=station,
@@ -84,7 +87,7 @@ def _sighted(
     for sighting in station.markers:
         marker = surveyed.get(sighting.marker_id)
         if marker is None:
-            notes.append(_unknown(f"station {station.station}", sighting.marker_id))
+            notes.append(_unknown(station.station, sighting.marker_id))
             continue
         seen.append(
             Sighted(
@@ -99,68 +102,38 @@ def _sighted(
     return seen, tuple(notes)
 
 
-def _unknown(what: str, marker_id: int) -> Rejection:
+def _unknown(station: str, marker_id: int) -> Rejection:
     return Rejection(
-        what=f"{what}, marker {marker_id}",
-        reason="the survey has no such marker",
-        remedy="add its four corners to the survey, or take the print down",
+        code=Reason.MARKER_NOT_SURVEYED,
+        subject=Subject(kind=SubjectKind.MARKER, name=str(marker_id), station=station),
     )
 
 
-def _too_few(what: str, count: int, limit: int, *, any_read: bool) -> Rejection:
-    more = "show more surveyed markers, spread over the frame"
+def _too_few(station: Subject, count: int, needed: int, *, any_read: bool) -> Rejection:
     return Rejection(
-        what=what,
-        reason="too few surveyed markers in view",
-        value=f"{count}",
-        limit=f"at least {limit}",
-        remedy=more if any_read else f"where the photos do show some, check markers.family; else {more}",
+        code=Reason.MARKERS_TOO_FEW,
+        subject=station,
+        values={"found": count, "needed": needed, "any_read": any_read},
     )
 
 
-def _none_agree(what: str, count: int) -> Rejection:
+def _ambiguous(station: Subject, agreement: Agreement) -> Rejection:
     return Rejection(
-        what=what,
-        reason=f"no two of its {count} surveyed markers agree on one pose",
-        remedy="check their ids, the corner order and the survey's unit and handedness (x east, y north, z up)",
+        code=Reason.MARKERS_AMBIGUOUS,
+        subject=station,
+        values={"agree": tuple(group.name for group in agreement.used), "others": tuple(agreement.wrong)},
     )
 
 
-def _ambiguous(what: str, agreement: Agreement) -> Rejection:
-    names = ", ".join(group.name for group in agreement.used)
-    wrong = ", ".join(agreement.wrong)
+def _wrong_marker(station: str, name: str, sigmas: float) -> Rejection:
     return Rejection(
-        what=what,
-        reason=f"its markers give two different poses: {names} say one, {wrong} another",
-        remedy="survey these markers again, or show one more",
+        code=Reason.MARKER_CONTRADICTS,
+        subject=Subject(kind=SubjectKind.MARKER, name=name, station=station),
+        values=off_values(sigmas),
     )
 
 
-def _wrong_marker(what: str, name: str, sigmas: float) -> Rejection:
-    return Rejection(
-        what=f"{what}, marker {name}",
-        reason="contradicts the other markers and was left out",
-        value=f"{sigmas:.0f} sigma" if np.isfinite(sigmas) else "",
-        limit="3 sigma",
-        remedy="survey it again: it was moved, or its corners are mistaken",
-    )
-
-
-def _residual(what: str, value_px: float, limit_px: float) -> Rejection:
-    return Rejection(
-        what=what,
-        reason="its pose leaves too large a reprojection error",
-        value=f"{value_px:.1f} px",
-        limit=f"{limit_px:.1f} px",
-        remedy="check the survey and the rig's calibration",
-    )
-
-
-def _uncertain(what: str, sigma_m: float, limit_m: float) -> Rejection:
-    return Rejection(
-        what=what,
-        reason=f"its pose is too uncertain {AHEAD_M:.0f} m ahead",
-        value=f"{sigma_m * 1000:.0f} mm",
-        limit=f"{limit_m * 1000:.0f} mm",
-        remedy="show markers that are nearer, or further apart in the frame",
-    )
+def off_values(sigmas: float) -> dict[str, Value]:
+    """Return by how many sigmas a point is off, with the limit; an infinite number says nothing and is left out."""
+    limit: dict[str, Value] = {"limit_sigmas": NAMED_SIGMAS}
+    return limit | {"off_sigmas": float(sigmas)} if np.isfinite(sigmas) else limit

@@ -9,11 +9,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
-from asbuilt_bim.register.markers import judged_pose, pose_from_markers
+from asbuilt_bim.register.markers import judged_pose, off_values, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted
@@ -39,14 +40,12 @@ def pose_from_control_points(
     station: StationMeasurement, points: Sequence[ControlPoint], options: RegisterOptions
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Find a station's pose from control points; a point that contradicts the others is named and left out."""
-    what = f"station {station.station}"
+    subject = Subject(kind=SubjectKind.STATION, name=station.station)
     if len(points) < options.min_control_points:
         few = Rejection(
-            what=what,
-            reason="too few control points",
-            value=f"{len(points)}",
-            limit=f"at least {options.min_control_points}",
-            remedy="click more points, spread over the frame and over depth",
+            code=Reason.CONTROL_POINTS_TOO_FEW,
+            subject=subject,
+            values={"found": len(points), "needed": options.min_control_points},
         )
         return None, (few,)
     seen = [
@@ -63,20 +62,20 @@ def pose_from_control_points(
     agreement = largest_agreement(station.camera, seen, SUBSET)
     if agreement is None or len(agreement.used) < options.min_control_points - 1 or agreement.ambiguous:
         none = Rejection(
-            what=what,
-            reason="its control points don't agree on one pose",
-            value=f"{len(agreement.used) if agreement else 0} of {len(points)} agree",
-            limit=f"{options.min_control_points - 1} at least",
-            remedy="check which point was clicked for which name",
+            code=Reason.CONTROL_POINTS_DISAGREE,
+            subject=subject,
+            values={
+                "agree": len(agreement.used) if agreement else 0,
+                "found": len(points),
+                "needed": options.min_control_points - 1,
+            },
         )
         return None, (none,)
     notes = tuple(
         Rejection(
-            what=f"{what}, control point {name}",
-            reason="contradicts the other points and was left out",
-            value=f"{sigmas:.0f} sigma",
-            limit="3 sigma",
-            remedy="click it again, or check its coordinates",
+            code=Reason.CONTROL_POINT_CONTRADICTS,
+            subject=Subject(kind=SubjectKind.CONTROL_POINT, name=name, station=station.station),
+            values=off_values(sigmas),
         )
         for name, sigmas in agreement.wrong.items()
     )
@@ -118,7 +117,7 @@ def register(
 
 
 def _not_placed(station: str) -> Rejection:
-    return Rejection(what=f"station {station}", reason="the survey is a mirror image of the site")
+    return Rejection(code=Reason.STATION_SURVEY_MIRRORED, subject=Subject(kind=SubjectKind.STATION, name=station))
 
 
 def given_pose(station: str, world_from_left: ArrayLike, sigma_rad: float, sigma_m: float) -> StationPose:
@@ -154,8 +153,7 @@ def mirrored_survey(
     if agree <= MIRRORED_SHARE * seen:
         return None
     return Rejection(
-        what=SURVEY,
-        reason=f"it is a mirror image of the site: of {seen} markers in view {agree} agree in the mirror, {used} as "
-        "they are given; x and y are exchanged (easting and northing), or one axis counts the wrong way",
-        remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
+        code=Reason.SURVEY_MIRRORED,
+        subject=Subject(kind=SubjectKind.SURVEY),
+        values={"seen": seen, "agree_mirrored": agree, "agree": used},
     )

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, weighted_median
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import UNIT_MISTAKES
 
-Kind = Literal["target's diameter", "markers' size", "markers' distances"]
+
+class KnownLength(StrEnum):
+    """What is held against the rig's scale."""
+
+    TARGET_DIAMETER = "target's diameter"
+    MARKER_SIZE = "markers' size"
+    MARKER_DISTANCES = "markers' distances"
+
 
 SCALE_LIMIT = 0.03
 """Of a length, 6 % of an area: more than discs and prints are ever off by, all the same way."""
@@ -24,14 +32,9 @@ DOUBT_LIMIT, DOUBT_SIGNIFICANT = 0.015, 2.5  # it is warned of, and nothing is r
 SIGNIFICANT = 4.0
 POOLED_LIMIT, POOLED_SIGNIFICANT = 0.005, 5.0
 """All known lengths together are warned of from 1 % of an area on, where chance can't explain it."""
-KNOWN_TO = {"target's diameter": 0.01, "markers' size": 0.01, "markers' distances": 0.001}
+KNOWN_TO = {KnownLength.TARGET_DIAMETER: 0.01, KnownLength.MARKER_SIZE: 0.01, KnownLength.MARKER_DISTANCES: 0.001}
 """What a length is made or surveyed to, relative; common to all of its kind, so that it doesn't average out. A survey's
-own sigma is told; its scale is off by a map grid's factor (0.04 %) or a tape's sag and stretch at most."""
-_TOLD_BY: dict[Kind, str] = {
-    "target's diameter": "target.diameter_m",
-    "markers' size": "markers.size_m",
-    "markers' distances": "the survey (markers.survey)",
-}
+own sigma is given; its scale is off by a map grid's factor (0.04 %) or a tape's sag and stretch at most."""
 _LEAST_SPACING_M = 0.5
 _UNIT_SHARE = 0.04
 _ACROSS_RAY = 0.05  # a pixel is disparity / focal length as much across the ray as along it
@@ -43,7 +46,7 @@ _TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radiu
 class ScaleOfKind:
     """A visit's lengths of one kind: measured over known, its sigma, and how many."""
 
-    kind: Kind
+    kind: KnownLength
     ratio: float
     sigma: float
     count: int
@@ -68,7 +71,7 @@ class ScaleVerdict:
 def judge_scale(
     evidence: Sequence[ScaleEvidence], diameter_m: float | None, size_m: float, survey: Sequence[SurveyedMarker]
 ) -> ScaleVerdict | None:
-    """Compare a visit's lengths with the told and surveyed ones; None where there are none."""
+    """Compare a visit's lengths with the given and surveyed ones; None where there are none."""
     kinds = [
         kind
         for kind in (_diameters(evidence, diameter_m), _sizes(evidence, size_m), _distances(evidence, survey))
@@ -84,73 +87,67 @@ def judge_scale(
     return ScaleVerdict(kinds=tuple(kinds), ratio=float(np.exp(middle)), sigma=sigma, agree=agree)
 
 
-def scale_rejection(what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection:
+def scale_rejection(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection:
     """Return why nothing can be measured with a rig of the wrong scale, and the mistake that it looks like."""
-    lengths = ", ".join(f"{kind.kind} {100 * (kind.ratio - 1):+.1f} %" for kind in verdict.kinds)
-    return Rejection(
-        what=what,
-        reason=f"the rig's scale is wrong: lengths come out {verdict.ratio:.3f} times too large ({lengths}); "
-        f"{_cause(verdict.ratio, rig.baseline_m, square_m)}",
-        value=f"{100 * (verdict.ratio - 1):+.1f} %",
-        limit=f"{100 * SCALE_LIMIT:g} %",
-        remedy="correct it and run again",
-    )
+    values = _values(verdict) | _asked(verdict.ratio, rig.baseline_m, square_m) | {"limit_share": SCALE_LIMIT}
+    return Rejection(code=Reason.SCALE_WRONG, subject=subject, values=values)
 
 
 def doubt_rejection(
-    what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None = None
+    subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None = None
 ) -> Rejection | None:
     """Return a warning where known lengths come out wrong by less, or contradict each other; None where all is well."""
     if verdict.is_wrong:
         return None
-    return _doubt_of_kinds(what, verdict) or _doubt_of_all(what, verdict, rig, square_m)
+    return _doubt_of_kinds(subject, verdict) or _doubt_of_all(subject, verdict, rig, square_m)
 
 
-def _doubt_of_all(what: str, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection | None:
+def _doubt_of_all(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection | None:
     """Warn where no kind stands out, but all of them together can't come out as they do by chance."""
     off, limit = float(np.log(verdict.ratio)), max(POOLED_LIMIT, POOLED_SIGNIFICANT * verdict.sigma)
     if not verdict.agree or abs(off) <= limit:
         return None
-    than = "large" if off > 0.0 else "small"
-    kinds = ", ".join(f"{k.kind} {100 * (k.ratio - 1):+.1f} %" for k in verdict.kinds)
-    return Rejection(
-        what=what,
-        reason=f"known lengths together come out {100 * abs(verdict.ratio - 1):.2f} % too {than} "
-        f"(± {100 * verdict.sigma:.2f} %; {kinds}), and so every area {100 * abs(verdict.ratio**2 - 1):.1f} % too "
-        f"{than}, which its sigma doesn't hold; {_cause(verdict.ratio, rig.baseline_m, square_m)}",
-        value=f"{100 * (verdict.ratio - 1):+.2f} %",
-        limit=f"{100 * limit:.2f} %",
-        remedy="if that is right, measure the disc and the prints, and check the survey's scale",
-    )
+    values = _values(verdict) | _asked(verdict.ratio, rig.baseline_m, square_m) | {"limit_share": limit}
+    return Rejection(code=Reason.LENGTHS_DOUBTFUL_TOGETHER, subject=subject, values=values)
 
 
-def _doubt_of_kinds(what: str, verdict: ScaleVerdict) -> Rejection | None:
-    allowed = {kind.kind: max(DOUBT_LIMIT, DOUBT_SIGNIFICANT * kind.sigma) for kind in verdict.kinds}
-    off = [kind for kind in verdict.kinds if abs(np.log(kind.ratio)) > allowed[kind.kind]]
-    if not off:
+def _doubt_of_kinds(subject: Subject, verdict: ScaleVerdict) -> Rejection | None:
+    allowed = [max(DOUBT_LIMIT, DOUBT_SIGNIFICANT * kind.sigma) for kind in verdict.kinds]
+    off = [bool(abs(np.log(kind.ratio)) > limit) for kind, limit in zip(verdict.kinds, allowed, strict=True)]
+    if not any(off):
         return None
-    named = ", ".join(f"{kind.kind} {100 * (kind.ratio - 1):+.1f} % (± {100 * kind.sigma:.1f} %)" for kind in off)
-    others = ", ".join(f"{k.kind} {100 * (k.ratio - 1):+.1f} %" for k in verdict.kinds if k not in off)
-    return Rejection(
-        what=what,
-        reason=f"known lengths come out wrong: {named}" + (f"; others don't: {others}" if others else ""),
-        limit=", ".join(f"{100 * allowed[kind.kind]:.1f} %" for kind in off),
-        remedy=_doubt_remedy(off, verdict),
-    )
+    wrong = tuple(str(kind.kind) for kind, is_off in zip(verdict.kinds, off, strict=True) if is_off)
+    values = _values(verdict) | {"wrong": wrong, "limit_shares": tuple(allowed)}
+    return Rejection(code=Reason.LENGTHS_DOUBTFUL, subject=subject, values=values)
 
 
-def _doubt_remedy(off: Sequence[ScaleOfKind], verdict: ScaleVerdict) -> str:
-    """One kind alone against others that agree: what was told of it is wrong, and the rig isn't."""
-    if len(off) == 1 and len(verdict.kinds) > 1:
-        return f"the rig is right by the others: measure again and correct {_TOLD_BY[off[0].kind]}"
-    return "measure the disc and the prints; if they are right, calibrate the rig again"
+def _values(verdict: ScaleVerdict) -> dict[str, Value]:
+    """Return what each kind of length says, and all of them together: measured over known."""
+    return {
+        "ratio": verdict.ratio,
+        "sigma": verdict.sigma,
+        "kinds": tuple(str(kind.kind) for kind in verdict.kinds),
+        "ratios": tuple(kind.ratio for kind in verdict.kinds),
+        "sigmas": tuple(kind.sigma for kind in verdict.kinds),
+    }
+
+
+def _asked(ratio: float, baseline_m: float, square_m: float | None) -> dict[str, Value]:
+    """Return what the lengths ask of the baseline, or of the board's squares, and the unit that it looks like."""
+    values: dict[str, Value] = {"baseline_m": baseline_m, "asked_baseline_m": baseline_m / ratio}
+    for factor, unit in UNIT_MISTAKES.items():
+        if abs(ratio / factor - 1.0) < _UNIT_SHARE:
+            return values | {"unit": unit}
+    if square_m is not None:
+        values |= {"square_m": square_m, "asked_square_m": square_m / ratio}
+    return values
 
 
 def _diameters(evidence: Sequence[ScaleEvidence], diameter_m: float | None) -> ScaleOfKind | None:
     found = [one.target_diameter_m for one in evidence if one.target_diameter_m > 0.0]
     if diameter_m is None or not found:
         return None
-    return _kind("target's diameter", np.array(found) / diameter_m, np.full(len(found), _TARGET_SIGMA))
+    return _kind(KnownLength.TARGET_DIAMETER, np.array(found) / diameter_m, np.full(len(found), _TARGET_SIGMA))
 
 
 def _sizes(evidence: Sequence[ScaleEvidence], size_m: float) -> ScaleOfKind | None:
@@ -159,7 +156,7 @@ def _sizes(evidence: Sequence[ScaleEvidence], size_m: float) -> ScaleOfKind | No
         for corners, sigma in zip(one.marker_corners_m, one.marker_sigma, strict=True):
             ratios.append(float(np.mean(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1))) / size_m)
             sigmas.append(float(sigma))
-    return _kind("markers' size", np.array(ratios), np.array(sigmas)) if ratios else None
+    return _kind(KnownLength.MARKER_SIZE, np.array(ratios), np.array(sigmas)) if ratios else None
 
 
 def _distances(evidence: Sequence[ScaleEvidence], survey: Sequence[SurveyedMarker]) -> ScaleOfKind | None:
@@ -186,7 +183,7 @@ def _distances(evidence: Sequence[ScaleEvidence], survey: Sequence[SurveyedMarke
         surveyed = float(np.hypot(known[a].sigma_m, known[b].sigma_m)) / true
         ratios.append(float(np.exp(weighted_median(np.log(ratio), weights))))
         sigmas.append(float(np.hypot(_OF_MEDIAN * weights.sum() ** -0.5, surveyed)))
-    return _kind("markers' distances", np.array(ratios), np.array(sigmas))
+    return _kind(KnownLength.MARKER_DISTANCES, np.array(ratios), np.array(sigmas))
 
 
 def _distance_sigma_m(centres_m: FloatArray, relative: FloatArray) -> float:
@@ -201,23 +198,10 @@ def _apart_m(corners_m: FloatArray, others_m: FloatArray) -> float:
     return float(np.linalg.norm(corners_m.mean(axis=0) - others_m.mean(axis=0)))
 
 
-def _kind(kind: Kind, ratios: FloatArray, sigmas: FloatArray) -> ScaleOfKind:
+def _kind(kind: KnownLength, ratios: FloatArray, sigmas: FloatArray) -> ScaleOfKind:
     """Pool one kind by the median, weighted, so that one wrong print or survey row doesn't carry it."""
     logs, weights = np.log(ratios), 1.0 / np.maximum(sigmas, 1e-6) ** 2
     middle = weighted_median(logs, weights)
     scatter = 1.4826 * float(np.median(np.abs(logs - middle) * np.sqrt(weights)))  # 1 where sigmas hold
     sigma = float(np.hypot(_OF_MEDIAN * max(scatter, 1.0) * weights.sum() ** -0.5, KNOWN_TO[kind]))
     return ScaleOfKind(kind=kind, ratio=float(np.exp(middle)), sigma=sigma, count=len(logs))
-
-
-def _cause(ratio: float, baseline_m: float, square_m: float | None) -> str:
-    """Say what mistake a ratio looks like: a unit, a board's square, or a baseline."""
-    for factor, unit in UNIT_MISTAKES.items():
-        if abs(ratio / factor - 1.0) < _UNIT_SHARE:
-            return f"its baseline of {baseline_m:.4g} m looks like {unit}: it would be {baseline_m / ratio:.4g} m"
-    if square_m is not None:
-        return (
-            f"rig.boards.square_m is {square_m:g} m, and these lengths ask for {square_m / ratio:.4g} m: measure the "
-            "board's squares"
-        )
-    return f"its baseline is {baseline_m:.4g} m, and these lengths ask for {baseline_m / ratio:.4g} m"

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection, SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -104,11 +105,9 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
         )
     return tuple(
         Rejection(
-            what=f"marker {marker.marker_id}",
-            reason="its surveyed place is far from the building",
-            value=f"{away:.0f} m",
-            limit=f"{FAR_M:.0f} m",
-            remedy="check its row in the survey",
+            code=Reason.MARKER_FAR,
+            subject=Subject(kind=SubjectKind.MARKER, name=str(marker.marker_id)),
+            values={"away_m": away, "limit_m": FAR_M},
         )
         for marker, away in found
     )

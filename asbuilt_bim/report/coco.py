@@ -14,7 +14,7 @@ import numpy as np
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
 
 CATEGORIES: tuple[InstanceClass, ...] = ("wall", "column")
 CORNER_PX = 0.5
@@ -30,7 +30,8 @@ class LabelledInstance:
 
     label: InstanceClass
     score: float
-    source: str
+    source: InstanceSource
+    segmenter: str
     rings: tuple[FloatArray, ...]
 
 
@@ -50,7 +51,10 @@ def labelled(instance: Instance, photo: Intrinsics, camera: RectifiedCamera) -> 
     A hole is joined to its outer ring by a cut: COCO's polygons have none.
     """
     rings = [frozen(photo.project(camera.rays(ring))) for ring in _rings(instance.mask)]
-    return LabelledInstance(label=instance.label, score=instance.score, source=instance.source, rings=tuple(rings))
+    return LabelledInstance(
+        label=instance.label, score=instance.score, source=instance.source,
+        segmenter=instance.segmenter, rings=tuple(rings),
+    )  # fmt: skip
 
 
 def coco_document(photos: Sequence[LabelledPhoto]) -> dict[str, object]:
@@ -85,7 +89,8 @@ def _annotation(one: LabelledInstance, image: int, number: int) -> dict[str, obj
         "area": round(float(area), 1),
         "iscrowd": 0,
         "score": round(one.score, 3),
-        "source": one.source,
+        "source": str(one.source),
+        "segmenter": one.segmenter,
     }
 
 

@@ -9,6 +9,7 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, dominating, seen
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.of_faces import source_text
 
 COLUMNS = (
     "face", "instance", "class", "kind", "width_m", "height_m", "area_m2", "area_sigma_m2",
@@ -25,7 +26,7 @@ def faces_csv(found: PairMeasurement) -> bytes:
     stated = found.options.method == "default"
     for face in found.faces:
         sigmas = (face.area_sigma_m2, face.area_sigma_calibration_m2, face.area_sigma_image_m2)
-        source = wording.plain(found.instance_of(face).source)
+        source = wording.plain(source_text(face.source, face.segmenter))
         table.writerow([
             face.face_id.rpartition("/")[2], face.instance + 1, face.label, kind(face), f"{face.width_m:.4f}",
             f"{face.height_m:.4f}", f"{face.area_m2:.5f}", *(f"{s:.5f}" if stated else "" for s in sigmas),

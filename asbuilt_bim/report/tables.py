@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from datetime import date
 
+from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, State, StationRecord
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.words import Words
 
 NO_STOREY = "(no storey)"
-_PART_OF_STATION = re.compile(", (?:marker|target|red disc|control point|left|right|photo)\\b")
+OF_STATION = frozenset(
+    {
+        *(SubjectKind.STATION, SubjectKind.PHOTO, SubjectKind.TARGET, SubjectKind.DISC),
+        *(SubjectKind.MARKER, SubjectKind.CONTROL_POINT),
+    }
+)
+"""What counts against a station: itself, its photos, its target and its markers."""
+OF_FACES = frozenset({SubjectKind.FACE, SubjectKind.INSTANCE})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +52,8 @@ class StationRow:
 
     name: str
     status: str  # "placed", "not placed", "rejected"
-    reasons: tuple[Rejection, ...]  # of the station itself, its target and its markers
-    left_out: tuple[Rejection, ...]  # of its faces
+    reasons: tuple[Words, ...]  # of the station itself, its photos, its target and its markers
+    left_out: tuple[Words, ...]  # of its faces, and of walls and columns that gave none
     markers: str = ""
     residual_px: float | None = None
     target_range_m: float | None = None
@@ -106,14 +115,14 @@ def group_rows(report: ProgressReport) -> tuple[tuple[str, GroupProgress], ...]:
 
 def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:
     """Return the stations that were measured, then those rejected before that."""
-    reasons: dict[str, list[Rejection]] = {}
-    left_out: dict[str, list[Rejection]] = {}
+    reasons: dict[str, list[Words]] = {}
+    left_out: dict[str, list[Words]] = {}
     for rejection in report.rejections:
-        kind, name = subject_of(rejection)
-        if kind == "station":
-            reasons.setdefault(name, []).append(rejection)
-        elif kind == "face":
-            left_out.setdefault(name, []).append(rejection)
+        subject = rejection.subject
+        if station := station_of(rejection):
+            reasons.setdefault(station, []).append(words_of(rejection))
+        elif subject.kind in OF_FACES and subject.at_station:
+            left_out.setdefault(subject.at_station, []).append(words_of(rejection))
     measured = [
         _station_row(station, tuple(reasons.pop(station.name, ())), tuple(left_out.get(station.name, ())))
         for station in report.stations
@@ -125,23 +134,17 @@ def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:
     return (*measured, *lost)
 
 
-def station_of(rejection: Rejection) -> str | None:
-    """Return the station that a rejection counts against, None where it is about a face or something else."""
-    kind, name = subject_of(rejection)
-    return name if kind == "station" else None
+def station_of(rejection: Rejection) -> str:
+    """Return the station that a rejection counts against, "" where it is about a face or something else."""
+    return rejection.subject.at_station if rejection.subject.kind in OF_STATION else ""
 
 
-def subject_of(rejection: Rejection) -> tuple[str, str]:
-    """Return what a rejection is about: ("station" or "face", the station's name), or ("", "") for anything else."""
-    kind, _, rest = rejection.what.partition(" ")
-    if kind == "station" and rest:
-        return kind, _PART_OF_STATION.split(rest)[0]
-    if kind == "face" and "/" in rest:
-        return kind, rest.split(" (")[0].rpartition("/")[0]
-    return "", ""
+def of_whole_visit(rejection: Rejection) -> bool:
+    """Say whether a rejection is about no station and no face: about the rig, the survey, or the visit."""
+    return not station_of(rejection) and rejection.subject.kind not in OF_FACES
 
 
-def _station_row(station: StationRecord, reasons: tuple[Rejection, ...], left_out: tuple[Rejection, ...]) -> StationRow:
+def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: tuple[Words, ...]) -> StationRow:
     """Lay out one measured station."""
     return StationRow(
         name=station.name,

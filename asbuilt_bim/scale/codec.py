@@ -13,6 +13,8 @@ from typing import Any, TypeVar, get_origin
 import numpy as np
 from cattrs.preconf.json import make_converter
 
+from asbuilt_bim.codes import Value
+
 T = TypeVar("T")
 MAX_PLAIN_BYTES = 512_000_000
 """A station's measurement is a few megabytes; anything that unpacks to more than this is damaged."""
@@ -34,6 +36,12 @@ def _array_in(value: dict[str, Any], _: Any) -> np.ndarray:
     array = np.frombuffer(_inflate(base64.b85decode(value["data"])), dtype=dtype).reshape(value["shape"])
     array.flags.writeable = False
     return array
+
+
+def _value_in(value: Any, _: Any) -> Value:
+    """Return a value of a rejection as it was: JSON has lists where we have tuples, and all else alike."""
+    kept: Value = tuple(value) if isinstance(value, list) else value
+    return kept
 
 
 def _inflate(data: bytes) -> bytes:
@@ -58,6 +66,7 @@ def _converter(array_out: Callable[[np.ndarray], dict[str, Any]]) -> Any:
     converter.register_unstructure_hook(bool, bool)
     converter.register_unstructure_hook(date, lambda day: day.isoformat())
     converter.register_structure_hook(date, lambda text, _: date.fromisoformat(text))
+    converter.register_structure_hook_func(lambda kind: kind == Value, _value_in)
     return converter
 
 

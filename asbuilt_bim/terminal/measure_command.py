@@ -17,6 +17,7 @@ from asbuilt_bim.measure.depth_source import Method, depth_method
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.station import MeasureOptions
 from asbuilt_bim.report.faces_csv import HEADINGS, face_rows
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import length, plain
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.vision.masks.segment import InstanceClass
@@ -129,6 +130,6 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
             screen.say(f"face {number} ({label}, {kind}): {area}, {width} x {height}, {seen}")
             screen.say(f"  sigma from {source}, flatness {flatness}, {distance} away")
     for rejection in found.rejections:
-        screen.warn(plain(str(rejection)))
+        screen.warn(plain(str(words_of(rejection))))
     if not rows:
         screen.error("not one face was measured")

@@ -10,10 +10,12 @@ from rich.text import Text
 from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
+from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import verdict
-from asbuilt_bim.report.tables import station_of, storey_names, subject_of
+from asbuilt_bim.report.tables import of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import percent, percent_range, plain
 from asbuilt_bim.terminal.screen import Screen
 
@@ -105,7 +107,7 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
         lines.append(f"  {judged.sentence}")
         reasons = judged.reasons
     lines += [f"  take care: {reason}" for reason in reasons]
-    return lines + [f"  left out: {rejection}" for rejection in calibration.left_out]
+    return lines + [f"  left out: {words_of(rejection)}" for rejection in calibration.left_out]
 
 
 def _cells(group: GroupProgress, name: str) -> list[Text]:
@@ -124,8 +126,9 @@ def _cells(group: GroupProgress, name: str) -> list[Text]:
 
 def _reasons(name: str, report: ProgressReport) -> list[str]:
     about = [r for r in report.rejections if station_of(r) == name]
-    own = [r for r in about if r.what == f"station {name}"] or about  # a single marker's is not the station's
-    return [str(r).removeprefix(f"station {name}: ") for r in own] or ["no reason was given"]
+    if any(station.name == name for station in report.stations):  # one that was measured: a marker's is not its reason
+        about = [r for r in about if r.subject.kind is SubjectKind.STATION] or about
+    return [words_of(r).at_station for r in about] or ["no reason was given"]
 
 
 def warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
@@ -142,9 +145,9 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
     Returns whether one was.
     """
     day = visit.date.isoformat()
-    whole = [rejection for rejection in report.rejections if subject_of(rejection) == ("", "")]
+    whole = [rejection for rejection in report.rejections if of_whole_visit(rejection)]
     for rejection in whole[:MAX_NOTES]:
-        screen.warn(f"visit {day}: {plain(str(rejection))}")
+        screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
     if len(whole) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
     names = [station.name for station in visit.stations]

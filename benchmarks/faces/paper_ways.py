@@ -21,7 +21,7 @@ from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.station_faces import FaceOptions
-from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.depth_paper import Inversion, paper_depth
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
@@ -64,7 +64,7 @@ def true_face_masks(twin: TwinPair) -> Iterator[tuple[int, Instance]]:
         label: InstanceClass = "wall" if twin.truth["objects"][truth["object"]]["kind"] == "wall" else "column"
         box = (0, 0, mask.shape[1], mask.shape[0])
         if mask.any():
-            yield truth["face"], Instance(label=label, score=1.0, mask=mask, box_px=box, source="truth")
+            yield truth["face"], Instance(label=label, score=1.0, mask=mask, box_px=box, source=InstanceSource.GIVEN)
 
 
 def published(inversion: Inversion | None) -> Callable[[Read], dict[int, MeasuredFace]]:

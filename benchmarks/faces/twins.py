@@ -22,7 +22,7 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces
 from asbuilt_bim.measure.workbench import marks_mask
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
@@ -132,7 +132,7 @@ def true_instances(twin: TwinPair) -> list[Instance]:
         x, y, width, height = cv2.boundingRect(mask.astype(np.uint8))
         label = "wall" if what["kind"] == "wall" else "column"
         box = (x, y, x + width, y + height)
-        found.append(Instance(label=label, score=1.0, mask=mask, box_px=box, source="truth"))
+        found.append(Instance(label=label, score=1.0, mask=mask, box_px=box, source=InstanceSource.GIVEN))
     return found
 
 

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from asbuilt_bim.camera.photo.overlap import match_pair
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.report.wording.of_rig import effect_text, turn_text
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, judge, station_health
-from asbuilt_bim.vision.stereo.rig_words import effect_in_words, turn_in_words
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
 from benchmarks.table import Line, told
 
 
@@ -22,8 +24,9 @@ def verdict_of(pairs: Sequence[RectifiedPair], rig: StereoRig) -> RigVerdict | N
 def verdict_lines(verdict: RigVerdict) -> list[Line]:
     """Tell the verdict; only a rig that is doubtful or knocked is measured with refined by `--refine-rig`."""
     n = len(verdict.stations)
+    values = rig_rejection(Reason.RIG_MOVED, RIG, verdict).values
     return [
         told("  the program on this rig, from the photos themselves", verdict.state, n),
-        told(f"    {turn_in_words(verdict)}", "", n),
-        told(f"    {effect_in_words(verdict)}", "", n),
+        told(f"    {turn_text(values)}", "", n),
+        told(f"    {effect_text(values)}", "", n),
     ]

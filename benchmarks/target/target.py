@@ -23,6 +23,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.target.find import TargetOptions, find_target
 from benchmarks.table import Line, line, options, report, told, unjudged
 from benchmarks.target.pictures import RADIUS_M, Background, Case, backgrounds, case
@@ -48,7 +49,11 @@ def outcome(one: Case) -> Outcome:
     sighting, reasons = find_target(one.pair, TargetOptions(diameter_m=2 * RADIUS_M))
     if sighting is None:
         return Outcome(
-            name=one.name, error=None, pull=0.0, reason="; ".join(r.reason for r in reasons), traits=one.traits
+            name=one.name,
+            error=None,
+            pull=0.0,
+            reason="; ".join(words_of(r).reason for r in reasons),
+            traits=one.traits,
         )
     error = float("inf") if one.range_m is None else sighting.range_m / one.range_m - 1.0
     pull = error / (sighting.depth_sigma_m / sighting.depth_m)

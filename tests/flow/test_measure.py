@@ -16,12 +16,15 @@ from jsonschema import Draft202012Validator
 import asbuilt_bim
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.cli import app
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import MeasureError, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
 from asbuilt_bim.report.drawings.figures import face_line, figures
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.storage.schemas import schema
+from asbuilt_bim.vision.masks.segment import InstanceSource
 from tests.camera.virtual import rig as virtual_rig
 from tests.measure.box_world import site, true_area
 from tests.measure.test_faces import rig_of
@@ -114,7 +117,7 @@ def test_a_knocked_rig_is_refused_and_refined_on_the_pairs_own_photos_where_aske
     with pytest.raises(MeasureError, match="--refine-rig"):
         asbuilt_bim.measure_pair(left, right, knocked, target=False)
     again = asbuilt_bim.measure_pair(left, right, knocked, target=False, refine_rig=True)
-    assert "refined from" in str(again.rejections[0])
+    assert again.rejections[0].code is Reason.RIG_REFINED
     areas = [max(face.area_m2 for face in one.faces) for one in (found, again)]
     assert abs(areas[1] / areas[0] - 1.0) < 0.02
 
@@ -144,8 +147,8 @@ def test_masks_can_be_given_and_one_without_a_surface_is_named(folder: Path) -> 
     assert {face.label for face in given.faces} == {"wall"}
     best = next(face for face in given.faces if abs(face.width_m - 1.7) < 0.05)
     assert best.area_m2 == pytest.approx(true_area(site()[0], "wall/0"), rel=0.03)
-    assert given.instance_of(best).source == "polygons[0]"
-    assert any("column polygons[1]" in r.what and "no face" in r.reason for r in given.rejections)
+    assert (best.source, best.segmenter) == (InstanceSource.GIVEN, "polygons[0]")
+    assert any("column polygons[1]: no face" in str(words_of(one)) for one in given.rejections)
 
 
 def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table(folder: Path) -> None:

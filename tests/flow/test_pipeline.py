@@ -8,6 +8,7 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.flow.measure_visit import Workplace, measure_job, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
@@ -120,8 +121,8 @@ def test_an_error_of_the_programs_own_rejects_one_station_by_name(
     bad, good = project.visits[0].stations
     visit = replace(project.visits[0], stations=(replace(bad, name="new to the cache"), good))
     report = run_project(replace(project, visits=(visit,)), Workplace(workers=1, cache=cache), Heard()).reports[0]
-    (reason,) = [str(r) for r in report.rejections if r.what == "station new to the cache"]
-    assert "the program failed on it (IndexError: out of range)" in reason
+    (reason,) = [r for r in report.rejections if r.subject.at_station == "new to the cache"]
+    assert (reason.code, reason.values) == (Reason.STATION_CRASHED, {"detail": "IndexError: out of range"})
     assert [record.name for record in report.stations] == [good.name]
     monkeypatch.undo()  # mended: the failure was not kept
     report = run_project(replace(project, visits=(visit,)), Workplace(workers=1, cache=cache), Heard()).reports[0]
@@ -153,8 +154,9 @@ def test_photos_that_tell_another_day_than_the_visits_are_warned_of_in_its_repor
     visits = tuple(replace(visit, date=visit.date.replace(year=2027)) for visit in project.visits)
     reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
     for report, visit in zip(reports, visits, strict=True):
-        (told,) = [str(rejection) for rejection in report.rejections if rejection.what == "photos' days"]
-        assert f"of {len(visit.stations)} stations" in told and visit.date.isoformat() in told and "2026" in told
+        (told,) = [r for r in report.rejections if r.code is Reason.PHOTOS_OF_OTHER_DAY]
+        assert told.values["count"] == len(visit.stations) and told.subject.name == visit.date.isoformat()
+        assert "2026" in str(told.values["days"])
 
 
 def test_a_visit_under_history_is_handed_on_with_the_run(

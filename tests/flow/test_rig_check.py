@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.flow.rig_check import Outcome, watch_rig
+from asbuilt_bim.flow.rig_check import SIGNS_OF_KNOCK, Outcome, watch_rig
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import RejectedStation
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.vision.stereo.test_rig_health import calibrated, health, turned
 
 
@@ -19,7 +21,7 @@ def outcomes(turns: Sequence[float]) -> list[Outcome]:
     found: list[Outcome] = []
     for number, yaw in enumerate(turns):
         name = f"S{number}"
-        own = (Rejection(what=f"station {name}", reason="the target is not in view"),)
+        own = (Rejection(code=Reason.TARGET_ABSENT, subject=Subject(kind=SubjectKind.TARGET, station=name)),)
         seen = None if yaw != yaw else health(name, turned(calibrated(), (0.0, yaw, 0.0)), calibrated(), number)
         found.append(RejectedStation(station=name, rejections=own, health=seen))
     return found
@@ -29,14 +31,14 @@ def test_every_station_of_a_visit_with_a_knocked_rig_is_refused_by_the_rig() -> 
     watched = watch_rig(outcomes([0.2, float("nan"), 0.2]), calibrated())
     for outcome in watched.outcomes:
         assert isinstance(outcome, RejectedStation)
-        assert "the rig was knocked" in outcome.rejections[0].reason and "not in view" in outcome.rejections[1].reason
+        assert [one.code for one in outcome.rejections] == [Reason.RIG_KNOCKED, Reason.TARGET_ABSENT]
     (record,) = watched.records
     assert record.state == "knocked" and not record.refined and record.yaw_rad == pytest.approx(0.0035, rel=0.05)
 
 
 def test_a_knock_on_the_way_refuses_the_stations_after_it_and_says_when_it_was() -> None:
     watched = watch_rig(outcomes([0.0, 0.0, 0.3, 0.3]), calibrated())
-    knocked = ["the rig was knocked" in str(outcome.rejections[0]) for outcome in watched.outcomes]
+    knocked = [outcome.rejections[0].code is Reason.RIG_KNOCKED for outcome in watched.outcomes]
     assert knocked == [False, False, True, True]
     assert "between station S1 and station S2" in watched.notes[0]
 
@@ -77,4 +79,15 @@ def test_a_refined_rig_that_its_photos_leave_open_is_measured_with_a_warning() -
     watched = watch_rig(outcomes([0.3, 0.3]), unknown, again)
     assert watched.records[0].refined
     (warning,) = watched.warnings
-    assert "rig refined, stations S0 to S1" in str(warning) and "asbuilt-bim calibrate" in str(warning)
+    assert "rig refined, stations S0 to S1" in str(words_of(warning)) and "asbuilt-bim calibrate" in str(
+        words_of(warning)
+    )
+
+
+@pytest.mark.parametrize("code", sorted(SIGNS_OF_KNOCK))
+def test_what_one_station_shows_of_a_knock_gives_way_to_its_visits_verdict(code: Reason) -> None:
+    own = Rejection(code=code, subject=Subject(kind=SubjectKind.STATION, name="S0"), values={"limit_px": 2.0})
+    given = [replace(one, rejections=(own,)) for one in outcomes([0.2, 0.2]) if isinstance(one, RejectedStation)]
+    for outcome in watch_rig(given, calibrated()).outcomes:
+        assert [one.code for one in outcome.rejections] == [Reason.RIG_KNOCKED]
+        assert set(outcome.rejections[0].values) > {"turn_rad", "area_effect"}, "the visit's, not the station's own"

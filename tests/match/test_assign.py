@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -12,6 +13,7 @@ from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.match.small_site import (
     box,
     element,
@@ -65,21 +67,22 @@ def test_what_passes_the_border_within_the_tolerance_counts_and_what_passes_furt
     assert within.area_m2 == pytest.approx(3.15)
     beyond = matched(measured("A1/1", POSE, front(), polygon.box(-1.0, 0.0, 1.0, 3.0)))
     assert beyond.matches[0].area_m2 == pytest.approx(3.3)
-    assert "lie on no design face" in beyond.unmatched[0].reason
+    assert beyond.unmatched[0].code is Reason.FACE_PAST_DESIGN
 
 
-@pytest.mark.parametrize(("offset", "where"), [(0.4, "stands before it"), (-0.4, "lies behind it")])
-def test_a_parallel_surface_too_far_off_is_unmatched_and_says_by_how_much(offset: float, where: str) -> None:
+@pytest.mark.parametrize(("offset", "code"), [(0.4, Reason.FACE_BEFORE), (-0.4, Reason.FACE_BEHIND)])
+def test_a_parallel_surface_too_far_off_is_unmatched_and_says_by_how_much(offset: float, code: Reason) -> None:
     result = matched(measured("A1/1", POSE, shifted(front(), offset), polygon.box(0.2, 0.2, 1.8, 2.8)))
     assert result.matches == ()
-    assert where in str(result.unmatched[0]) and "0.40 m" in result.unmatched[0].value
-    assert result.unmatched[0].what == "face A1/1"
+    (left_out,) = result.unmatched
+    assert (left_out.code, left_out.subject.name, left_out.subject.station) == (code, "A1/1", "A1")
+    assert left_out.values["offset_m"] == pytest.approx(0.4) and "0.40 m" in words_of(left_out).value
 
 
 def test_a_surface_turned_too_far_is_unmatched() -> None:
     result = matched(measured("A1/1", POSE, turned(front(), np.radians(25)), polygon.box(0.2, 0.2, 1.0, 2.8)))
     assert result.matches == ()
-    assert "turned" in result.unmatched[0].reason
+    assert result.unmatched[0].code is Reason.FACE_TURNED
 
 
 def test_front_and_back_of_a_thin_wall_are_told_apart() -> None:
@@ -130,7 +133,7 @@ def test_every_measured_face_is_matched_or_unmatched_and_unseen_faces_are_unobse
     far = measured("A1/2", POSE, shifted(front(), 1.5), polygon.box(0.2, 0.2, 1.0, 1.0))
     near = measured("A1/1", POSE, front(), polygon.box(0.2, 0.2, 1.0, 1.0))
     result = matched(near, far)
-    assert {m.face_id for m in result.matches} | {r.what.removeprefix("face ") for r in result.unmatched} == {
+    assert {m.face_id for m in result.matches} | {r.subject.name for r in result.unmatched} == {
         "A1/1",
         "A1/2",
     }

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
@@ -17,6 +18,7 @@ from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.survey_shift import survey_shift
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.match.small_site import FAR, box, element, looking, measured, model, placement, station
 
 POSE = looking([6.0, -8.0, 1.6], [6.0, 0.0, 1.4])
@@ -74,33 +76,37 @@ def told(
 @pytest.mark.parametrize("turn_deg", [0.5, -1.0, 3.0, 90.0, -90.0, 179.0])
 def test_a_survey_that_is_turned_is_named_with_its_turn(turn_deg: float) -> None:
     (warning,) = told(design(COLUMNS + WALLS), turn_deg=turn_deg)
-    assert warning.what == "survey" and f"turned by {turn_deg:+.1f} deg" in warning.reason
-    assert "32 of 32 faces lie on it when moved back" in warning.reason
+    assert warning.code is Reason.SURVEY_SHIFTED and f"turned by {turn_deg:+.1f} deg" in words_of(warning).reason
+    assert "32 of 32 faces lie on it when moved back" in words_of(warning).reason
 
 
 def test_a_survey_that_is_metres_off_is_named_with_its_move() -> None:
     (warning,) = told(design(COLUMNS + WALLS), move=(4.5, -7.2, 0.0))
     assert (
-        "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when moved back, 0 as" in warning.reason
+        "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when moved back, 0 as"
+        in words_of(warning).reason
     )
 
 
 def test_a_survey_that_is_turned_and_raised_is_named_with_both() -> None:
     (warning,) = told(design(COLUMNS + WALLS), turn_deg=90.0, move=(0.0, 0.0, 0.35))
-    assert "turned by +90.0 deg" in warning.reason and "+0.35 m in z;" in warning.reason
+    assert "turned by +90.0 deg" in words_of(warning).reason and "+0.35 m in z;" in words_of(warning).reason
 
 
 def test_a_survey_that_is_a_storey_too_high_or_too_low_is_named() -> None:
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, STOREY_M))
-    assert "the same way: by +3.20 m in z; 32 of 32 faces lie on it when moved back, 20 as they are" in warning.reason
+    assert (
+        "the same way: by +3.20 m in z; 32 of 32 faces lie on it when moved back, 20 as they are"
+        in words_of(warning).reason
+    )
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, -STOREY_M))
-    assert "the same way: by -3.20 m in z; 32 of 32 faces" in warning.reason
+    assert "the same way: by -3.20 m in z; 32 of 32 faces" in words_of(warning).reason
 
 
 @pytest.mark.parametrize("rise_m", [0.8, 1.2, -1.5, STOREY_M + 0.9])
 def test_a_survey_of_any_other_height_is_named_with_it(rise_m: float) -> None:
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, rise_m))
-    assert f"{rise_m:+.2f} m in z;" in warning.reason
+    assert f"{rise_m:+.2f} m in z;" in words_of(warning).reason
 
 
 @pytest.mark.parametrize("own_m", [0.0, 0.01])
@@ -116,12 +122,12 @@ def test_storeys_of_one_plan_say_nothing_of_the_height() -> None:
 def test_elements_that_are_off_by_centimetres_each_its_own_way_are_not_said_to_be_turned() -> None:
     for seed in range(6):
         one = told(design(COLUMNS + WALLS, COLUMNS + UPPER), own_m=0.04, seed=seed)
-        assert not any("elsewhere" in warning.reason for warning in one)
+        assert not any(warning.code is Reason.SURVEY_SHIFTED for warning in one)
 
 
 def test_another_building_is_not_found_elsewhere_in_the_design() -> None:
     others = storey(0, [(y + 1.3, x - 0.7, 1.4 * dx, 0.7 * dy) for x, y, dx, dy in UPPER + COLUMNS])
-    assert not any("elsewhere" in one.reason for one in told(design(COLUMNS + WALLS), built=others))
+    assert not any(one.code is Reason.SURVEY_SHIFTED for one in told(design(COLUMNS + WALLS), built=others))
 
 
 def test_walls_of_one_direction_are_not_said_to_be_elsewhere_along_them() -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import frozen
@@ -15,6 +16,7 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.survey_shift import survey_shift
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.match.small_site import box, element, looking, measured, model, placement, station
 
 POSE = looking([2.0, -6.0, 1.6], [2.0, 0.0, 1.4])
@@ -58,8 +60,8 @@ def told(
 )
 def test_a_survey_that_is_moved_is_named_with_its_move(move: tuple[float, float, float], says: str) -> None:
     (warning,) = told(move)
-    assert warning.what == "survey" and says in warning.reason
-    assert ("12 of 12 faces" if move[0] or move[1] else "24 feet and heads") in warning.reason
+    assert words_of(warning).what == "survey" and says in words_of(warning).reason
+    assert ("12 of 12 faces" if move[0] or move[1] else "24 feet and heads") in words_of(warning).reason
 
 
 def test_a_site_that_stands_where_it_is_designed_is_never_named() -> None:
@@ -87,19 +89,19 @@ def test_walls_poured_in_part_and_feet_that_are_hidden_are_no_survey_of_another_
 def test_along_walls_of_one_direction_no_move_is_made_up() -> None:
     assert told((0.30, 0.0, 0.0), faces=(0, 2)) == ()
     (warning,) = told((0.30, 0.10, 0.0), faces=(0, 2))
-    assert "by +0.10 m in y;" in warning.reason
+    assert warning.values["move_x_m"] == 0.0 and warning.values["move_y_m"] == pytest.approx(0.10, abs=0.005)
 
 
 def test_photos_of_another_site_fit_nothing_and_are_named() -> None:
     own = [(0.3 * n, 2.0 - 0.7 * n, 0.0) for n in range(6)]
     (warning,) = told((0.0, 0.0, 0.0), own=own, faces=(0,))
-    assert "none of 6 measured faces fits the design" in warning.reason
+    assert (warning.code, warning.values) == (Reason.DESIGN_UNLIKE, {"faces": 6})
 
 
 def test_photos_of_another_site_of_which_a_few_faces_fit_by_chance_are_named() -> None:
     own = [(0.0, 0.0, 0.0)] + [(0.2 * n, 2.0 - 0.7 * n, 0.0) for n in range(1, 6)]
     (warning,) = told((0.0, 0.0, 0.0), own=own)
-    assert "only 2 of 12 measured plane faces fit the design" in warning.reason
+    assert (warning.code, warning.values) == (Reason.DESIGN_HARDLY_ALIKE, {"fits": 2, "faces": 12})
 
 
 def test_a_few_faces_that_fit_beside_formwork_are_of_this_site() -> None:

@@ -10,6 +10,7 @@ import pytest
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, SubjectKind
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -18,7 +19,6 @@ from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces, thumbnail
-from asbuilt_bim.report.tables import subject_of
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map, grey
@@ -158,12 +158,12 @@ def test_what_is_too_narrow_is_named_and_left_out() -> None:
     strict = FaceOptions(least_width_px=60.0)
     kept = measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), strict)
     assert all(face.width_px >= 60.0 for face in kept.faces)
-    narrow = [one for one in kept.rejections if one.reason == "too narrow"]
+    narrow = [one for one in kept.rejections if one.code is Reason.FACE_NARROW]
     assert narrow
-    assert {one.limit for one in narrow} == {"60 px"}
+    assert {one.values["limit_px"] for one in narrow} == {60.0}
     # the report tells by this that a face was left out, and not its station; no face that was kept has its number
-    assert {subject_of(one) for one in narrow} == {("face", pair.name)}
-    named = {one.what.split()[1] for one in narrow}
+    assert {(one.subject.kind, one.subject.station) for one in narrow} == {(SubjectKind.FACE, pair.name)}
+    named = {one.subject.name for one in narrow}
     assert len(named) == len(narrow)
     assert named.isdisjoint(face.face_id for face in kept.faces)
 

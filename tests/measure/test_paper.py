@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
 from asbuilt_bim.measure.algorithm_1 import paper_area
 from asbuilt_bim.measure.depth_source import missing_network
@@ -21,7 +22,8 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.measure.station_faces import FaceOptions
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera, site
 from tests.measure.test_faces import rig_of
@@ -57,7 +59,11 @@ def facing(turn_rad: float) -> tuple[RectifiedPair, DepthMap, Instance]:
     )  # fmt: skip
     blank = np.zeros((480, 640, 3), dtype=np.uint8)
     pair = RectifiedPair(name="T", left=blank, right=blank, valid_left=valid, valid_right=valid, camera=CAMERA)
-    return pair, depth, Instance(label="wall", score=1.0, mask=mask, box_px=(0, 0, 640, 480), source="true")
+    return (
+        pair,
+        depth,
+        Instance(label="wall", score=1.0, mask=mask, box_px=(0, 0, 640, 480), source=InstanceSource.GIVEN),
+    )
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 30.0, 55.0])
@@ -75,7 +81,8 @@ def test_a_boundary_without_depth_is_named_not_left_out() -> None:
     blind = replace(depth, valid=np.zeros_like(depth.valid))
     found = paper_faces(pair, blind, [instance], FaceOptions())
     assert found.faces == ()
-    assert "have no depth (depth: paper)" in found.rejections[0].reason
+    (lost,) = found.rejections
+    assert lost.code is Reason.INSTANCE_WITHOUT_DEPTH and lost.values["pixels_without"] == lost.values["pixels"]
 
 
 def test_a_mask_at_the_photos_border_is_said_to_be_cut() -> None:
@@ -88,7 +95,7 @@ def test_a_mask_at_the_photos_border_is_said_to_be_cut() -> None:
 def test_without_a_network_the_published_method_says_what_to_do() -> None:
     found = measure_station(photos(), rig_of(site()[1]), replace(FREE, method="paper"))
     assert isinstance(found, RejectedStation)
-    assert "networks: {depth: card.yaml}, --depth-network" in str(found.rejections[-1])
+    assert "networks: {depth: card.yaml}, --depth-network" in str(words_of(found.rejections[-1]))
     said = missing_network("paper", None, None)
     assert "method: paper needs a network" in said
     assert "depth: stereo" in said
@@ -107,14 +114,14 @@ def test_the_published_map_needs_the_target() -> None:
     network = Instruments(relative_depth=Fake(np.ones((600, 800), np.float32)))
     found = measure_station(photos(), rig_of(site()[1]), options, instruments=network)
     assert isinstance(found, RejectedStation)
-    assert "scaled by the target" in found.rejections[-1].reason
+    assert found.rejections[-1].code is Reason.DEPTH_WITHOUT_TARGET
 
 
 def test_what_follows_the_depth_map_can_be_run_on_stereo_and_a_given_mask() -> None:
     pair = site()[1]
     mask = np.zeros(pair.valid_left.shape, dtype=bool)
     mask[250:400, 480:620] = True  # well inside the wall
-    given = Instance(label="wall", score=1.0, mask=mask, box_px=(480, 250, 620, 400), source="given")
+    given = Instance(label="wall", score=1.0, mask=mask, box_px=(480, 250, 620, 400), source=InstanceSource.GIVEN)
 
     class Given:
         name = "given"

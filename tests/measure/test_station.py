@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.measure.depth_reference import unpack
 from asbuilt_bim.measure.station import (
     MeasureOptions,
@@ -15,6 +16,7 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_station,
 )
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.target.find import TargetOptions
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of
@@ -77,7 +79,7 @@ def test_the_same_photos_give_the_same_numbers(station: StationMeasurement) -> N
 def test_without_its_target_a_station_is_rejected_where_one_is_required() -> None:
     found = measure_station(photos(), rig_of(site()[1]), MeasureOptions())
     assert isinstance(found, RejectedStation)
-    assert any("target" in str(rejection) for rejection in found.rejections)
+    assert any(one.code is Reason.TARGET_ABSENT for one in found.rejections)
     assert found.picture is not None
 
 
@@ -85,8 +87,8 @@ def test_without_target_and_markers_there_is_no_scale_to_trust() -> None:
     options = replace(FREE, least_markers_without_target=2)
     found = measure_station(photos(), rig_of(site()[1]), options)
     assert isinstance(found, RejectedStation)
-    assert found.rejections[-1].value == "0 markers"
-    assert found.rejections[-1].limit == "2 markers"
+    assert found.rejections[-1].code is Reason.SCALE_UNCHECKED
+    assert found.rejections[-1].values == {"found": 0, "needed": 2}
 
 
 def test_a_photo_of_another_size_rejects_the_station_by_name() -> None:
@@ -96,7 +98,7 @@ def test_a_photo_of_another_size_rejects_the_station_by_name() -> None:
     )
     found = measure_station(small, rig_of(pair), FREE)
     assert isinstance(found, RejectedStation)
-    assert any("S1" in rejection.what and "800 x 500" in rejection.value for rejection in found.rejections)
+    assert any(one.subject.at_station == "S1" and "800 x 500" in words_of(one).value for one in found.rejections)
 
 
 def test_swapped_photos_reject_the_station() -> None:
@@ -104,7 +106,7 @@ def test_swapped_photos_reject_the_station() -> None:
     swapped = StationPhotos(name="S1", left=photo("a.png", pair.right), right=photo("b.png", pair.left))
     found = measure_station(swapped, rig_of(pair), FREE)
     assert isinstance(found, RejectedStation)
-    assert any("swapped" in rejection.reason for rejection in found.rejections)
+    assert any(one.code in (Reason.PHOTOS_SWAPPED, Reason.PHOTOS_LOOK_SWAPPED) for one in found.rejections)
 
 
 def test_a_picture_that_does_not_decode_rejects_the_station() -> None:
@@ -112,7 +114,7 @@ def test_a_picture_that_does_not_decode_rejects_the_station() -> None:
     broken = replace(good.left, data=good.left.data[: len(good.left.data) // 2])
     found = measure_station(StationPhotos(name="S1", left=broken, right=good.right), rig_of(site()[1]), FREE)
     assert isinstance(found, RejectedStation)
-    assert found.rejections[0].what.startswith("station S1")
+    assert found.rejections[0].subject.at_station == "S1"
 
 
 def test_one_photo_given_twice_is_named_as_that_and_not_as_a_knocked_rig() -> None:
@@ -122,5 +124,5 @@ def test_one_photo_given_twice_is_named_as_that_and_not_as_a_knocked_rig() -> No
     twice = StationPhotos(name="S1", left=photo("a.png", left), right=photo_from_bytes("b.jpg", bytes(again)))
     found = measure_station(twice, rig_of(site()[1]), FREE)
     assert isinstance(found, RejectedStation)
-    assert [rejection.reason for rejection in found.rejections] == ["left and right are the same photo"]
+    assert [one.code for one in found.rejections] == [Reason.PHOTO_TWICE]
     assert found.health is None

@@ -7,6 +7,7 @@ import pytest
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.project.check import same_photos
 from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.project_folder import plain, write_project
 
 NAMES = ("A1_left", "A1_right", "A2_left", "A2_right", "B1_left", "B1_right")
@@ -29,14 +30,14 @@ def test_a_pair_copied_to_a_second_station_is_left_out_there_and_counts_at_the_f
     project = _project(tmp_path, A2_left=b"A1_left   ", A2_right=b"A1_right  ")
     found = same_photos(project, project.visits[0])
     assert set(found) == {"A2"}
-    told = str(found["A2"])
+    told = str(words_of(found["A2"]))
     assert "its photos are those of station A1 again (v/A2_left.jpg is v/A1_left.jpg, " in told
 
 
 def test_last_visits_photos_are_not_this_visits(tmp_path: Path) -> None:
     project = _project(tmp_path, B1_left=b"A2_left   ", B1_right=b"A2_right  ")
     assert same_photos(project, project.visits[0]) == {}
-    assert "station A2 of visit 2026-03-02" in str(same_photos(project, project.visits[1])["B1"])
+    assert "station A2 of visit 2026-03-02" in str(words_of(same_photos(project, project.visits[1])["B1"]))
 
 
 def test_exchanged_and_mixed_photos_are_left_to_those_who_measure_them(tmp_path: Path) -> None:

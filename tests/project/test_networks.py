@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import NetworkError, PluginError, ProjectError
 from asbuilt_bim.flow.measure_visit import StationJob, measure_job
 from asbuilt_bim.measure.station import StationMeasurement, measure_station
 from asbuilt_bim.project.networks import NetworkChoice, identities, instruments_of
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.networks import bundled
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of
@@ -91,10 +93,10 @@ def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Pa
     job = StationJob(photos=photos(), rig=rig_of(site()[1]), options=FREE, networks=choice)
     found = measure_job(job)
     assert isinstance(found, StationMeasurement)
-    assert {face.source for face in found.faces} == {"geometry and tiny"}
+    assert {(face.source, face.segmenter) for face in found.faces} == {(InstanceSource.BOTH, "tiny")}
     plain_one = measure_station(photos(), rig_of(site()[1]), FREE)
     assert isinstance(plain_one, StationMeasurement)
-    assert {face.source for face in plain_one.faces} == {"geometric"}
+    assert {face.source for face in plain_one.faces} == {InstanceSource.GEOMETRY}
     assert len(found.faces) >= len(plain_one.faces), "what geometry finds by colour too, the network's word lets stand"
 
 
@@ -103,4 +105,5 @@ def test_a_fused_depth_map_comes_from_the_projects_depth_network(tmp_path: Path)
     instruments = instruments_of(NetworkChoice(depth=str(path)))
     found = measure_station(photos(), rig_of(site()[1]), replace(FREE, depth="fused"), instruments=instruments)
     assert not isinstance(found, StationMeasurement)
-    assert "doesn't follow this picture" in str(found.rejections[-1])
+    assert found.rejections[-1].code is Reason.DEPTH_FAILED
+    assert "doesn't follow this picture" in str(found.rejections[-1].values["detail"])

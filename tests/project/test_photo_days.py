@@ -3,8 +3,10 @@ from __future__ import annotations
 from datetime import date
 from pathlib import Path
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.project.photo_days import other_days
 from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.project_folder import write_project
 
 
@@ -15,8 +17,9 @@ def _project(folder: Path) -> Project:
 def test_photos_of_another_day_are_warned_of_once_with_their_days(tmp_path: Path) -> None:
     visit = _project(tmp_path).visits[0]
     (warning,) = other_days(visit, {"A1": date(2026, 2, 16), "A2": date(2026, 3, 3)})
-    assert "1 of 2 stations" in warning.reason and "station A1 2026-02-16" in warning.reason
-    assert "the visit's, 2026-03-02" in warning.reason and "A2" not in warning.reason
+    assert (warning.code, warning.subject.name) == (Reason.PHOTOS_OF_OTHER_DAY, "2026-03-02")
+    assert warning.values == {"stations": ("A1",), "days": ("2026-02-16",), "count": 2}
+    assert "1 of 2 stations" in str(words_of(warning)) and "station A1 2026-02-16" in str(words_of(warning))
 
 
 def test_the_visits_own_day_and_its_neighbours_are_no_other_day(tmp_path: Path) -> None:

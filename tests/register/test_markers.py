@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.depth_reference import DepthReference
 from asbuilt_bim.measure.station import StationMeasurement
@@ -11,6 +12,7 @@ from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import ControlPoint, given_pose, register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.solve import project_both
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from tests.register.test_solve import PLACES, camera, looking_north, marker_corners
 
@@ -52,16 +54,16 @@ def test_two_markers_are_enough_and_one_is_too_few() -> None:
     assert len(register((site(2)[0],), site(2)[1], RegisterOptions()).stations) == 1
     placement = register((site(1)[0],), site(1)[1], RegisterOptions())
     assert placement.stations == ()
-    assert "too few surveyed markers" in str(placement.rejections[0])
-    assert "1, limit at least 2" in str(placement.rejections[0])
+    (few,) = placement.rejections
+    assert (few.code, few.values["found"], few.values["needed"]) == (Reason.MARKERS_TOO_FEW, 1, 2)
 
 
 def test_where_no_marker_at_all_was_read_the_family_may_be_another() -> None:
     station, survey = site(2)
     blind = register((replace(station, markers=()),), survey, RegisterOptions())
-    assert "check markers.family" in str(blind.rejections[0])
+    assert "check markers.family" in words_of(blind.rejections[0]).remedy
     one = register((replace(station, markers=station.markers[:1]),), survey, RegisterOptions())
-    assert "check markers.family" not in str(one.rejections[0])
+    assert "check markers.family" not in words_of(one.rejections[0]).remedy
 
 
 def test_a_wrongly_surveyed_marker_is_named_and_the_station_kept() -> None:
@@ -69,7 +71,7 @@ def test_a_wrongly_surveyed_marker_is_named_and_the_station_kept() -> None:
     true = register((station,), survey, RegisterOptions()).stations[0].pose
     survey[2] = replace(survey[2], corners_m=frozen(survey[2].corners_m + np.array([0.06, 0.0, 0.0])))
     placement = register((station,), survey, RegisterOptions())
-    assert [r.what for r in placement.rejections] == ["station A1, marker 2"]
+    assert [words_of(r).what for r in placement.rejections] == ["station A1, marker 2"]
     assert placement.stations[0].pose.markers_used == (0, 1, 3)
     moved = placement.stations[0].pose.world_from_left[:3, 3] - true.world_from_left[:3, 3]
     assert np.linalg.norm(moved) < 0.01
@@ -79,7 +81,7 @@ def test_a_marker_surveyed_with_its_corners_turned_is_named() -> None:
     station, survey = site(3)
     survey[1] = replace(survey[1], corners_m=frozen(np.roll(survey[1].corners_m, 1, axis=0)))
     placement = register((station,), survey, RegisterOptions())
-    assert [r.what for r in placement.rejections] == ["station A1, marker 1"]
+    assert [(r.code, r.subject.name) for r in placement.rejections] == [(Reason.MARKER_CONTRADICTS, "1")]
     assert len(placement.stations) == 1
 
 
@@ -88,7 +90,7 @@ def test_two_markers_that_contradict_each_other_refuse_the_station() -> None:
     survey[1] = replace(survey[1], corners_m=frozen(survey[1].corners_m + np.array([0.0, 0.0, 0.3])))
     placement = register((station,), survey, RegisterOptions())
     assert placement.stations == ()
-    assert "agree" in placement.rejections[0].reason
+    assert placement.rejections[0].code is Reason.MARKERS_DISAGREE
 
 
 def test_a_mirrored_survey_is_refused() -> None:
@@ -96,14 +98,14 @@ def test_a_mirrored_survey_is_refused() -> None:
     mirrored = [replace(m, corners_m=frozen(m.corners_m * [1.0, -1.0, 1.0])) for m in survey]
     placement = register((station,), mirrored, RegisterOptions())
     assert placement.stations == ()
-    assert "x east, y north, z up" in placement.rejections[0].remedy
+    assert "x east, y north, z up" in words_of(placement.rejections[0]).remedy
 
 
 def test_an_id_that_the_survey_lacks_is_named_and_the_station_kept() -> None:
     station, survey = site(3)
     placement = register((station,), survey[:2], RegisterOptions())
     assert len(placement.stations) == 1
-    assert "the survey has no such marker" in str(placement.rejections[0])
+    assert placement.rejections[0].code is Reason.MARKER_NOT_SURVEYED
 
 
 def test_markers_close_together_and_far_away_are_too_uncertain() -> None:
@@ -117,7 +119,8 @@ def test_markers_close_together_and_far_away_are_too_uncertain() -> None:
         survey[index] = SurveyedMarker(marker_id=index, corners_m=frozen(corners), sigma_m=0.005)
     placement = register((replace(station, markers=tuple(markers)),), survey, RegisterOptions())
     assert placement.stations == ()
-    assert "too uncertain" in placement.rejections[0].reason
+    (unsure,) = placement.rejections
+    assert unsure.code is Reason.POSE_UNCERTAIN and unsure.values["sigma_m"] > unsure.values["limit_m"]  # type: ignore
 
 
 def test_a_given_pose_is_taken_as_it_is() -> None:
@@ -142,4 +145,4 @@ def test_control_points_place_the_station_and_a_wrong_click_is_named() -> None:
     ]
     placement = register((station,), (), RegisterOptions(), control_points={"A1": points})
     assert placement.stations[0].pose.method == "control_points"
-    assert [r.what for r in placement.rejections] == ["station A1, control point P4"]
+    assert [words_of(r).what for r in placement.rejections] == ["station A1, control point P4"]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import given_pose, register
@@ -23,8 +24,8 @@ def test_a_survey_with_exchanged_or_reversed_axes_is_named_once_and_places_no_st
     placement = register((station,), wrong, RegisterOptions())
     assert placement.stations == ()
     told, left_out = placement.rejections
-    assert told.what == "survey" and "of 5 markers in view 5 agree in the mirror" in told.reason
-    assert left_out.what == "station A1"
+    assert (told.code, told.values["seen"], told.values["agree_mirrored"]) == (Reason.SURVEY_MIRRORED, 5, 5)
+    assert left_out.code is Reason.STATION_SURVEY_MIRRORED and left_out.subject.name == "A1"
 
 
 def test_a_survey_whose_markers_are_wrong_each_its_own_way_is_no_mirror_image() -> None:
@@ -32,7 +33,7 @@ def test_a_survey_whose_markers_are_wrong_each_its_own_way_is_no_mirror_image() 
     rng = np.random.default_rng(1)
     wrong = [replace(one, corners_m=frozen(one.corners_m + rng.normal(0.0, 0.5, 3))) for one in survey]
     placement = register((station,), wrong, RegisterOptions())
-    assert not any(rejection.what == "survey" for rejection in placement.rejections)
+    assert not any(rejection.code is Reason.SURVEY_MIRRORED for rejection in placement.rejections)
 
 
 def test_a_station_whose_pose_is_given_stands_there_whatever_the_survey_is() -> None:

@@ -5,10 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.scale import doubt_rejection, judge_scale, scale_rejection
+from asbuilt_bim.register.scale import KnownLength, doubt_rejection, judge_scale, scale_rejection
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.vision.stereo.rig_rejection import RIG
 from tests.camera.virtual import rig
 
 SIZE_M, DIAMETER_M = 0.25, 0.30
@@ -42,14 +45,14 @@ def evidence(
 
 def test_a_right_scale_is_left_in_peace() -> None:
     verdict = judge_scale([evidence(1.0, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
-    assert verdict is not None and not verdict.is_wrong and doubt_rejection("rig", verdict, rig()) is None
-    assert {kind.kind for kind in verdict.kinds} == {"target's diameter", "markers' size", "markers' distances"}
+    assert verdict is not None and not verdict.is_wrong and doubt_rejection(RIG, verdict, rig()) is None
+    assert {kind.kind for kind in verdict.kinds} == set(KnownLength)
 
 
 def test_squares_typed_ten_per_cent_too_large_are_refused_with_the_size_that_fits() -> None:
     verdict = judge_scale([evidence(1.1, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
     assert verdict is not None and verdict.is_wrong
-    text = str(scale_rejection("station A", verdict, rig(), square_m=0.088))
+    text = str(words_of(scale_rejection(RIG, verdict, rig(), square_m=0.088)))
     assert "rig.boards.square_m is 0.088 m" in text and "ask for 0.08" in text and "limit 3 %" in text
 
 
@@ -57,15 +60,17 @@ def test_squares_typed_ten_per_cent_too_large_are_refused_with_the_size_that_fit
 def test_a_baseline_in_another_unit_is_refused_with_the_unit(factor: float, unit: str) -> None:
     verdict = judge_scale([evidence(factor)], DIAMETER_M, SIZE_M, SURVEY)
     assert verdict is not None and verdict.is_wrong
-    assert f"looks like {unit}" in str(scale_rejection("station A", verdict, rig(), square_m=None))
+    refused = scale_rejection(RIG, verdict, rig(), square_m=None)
+    assert refused.values["unit"] == unit and f"looks like {unit}" in str(words_of(refused))
 
 
 def test_a_disc_of_another_size_than_told_is_named_and_doesnt_condemn_the_rig() -> None:
     verdict = judge_scale([evidence(1.0, disc=1.1, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
     assert verdict is not None and not verdict.is_wrong
-    doubt = doubt_rejection("rig", verdict, rig())
-    assert doubt is not None and "target's diameter +" in doubt.reason and "others don't" in doubt.reason
-    assert doubt.remedy == "the rig is right by the others: measure again and correct target.diameter_m"
+    doubt = doubt_rejection(RIG, verdict, rig())
+    assert doubt is not None and doubt.code is Reason.LENGTHS_DOUBTFUL
+    assert doubt.values["wrong"] == (KnownLength.TARGET_DIAMETER,) and len(doubt.values["kinds"]) == 3  # type: ignore
+    assert words_of(doubt).remedy == "the rig is right by the others: measure again and correct target.diameter_m"
 
 
 def test_one_wrong_row_of_the_survey_doesnt_condemn_the_rig() -> None:
@@ -85,17 +90,20 @@ def test_nothing_known_says_nothing() -> None:
 def test_a_disc_told_three_per_cent_too_large_is_warned_of_with_the_limit_that_it_was_held_against() -> None:
     verdict = judge_scale([evidence(1.0, disc=0.966, seed=i) for i in range(5)], DIAMETER_M, SIZE_M, SURVEY)
     assert verdict is not None
-    doubt = doubt_rejection("rig", verdict, rig())
-    assert doubt is not None and doubt.limit == "2.9 %" and "target's diameter -3." in doubt.reason
+    doubt = doubt_rejection(RIG, verdict, rig())
+    assert doubt is not None and words_of(doubt).limit == "2.9 %"
+    assert "target's diameter -3." in words_of(doubt).reason
 
 
 def test_squares_typed_a_little_too_large_are_warned_of_with_the_areas_that_they_cost() -> None:
     verdict = judge_scale([evidence(1.0125, seed=i, survey=WIDE) for i in range(5)], DIAMETER_M, SIZE_M, WIDE)
     assert verdict is not None and not verdict.is_wrong
-    doubt = doubt_rejection("rig's scale", verdict, rig(), square_m=0.081)
-    assert doubt is not None and doubt.value.startswith("+1.") and doubt.limit < "1.00 %"
-    assert "together come out 1." in doubt.reason and "so every area 2." in doubt.reason
-    assert "rig.boards.square_m is 0.081 m, and these lengths ask for 0.0" in doubt.reason
+    doubt = doubt_rejection(RIG, verdict, rig(), square_m=0.081)
+    assert doubt is not None and doubt.code is Reason.LENGTHS_DOUBTFUL_TOGETHER
+    words = words_of(doubt)
+    assert words.value.startswith("+1.") and words.limit < "1.00 %"
+    assert "together come out 1." in words.reason and "so every area 2." in words.reason
+    assert "rig.boards.square_m is 0.081 m, and these lengths ask for 0.0" in words.reason
 
 
 @pytest.mark.parametrize("survey", [SURVEY, WIDE])
@@ -103,7 +111,7 @@ def test_lengths_that_err_by_chance_alone_are_not_warned_of(survey: list[Surveye
     for visit in range(100):
         seen = [evidence(1.0, seed=100 * visit + i, survey=survey) for i in range(5)]
         verdict = judge_scale(seen, DIAMETER_M, SIZE_M, survey)
-        assert verdict is not None and doubt_rejection("rig", verdict, rig()) is None
+        assert verdict is not None and doubt_rejection(RIG, verdict, rig()) is None
 
 
 def test_what_a_survey_errs_by_doesnt_average_out_over_the_stations() -> None:

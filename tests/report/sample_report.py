@@ -9,6 +9,7 @@ from datetime import date, datetime
 import cv2
 import numpy as np
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.polygon import Region, area, box, difference
@@ -76,34 +77,26 @@ def sample_report() -> ProgressReport:
         stations=tuple(_station(index) for index in range(3)),
         rejections=(
             Rejection(
-                what="station B2",
-                reason="no red target in either photo",
-                value="0 discs",
-                limit="1 disc",
-                remedy="take the pair again with the target in view, or set target.required: false",
+                code=Reason.SCALE_UNCHECKED,
+                subject=Subject(kind=SubjectKind.STATION, name="B2"),
+                values={"found": 0, "needed": 2},
             ),
             Rejection(
-                what="station Süd 3",
-                reason="too few surveyed markers in view",
-                value="1 marker",
-                limit="2 markers",
-                remedy="take the pair again with two markers in both photos",
+                code=Reason.MARKERS_TOO_FEW,
+                subject=Subject(kind=SubjectKind.STATION, name="Süd 3"),
+                values={"found": 1, "needed": 2, "any_read": True},
             ),
             Rejection(
-                what="station A1, marker 17",
-                reason="its corners don't fit the other markers",
-                value="14.2 px",
-                limit="3.0 px",
-                remedy="survey marker 17 again",
+                code=Reason.MARKER_CONTRADICTS,
+                subject=Subject(kind=SubjectKind.MARKER, name="17", station="A1"),
+                values={"off_sigmas": 14.2, "limit_sigmas": 3.0},
             ),
         ),
         unmatched=(
             Rejection(
-                what="face A2/2",
-                reason="no design face within reach",
-                value="0.42 m to the nearest",
-                limit="0.10 m",
-                remedy="check whether the wall was moved, or stands for formwork",
+                code=Reason.FACE_BEFORE,
+                subject=Subject(kind=SubjectKind.FACE, name="A2/2", station="A2"),
+                values={"nearest": "Wall 2", "offset_m": 0.42, "limit_m": 0.1},
             ),
         ),
         unobserved=tuple(f.face_id for f in faces if f.surface.unknown_area_m2 >= f.exposed_area_m2 - 1e-9),

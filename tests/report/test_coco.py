@@ -9,7 +9,7 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.coco import LabelledPhoto, coco_document, labelled
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 
 K = frozen([[500.0, 0.0, 160.0], [0.0, 500.0, 120.0], [0.0, 0.0, 1.0]])
 PLAIN = Intrinsics(K=K, distortion=frozen(np.zeros(5)), width_px=320, height_px=240)
@@ -20,7 +20,7 @@ CAMERA = RectifiedCamera(
 
 
 def document(mask: np.ndarray, photo: Intrinsics = PLAIN) -> dict:
-    instance = Instance(label="column", score=0.87654, mask=mask, box_px=(0, 0, 1, 1), source="geometric")
+    instance = Instance(label="column", score=0.87654, mask=mask, box_px=(0, 0, 1, 1), source=InstanceSource.GEOMETRY)
     one = labelled(instance, photo, CAMERA)
     return coco_document([LabelledPhoto(file_name="v/A1_left.jpg", width_px=320, height_px=240, instances=(one,))])
 

@@ -7,11 +7,14 @@ import openpyxl
 import pytest
 from rich.table import Table
 
-from asbuilt_bim.errors import SURVEY, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
-from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows, subject_of
+from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.unstated import unstated_rejection
 from asbuilt_bim.report.wording.values import rate, share_bounds
 from asbuilt_bim.report.workbook.write import workbook_bytes, write_workbook
 from asbuilt_bim.terminal.summary_table import summary
@@ -156,7 +159,7 @@ def test_unknown_is_a_word_in_the_workbook_never_zero():
 def test_rejected_stations_stand_on_the_summary_with_value_limit_and_remedy():
     text = "\n".join(str(c.value) for row in book()["Summary"].iter_rows() for c in row if c.value)
     assert "B2: rejected" in text
-    assert "0 discs" in text and "limit 1 disc" in text and "target.required" in text
+    assert "0 markers" in text and "limit 2 markers" in text and "place the red target" in text
 
 
 def test_control_characters_do_not_break_the_workbook():
@@ -211,25 +214,33 @@ def test_every_column_is_explained_on_the_notes_sheet():
 @pytest.mark.parametrize(
     ("what", "subject"),
     [
-        ("station A1", ("station", "A1")),
-        ("station A1, marker 17", ("station", "A1")),
-        ("station Haus 3, Nord, target", ("station", "Haus 3, Nord")),
-        ("station A1, red disc at (3, 4) px", ("station", "A1")),
-        ("face A/1/3 (wall, 2.10 m2 at 5.0 m)", ("face", "A/1")),
-        ("board pair 03", ("", "")),
-        ("marker 7", ("", "")),
+        ("station A1", (SubjectKind.STATION, "A1", "A1")),
+        ("station A1, marker 17", (SubjectKind.MARKER, "17", "A1")),
+        ("station Haus 3, Nord, target", (SubjectKind.TARGET, "", "Haus 3, Nord")),
+        ("station A1, red disc at x 3, y 4 px", (SubjectKind.DISC, "x 3, y 4 px", "A1")),
+        ("station A1, wall at 300, 200 px", (SubjectKind.INSTANCE, "at 300, 200 px", "A1")),
+        ("face A/1/3 (wall, 2.10 m2 at 5.0 m)", (SubjectKind.FACE, "A/1/3", "A/1")),
+        ("survey", (SubjectKind.SURVEY, "", "")),
+        ("board pair 03", (SubjectKind.UNSTATED, "board pair 03", "")),
+        ("marker 7", (SubjectKind.UNSTATED, "marker 7", "")),
     ],
 )
-def test_what_a_rejection_is_about(what, subject):
-    assert subject_of(Rejection(what=what, reason="r")) == subject
+def test_what_a_rejection_without_a_code_is_about_and_it_reads_as_it_was_written(what, subject):
+    rejection = unstated_rejection({"what": what, "reason": "r"})
+    assert (rejection.subject.kind, rejection.subject.name, rejection.subject.at_station) == subject
+    assert str(words_of(rejection)) == f"{what}: r"
 
 
 def test_a_face_left_out_does_not_make_its_station_look_rejected():
     report = sample_report()
-    left_out = Rejection(what="face A1/9 (wall, 0.40 m2 at 9.0 m)", reason="too narrow", value="20 px", limit="40 px")
+    left_out = Rejection(
+        code=Reason.FACE_NARROW,
+        subject=Subject(kind=SubjectKind.FACE, name="A1/9", station="A1"),
+        values={"label": "wall", "area_m2": 0.4, "distance_m": 9.0, "width_px": 20.0, "limit_px": 40.0},
+    )
     rows = station_rows(replace(report, rejections=(*report.rejections, left_out)))
     row = next(row for row in rows if row.name == "A1")
-    assert (row.status, row.left_out) == ("placed", (left_out,))
+    assert (row.status, row.left_out) == ("placed", (words_of(left_out),))
 
 
 def test_lines_of_two_cost_schedules_are_never_added_up() -> None:
@@ -263,7 +274,11 @@ def test_an_elements_lower_bound_is_rounded_down_in_the_csv() -> None:
 
 
 def test_a_survey_in_doubt_stands_on_the_workbooks_first_sheet_before_the_storeys():
-    doubt = Rejection(what=SURVEY, reason="what was measured lies beside the design: by +3.10 m in z", remedy="check")
+    doubt = Rejection(
+        code=Reason.SURVEY_SHIFTED_IN_HEIGHT,
+        subject=Subject(kind=SubjectKind.SURVEY),
+        values={"rise_m": 3.1, "more": 24},
+    )
     sheet = book(replace(sample_report(), rejections=(doubt,)))["Summary"]
     cells = [str(row[0]) for row in sheet.iter_rows(values_only=True)]
     told = next(n for n, cell in enumerate(cells) if "+3.10 m in z" in cell)

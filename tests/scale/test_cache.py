@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.scale.cache import Cache, default_folder, digest_of
 from asbuilt_bim.scale.codec import from_bytes, plain_digest, to_bytes
+from asbuilt_bim.vision.masks.segment import InstanceSource
 
 KEY = digest_of(["a"])
 
@@ -51,6 +54,29 @@ def test_arrays_and_bytes_come_back_exactly_and_read_only() -> None:
 def test_numpys_own_numbers_are_kept_as_numbers() -> None:
     odd = Thing(name="x", points=np.zeros(0), rings=(), blob=b"", mask=None, value=np.float32(0.5))  # type: ignore[arg-type]
     assert from_bytes(to_bytes(odd, Thing), Thing).value == 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Left:
+    rejections: tuple[Rejection, ...]
+    source: InstanceSource
+
+
+def test_rejections_and_enums_come_back_as_they_were_to_the_type_of_each_value() -> None:
+    values: dict[str, Value] = {
+        **{"text": "ß", "whole": 3, "share": 0.1, "round": 2.0, "yes": True, "nothing": ()},
+        **{"names": ("a", "b"), "counts": (1, 2), "ratios": (1.5, 2.0)},
+    }
+    subject = Subject(kind=SubjectKind.MARKER, name="17", station="A1")
+    made = Rejection(code=Reason.MARKERS_DISAGREE, subject=subject, values=values | {"found": 2})
+    before = Left(rejections=(made,), source=InstanceSource.GEOMETRY_ALONE)
+    after = from_bytes(to_bytes(before, Left), Left)
+    assert after == before
+    (again,) = after.rejections
+    assert (type(again.code), type(again.subject.kind), type(after.source)) == (Reason, SubjectKind, InstanceSource)
+    assert {key: type(value) for key, value in again.values.items()} == {k: type(v) for k, v in made.values.items()}
+    names, ratios = again.values["names"], again.values["ratios"]
+    assert isinstance(names, tuple) and isinstance(ratios, tuple) and isinstance(ratios[1], float)
 
 
 def test_the_digest_of_a_value_follows_its_content() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
 from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.photo.read import Photo, decode
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection
 from asbuilt_bim.geometry.arrays import frozen
 
@@ -69,52 +70,46 @@ def _is_other(found: Camera, usual: Camera) -> bool:
     return any(a != b and bool(a) and bool(b) for a, b in zip(found, usual, strict=True))
 
 
-def _odd_camera(name: str, found: list[Camera], usual: list[Camera]) -> Rejection:
-    return Rejection(
-        what=f"board pair {name}",
-        reason="its EXIF differs from the other pairs': another camera, another zoom, or left and right exchanged",
-        value="; ".join(_in_words(camera) for camera in found),
-        limit="; ".join(_in_words(camera) for camera in usual),
-        remedy="take all boards with the rig as it is used, its zoom fixed",
-    )
-
-
-def _in_words(camera: Camera) -> str:
-    model, serial, focal_mm, orientation = camera
-    return f"{model or 'no model'} {serial} {focal_mm:g} mm, orientation {orientation}"
+def _odd_camera(pair: Subject, found: Sequence[Camera], usual: Sequence[Camera]) -> Rejection:
+    values: dict[str, Value] = {}
+    for owner, cameras in (("", found), ("usual_", usual)):
+        models, serials, focals_mm, orientations = zip(*cameras, strict=True)
+        values |= {f"{owner}models": models, f"{owner}serials": serials}
+        values |= {f"{owner}focals_mm": focals_mm, f"{owner}orientations": orientations}
+    return Rejection(code=Reason.BOARD_PAIR_OF_OTHER_CAMERA, subject=pair, values=values)
 
 
 def _copy(pair: tuple[Photo, Photo], earlier: tuple[Photo, Photo]) -> Rejection:
-    return Rejection(
-        what=f"board pair {_name(*pair)}",
-        reason=f"these are the photos of {_name(*earlier)} again, which prove nothing twice",
-        remedy="take another pair, the board elsewhere and tilted otherwise",
-    )
+    return Rejection(code=Reason.BOARD_PAIR_TWICE, subject=_subject(*pair), values={"other": _name(*earlier)})
 
 
-def _no_board(name: str, board: Board) -> Rejection:
-    kind = "inner corners" if board.kind == "chessboard" else f"ChArUco squares of {board.dictionary}"
+def _no_board(pair: Subject, board: Board) -> Rejection:
     return Rejection(
-        what=f"board pair {name}",
-        reason="the board was not found in both photos",
-        remedy=f"check that the board has {board.columns} x {board.rows} {kind}, and that both photos show it sharply",
+        code=Reason.BOARD_NOT_FOUND,
+        subject=pair,
+        values={
+            "board": board.kind,
+            "columns": board.columns,
+            "rows": board.rows,
+            "dictionary": board.dictionary,
+        },
     )
 
 
 def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> BoardView | Rejection:
-    name = _name(left, right)
+    pair = _subject(left, right)
     if _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
-        return _odd_camera(name, [_camera(left), _camera(right)], usual)
+        return _odd_camera(pair, [_camera(left), _camera(right)], usual)
     try:
         seen_left, seen_right = (find_board(decode(photo), board) for photo in (left, right))
     except PhotoError as error:
-        return Rejection(what=f"board pair {name}", reason=str(error))
+        return Rejection(code=Reason.PHOTO_UNUSABLE, subject=pair, values={"detail": str(error)})
     if seen_left is None or seen_right is None:
-        return _no_board(name, board)
+        return _no_board(pair, board)
     seen_right = same_way_round(seen_left, seen_right, board)
     points = board.points_m
     return BoardView(
-        name=name,
+        name=pair.name,
         left_points_m=frozen(points[seen_left.indices]),
         left_px=seen_left.pixels,
         right_points_m=frozen(points[seen_right.indices]),
@@ -126,14 +121,18 @@ def _name(left: Photo, right: Photo) -> str:
     return f"{left.name} + {right.name}"
 
 
+def _subject(left: Photo, right: Photo) -> Subject:
+    return Subject(kind=SubjectKind.BOARD_PAIR, name=_name(left, right))
+
+
 def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) -> None:
     """Refuse to calibrate from fewer than `FEWEST_PAIRS`.
 
-    Raises: CalibrationError with what became of the others.
+    Raises: CalibrationError with what became of the others as its `rejections`.
     """
     if len(views) < FEWEST_PAIRS:
-        reasons = "".join(f"\n  {rejection}" for rejection in left_out)
         raise CalibrationError(
             f"calibration: {len(views)} good pairs of board photos, at least {FEWEST_PAIRS} are needed; take more, "
-            f"with the board tilted every way and in every part of the frame{reasons}"
+            "with the board tilted every way and in every part of the frame",
+            left_out,
         )

@@ -121,7 +121,7 @@ def _without_bad(
         limit = bad_view_limit_px(rms)
         for view, one, is_bad in zip(views, rms, bad, strict=True):
             if is_bad:
-                left_out.append(misfit(view.name, "it doesn't fit the others", f"{one:.2f} px", f"{limit:.2f} px"))
+                left_out.append(misfit(view.name, float(one), float(limit)))
         views = [view for view, is_bad in zip(views, bad, strict=True) if not is_bad]
         require_enough(views, left_out)
         adjusted = adjust(adjusted.shared, adjusted.poses[~bad], views)

@@ -28,6 +28,7 @@ from asbuilt_bim.camera.calibration.parameters import (
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import rig_problems
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import CalibrationError, Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, vector_from_rotation
@@ -170,11 +171,9 @@ def _worst(
         return None
     left_out.append(
         Rejection(
-            what=f"control point {control.names[worst]}",
-            reason="it doesn't fit the others",
-            value=f"{miss[worst]:.1f} px",
-            limit=f"{limit:.1f} px",
-            remedy="check its coordinates and its marks in both photos",
+            code=Reason.CONTROL_POINT_MISFIT,
+            subject=Subject(kind=SubjectKind.CONTROL_POINT, name=control.names[worst]),
+            values={"miss_px": float(miss[worst]), "limit_px": limit},
         )
     )
     return worst

@@ -9,6 +9,7 @@ from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.calibration.start import start_camera
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import LensModel
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import inverse, rigid, vector_from_rotation
@@ -36,29 +37,29 @@ def first_estimate(
         poses = list(zip(left_poses, right_poses, strict=True))
         rms = np.maximum(left_rms, right_rms)
         bad = bad_views(rms)
-        limit = f"{bad_view_limit_px(rms):.2f} px"
+        limit_px = bad_view_limit_px(rms)
         left_out += [
-            misfit(view.name, "its corners don't fit the other pairs", f"{one:.2f} px", limit)
-            for view, one, is_bad in zip(views, rms, bad, strict=True)
-            if is_bad
+            misfit(view.name, float(one), limit_px) for view, one, is_bad in zip(views, rms, bad, strict=True) if is_bad
         ]
         if not bad.any():
-            bad, reason = _moved(poses), "left and right were not taken at one moment: the rig moved between them"
-            left_out += [misfit(view.name, reason) for view, is_bad in zip(views, bad, strict=True) if is_bad]
+            bad = _moved(poses)
+            left_out += [
+                Rejection(code=Reason.BOARD_PAIR_MOVED, subject=Subject(kind=SubjectKind.BOARD_PAIR, name=view.name))
+                for view, is_bad in zip(views, bad, strict=True)
+                if is_bad
+            ]
         if not bad.any():
             return views, left, right, poses
         views = [v for v, is_bad in zip(views, bad, strict=True) if not is_bad]
         require_enough(views, left_out)
 
 
-def misfit(name: str, reason: str, value: str = "", limit: str = "") -> Rejection:
-    """Say that a pair doesn't fit, and what to do about it."""
+def misfit(name: str, rms_px: float, limit_px: float) -> Rejection:
+    """Return that a pair's corners don't fit the other pairs."""
     return Rejection(
-        what=f"board pair {name}",
-        reason=reason,
-        value=value,
-        limit=limit,
-        remedy="take it again with rig and board at rest, sharp and evenly lit",
+        code=Reason.BOARD_PAIR_MISFIT,
+        subject=Subject(kind=SubjectKind.BOARD_PAIR, name=name),
+        values={"rms_px": rms_px, "limit_px": limit_px},
     )
 
 

@@ -6,6 +6,7 @@ from typing import Literal
 
 from asbuilt_bim.camera.photo.read import Photo
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 
 Side = Literal["left", "right"]
@@ -34,13 +35,7 @@ def _size(photo: Photo, image_size: tuple[int, int], rig: StereoRig, side: Side)
         return []
     turned = image_size == expected[::-1]
     return [
-        Rejection(
-            what=f"photo {photo.name}",
-            reason="the photo is rotated against the rig" if turned else "its size is not that of the rig's photos",
-            value=f"{image_size[0]} x {image_size[1]} px",
-            limit=f"{expected[0]} x {expected[1]} px",
-            remedy="use the photo as the camera stored it: not turned, not resized, not cropped",
-        )
+        _rejection(Reason.PHOTO_TURNED if turned else Reason.PHOTO_SIZE, photo, size_px=image_size, rig_px=expected)
     ]
 
 
@@ -49,15 +44,7 @@ def _orientation(photo: Photo, rig: StereoRig) -> list[Rejection]:
     found = photo.exif.orientation or upright
     if found == upright:
         return []
-    return [
-        Rejection(
-            what=f"photo {photo.name}",
-            reason="the camera was held rotated against the photos of the boards",
-            value=f"EXIF orientation {found}",
-            limit=f"EXIF orientation {upright}",
-            remedy="take the station again with the rig level, or remove a wrong EXIF orientation",
-        )
-    ]
+    return [_rejection(Reason.PHOTO_HELD_TURNED, photo, orientation=found, rig_orientation=upright)]
 
 
 def _camera(photo: Photo, rig: StereoRig, side: Side) -> list[Rejection]:
@@ -66,42 +53,19 @@ def _camera(photo: Photo, rig: StereoRig, side: Side) -> list[Rejection]:
         own, other = other, own
     found, model = photo.exif.serial, photo.exif.model
     if rig.camera_model and model and model != rig.camera_model:
-        return [_other_camera(photo, model, rig.camera_model)]
+        return [_rejection(Reason.PHOTO_OF_OTHER_MODEL, photo, model=model, rig_model=rig.camera_model)]
     if not (own and found) or found == own:
         return []
-    if found == other:
-        return [
-            Rejection(
-                what=f"photo {photo.name}",
-                reason="left and right are swapped: it was taken by the rig's other camera "
-                f"(the {side} one's serial is {own})",
-                value=f"serial {found}",
-                remedy="exchange the left and the right photo",
-            )
-        ]
-    return [_other_camera(photo, f"serial {found}", f"serial {own}")]
-
-
-def _other_camera(photo: Photo, value: str, limit: str) -> Rejection:
-    return Rejection(
-        what=f"photo {photo.name}",
-        reason="photo of another camera than the rig's",
-        value=value,
-        limit=limit,
-        remedy="use the photos of the calibrated rig, or calibrate this one",
-    )
+    code = Reason.PHOTO_OF_OTHER_SIDE if found == other else Reason.PHOTO_OF_OTHER_CAMERA
+    return [_rejection(code, photo, serial=found, rig_serial=own, side=side)]
 
 
 def _zoom(photo: Photo, rig: StereoRig) -> list[Rejection]:
     expected, found = rig.focal_length_mm, photo.exif.focal_length_mm
     if not expected or not found or abs(found - expected) <= FOCAL_TOLERANCE * expected:
         return []
-    return [
-        Rejection(
-            what=f"photo {photo.name}",
-            reason="zoomed or refocused against the rig",
-            value=f"focal length {found:g} mm",
-            limit=f"{expected:g} mm as on the boards",
-            remedy="take the station again at the boards' zoom, or calibrate at this one",
-        )
-    ]
+    return [_rejection(Reason.PHOTO_ZOOMED, photo, focal_mm=found, rig_focal_mm=expected)]
+
+
+def _rejection(code: Reason, photo: Photo, **values: Value) -> Rejection:
+    return Rejection(code=code, subject=Subject(kind=SubjectKind.PHOTO, name=photo.name), values=values)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray
 
@@ -89,20 +90,18 @@ def check_pair(pair: RectifiedPair, matches: PairMatches | None = None) -> tuple
 
     `matches` are those of `match_pair`, where they are there already.
     """
-    what = f"station {pair.name}"
+    subject = Subject(kind=SubjectKind.STATION, name=pair.name)
     matches = match_pair(pair) if matches is None else matches
     count = len(matches.left_px)
     if count < _FEWEST:
         return (
             Rejection(
-                what=what,
-                reason="left and right show too little in common: another scene, another rig, or an overlap under 30 %",
-                value=f"{count} common features",
-                limit=str(_FEWEST),
-                remedy="check that both photos are of this station and in focus, and that the rig is the project's",
+                code=Reason.PHOTOS_UNRELATED,
+                subject=subject,
+                values={"found": count, "needed": _FEWEST, "least_overlap": LEAST_OVERLAP},
             ),
         )
-    behind = _behind(what, matches)
+    behind = _behind(subject, matches)
     if behind is not None:
         return (behind,)
     rejections = []
@@ -110,28 +109,24 @@ def check_pair(pair: RectifiedPair, matches: PairMatches | None = None) -> tuple
     if rows > ROW_LIMIT_PX:
         rejections.append(
             Rejection(
-                what=what,
-                reason="rows of left and right don't correspond: the rig was knocked, or the photos are of another rig",
-                value=f"vertical residual {rows:.1f} px",
-                limit=f"{ROW_LIMIT_PX:g} px",
-                remedy="calibrate the rig again, and take the station again",
+                code=Reason.PHOTOS_ROWS_APART,
+                subject=subject,
+                values={"rows_px": rows, "limit_px": ROW_LIMIT_PX},
             )
         )
     share = overlap_share(pair, matches)
     if share < LEAST_OVERLAP:
         rejections.append(
             Rejection(
-                what=what,
-                reason="the frames overlap too little",
-                value=f"{100 * share:.0f} %",
-                limit=f"{100 * LEAST_OVERLAP:.0f} %",
-                remedy="stand further away, or turn the cameras parallel and calibrate again",
+                code=Reason.PHOTOS_OVERLAP,
+                subject=subject,
+                values={"share": share, "limit_share": LEAST_OVERLAP},
             )
         )
     return tuple(rejections)
 
 
-def _behind(what: str, matches: PairMatches) -> Rejection | None:
+def _behind(subject: Subject, matches: PairMatches) -> Rejection | None:
     """Say what is wrong where the scene would lie behind the rig: photos swapped, or the right camera turned outwards.
 
     In a photo taken upright lower things are nearer. Swapping turns disparity's sign, so that they would be further;
@@ -140,17 +135,8 @@ def _behind(what: str, matches: PairMatches) -> Rejection | None:
     share = float(np.mean(matches.disparity_px < -1.0))
     if share <= BEHIND_LIMIT:
         return None
-    reason, remedy = "left and right look swapped", "exchange the left and the right photo"
-    if nearer_below(matches) > UPRIGHT:
-        reason = "the rig was knocked: its right camera was turned outwards, or both photos are upside down"
-        remedy = "give the photos as the cameras stored them, or calibrate the rig again"
-    return Rejection(
-        what=what,
-        reason=f"{reason} (a part of the scene would lie behind the rig)",
-        value=f"{100 * share:.0f} % of features",
-        limit=f"{100 * BEHIND_LIMIT:.0f} %",
-        remedy=remedy,
-    )
+    code = Reason.PHOTOS_BEHIND_RIG if nearer_below(matches) > UPRIGHT else Reason.PHOTOS_LOOK_SWAPPED
+    return Rejection(code=code, subject=subject, values={"share": share, "limit_share": BEHIND_LIMIT})
 
 
 def nearer_below(matches: PairMatches) -> float:

@@ -10,6 +10,7 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.photo.overlap import BEHIND_LIMIT, ROW_LIMIT_PX, UPRIGHT, PairMatches, nearer_below
 from asbuilt_bim.camera.rectify import RectifiedCamera, turns
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 
@@ -20,35 +21,21 @@ _BETTER = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Way:
-    """What may have happened to a pair, and what is said of it."""
+    """What may have happened to a pair, and the code for it."""
 
     exchanged: bool
     turned: bool  # both, by 180 degrees
-    reason: str
-    undone: str
-    remedy: str
+    code: Reason
 
 
-_AS_STORED = "give both photos as the cameras stored them: a program turned their pixels"
 _WAYS = (
-    _Way(
-        exchanged=True, turned=False, reason="left and right are swapped: exchanged, their rows correspond",
-        undone="exchanged", remedy="exchange the left and the right photo",
-    ),
-    _Way(
-        exchanged=False, turned=True, undone="turned",
-        reason="both photos are upside down: turned by 180 degrees, their rows correspond",
-        remedy=_AS_STORED,
-    ),
-    _Way(
-        exchanged=True, turned=True, undone="turned and exchanged",
-        reason="both photos are upside down, and swapped: turned by 180 degrees and exchanged, their rows correspond",
-        remedy=f"{_AS_STORED}, and exchange the left and the right one",
-    ),
-)  # fmt: skip
+    _Way(exchanged=True, turned=False, code=Reason.PHOTOS_SWAPPED),
+    _Way(exchanged=False, turned=True, code=Reason.PHOTOS_UPSIDE_DOWN),
+    _Way(exchanged=True, turned=True, code=Reason.PHOTOS_UPSIDE_DOWN_SWAPPED),
+)
 
 
-def swapped_rejection(what: str, matches: PairMatches, rig: StereoRig, camera: RectifiedCamera) -> Rejection | None:
+def swapped_rejection(station: str, matches: PairMatches, rig: StereoRig, camera: RectifiedCamera) -> Rejection | None:
     """Return the rejection of a pair whose photos are exchanged, upside down, or both; None where they aren't.
 
     Each photo is given the lens and place that it would have then. Rows that correspond, with the scene before the
@@ -62,11 +49,9 @@ def swapped_rejection(what: str, matches: PairMatches, rig: StereoRig, camera: R
     if rows[best] > ROW_LIMIT_PX or as_given < _BETTER * rows[best]:
         return None
     return Rejection(
-        what=what,
-        reason=_WAYS[best].reason,
-        value=f"vertical residual {as_given:.1f} px, {_WAYS[best].undone} {rows[best]:.1f} px",
-        limit=f"{ROW_LIMIT_PX:g} px",
-        remedy=_WAYS[best].remedy,
+        code=_WAYS[best].code,
+        subject=Subject(kind=SubjectKind.STATION, name=station),
+        values={"rows_px": as_given, "undone_rows_px": rows[best], "limit_px": ROW_LIMIT_PX},
     )
 
 

@@ -78,7 +78,7 @@ def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
     piece, and isn't another one's, goes to the nearest; not what is measured to lie off its plane: a mask may be rough.
     """
     own = scene.mask(piece) & instance.mask
-    if instance.source.startswith("geometr"):
+    if instance.source.border_from_depth:
         return own
     others = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & ~own
     near, far = (

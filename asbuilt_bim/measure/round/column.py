@@ -75,7 +75,8 @@ def round_face(
     middle = frame.from_uv(np.array([0.0, 0.5 * height]))
     seen = how_seen(bench, outline, _front_plane(bench, fit))
     return MeasuredFace(
-        face_id=face_id, label=instance.label, score=instance.score, source=instance.source, frame=frame,
+        face_id=face_id, label=instance.label, score=instance.score, source=instance.source,
+        segmenter=instance.segmenter, frame=frame,
         outline_uv_m=(frozen(ring),),
         outline_px=(frozen(ring_px),), area_m2=float(area),
         area_sigma_calibration_m2=_calibration_sigma(bench, fit, float(area), rig),

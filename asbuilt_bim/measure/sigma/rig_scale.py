@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.markers.find import MarkerSighting
@@ -70,13 +71,15 @@ def without_scale(
     if target is not None:
         return ()
     if required:
-        return reasons or (Rejection(what=f"station {name}", reason="the target is not in view"),)
+        return reasons or (
+            Rejection(code=Reason.TARGET_ABSENT, subject=Subject(kind=SubjectKind.TARGET, station=name)),
+        )
     both = sum(1 for marker in markers if marker.right_px is not None)
     if both >= least:
         return ()
     few = Rejection(
-        what=f"station {name}", reason="neither the target nor enough markers in view of both photos",
-        value=f"{both} markers", limit=f"{least} markers",
-        remedy="place the red target, or move so that both photos show two surveyed markers",
-    )  # fmt: skip
+        code=Reason.SCALE_UNCHECKED,
+        subject=Subject(kind=SubjectKind.STATION, name=name),
+        values={"found": both, "needed": least},
+    )
     return (*reasons, few)

@@ -89,6 +89,7 @@ def face_record(face: MeasuredFace, pose: StationPose | None, matches: Sequence[
         design_faces=tuple(match.design_face for match in matches),
         elements=tuple(dict.fromkeys(match.element for match in matches)),
         source=face.source,
+        segmenter=face.segmenter,
     )
 
 

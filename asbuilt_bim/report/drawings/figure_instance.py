@@ -16,6 +16,7 @@ from asbuilt_bim.report.drawings.colours import bgr
 from asbuilt_bim.report.drawings.lettering import draw_text
 from asbuilt_bim.report.drawings.plot import INK, PALETTE, TEXT_PX, blank, draw_axes, draw_rings, fitted_axes, fixed
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.of_faces import source_text
 
 WIDTH, HEIGHT = 1500, 660
 PANEL = 440.0
@@ -52,7 +53,14 @@ def instance_figure(found: PairMeasurement, number: int) -> ByteImage:
     for index, part in enumerate(laid):
         draw_rings(image, axes, part, PALETTE[index % len(PALETTE)])
     _legend(image, found, faces, 0.0 + top + height + 3.2 * TEXT_PX)
-    draw_text(image, f"{instance.label} {number + 1} ({wording.plain(instance.source)[:60]})", 30.0, 30.0, 20.0, INK)
+    draw_text(
+        image,
+        f"{instance.label} {number + 1} ({wording.plain(source_text(instance.source, instance.segmenter))[:60]})",
+        30.0,
+        30.0,
+        20.0,
+        INK,
+    )
     return image
 
 

@@ -11,6 +11,8 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.report import FaceRecord
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.of_faces import source_text
+from asbuilt_bim.vision.masks.segment import InstanceSource
 
 GLYPH_WIDTH = 0.58  # mean advance of a sans serif per text height, for placing before anything is drawn
 MAX_NAME = 22  # longer names are cut on pictures; the tables hold them whole
@@ -36,7 +38,8 @@ def face_text(face: FaceRecord, names: dict[str, str]) -> tuple[str, ...]:
     known = [names[element] for element in face.elements if element in names]
     sigma = float(np.hypot(face.area_sigma_calibration_m2, face.area_sigma_image_m2))
     area = wording.area(face.area_m2, sigma) + ("" if face.whole else " (part)")
-    who = () if face.source == "geometric" else (_cut(face.source),)  # a word only where there were two opinions
+    alone = face.source is InstanceSource.GEOMETRY  # a word only where there were two opinions
+    who = () if alone else (_cut(source_text(face.source, face.segmenter)),)
     if not known:
         return (f"{face.face_id.rpartition('/')[2]}: {area}", *who)
     more = f" +{len(known) - 1}" if len(known) > 1 else ""

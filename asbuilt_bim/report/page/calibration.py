@@ -13,6 +13,7 @@ from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
 from asbuilt_bim.storage.atomic_write import replace_bytes, writing
 
@@ -82,6 +83,7 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
     template = environment.get_template("calibration.html.j2")
     return template.render(
         calibration=calibration,
+        left_out=[words_of(rejection) for rejection in calibration.left_out],
         rig=rig,
         effect=effect,
         verdict=verdict(calibration, effect, checks),

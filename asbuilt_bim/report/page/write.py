@@ -9,6 +9,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport, StationRecord
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
@@ -19,15 +20,17 @@ from asbuilt_bim.report.page.plan import storey_plans
 from asbuilt_bim.report.page.rows import MOST_SHOWN, next_rows, since_rows
 from asbuilt_bim.report.tables import (
     NO_STOREY,
+    OF_FACES,
     StationRow,
     group_rows,
     lost_stations,
+    station_of,
     station_rows,
     storey_names,
-    subject_of,
 )
 from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.storage.atomic_write import writing
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -69,6 +72,8 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: Pro
             stations=_cards(report, pictures),
             lost=lost_stations(report),
             other_rejections=_others(report),
+            unmatched=[words_of(rejection) for rejection in report.unmatched],
+            survey_doubts=[words_of(doubt) for doubt in report.survey_doubts],
             doubted=[element for element in report.elements if element.doubts],
             conflicts=[element for element in report.elements if element.cells_conflict > 0],
             tasks=task_rows(report),
@@ -151,7 +156,7 @@ def _cards(report: ProgressReport, pictures: Mapping[str, bytes]) -> list[Statio
 
 def _others(report: ProgressReport) -> list[str]:
     """Return what was left out besides stations and the survey; faces and other discs stand with their stations."""
-    named = {id(reason) for row in lost_stations(report) for reason in row.reasons}
-    named |= {id(doubt) for doubt in report.survey_doubts}
-    rest = [rejection for rejection in report.rejections if id(rejection) not in named]
-    return [str(r) for r in rest if subject_of(r)[0] != "face" and ", red disc" not in r.what]
+    elsewhere = {*OF_FACES, SubjectKind.DISC, SubjectKind.SURVEY}
+    lost = {row.name for row in lost_stations(report)}
+    rest = [r for r in report.rejections if r.subject.kind not in elsewhere and station_of(r) not in lost]
+    return [str(words_of(rejection)) for rejection in rest]

@@ -13,9 +13,12 @@ from cattrs.errors import BaseValidationError
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 from cattrs.v import format_exception
 
-from asbuilt_bim.progress.report import SHARE_DECIMALS, ProgressReport
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressReport
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
+from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection_to_plain
 from asbuilt_bim.report.result.terms import SHARES
+from asbuilt_bim.report.wording.of_faces import source_of
 
 
 def report_to_plain(report: ProgressReport) -> dict[str, Any]:
@@ -46,7 +49,24 @@ def _converter() -> Converter:
     converter.register_structure_hook(datetime, lambda text, _: datetime.fromisoformat(text))
     converter.register_unstructure_hook_factory(is_dataclass, lambda cls: _unstructure(cls, converter))
     converter.register_structure_hook_factory(is_dataclass, lambda cls: _structure(cls, converter))
+    converter.register_unstructure_hook(Rejection, rejection_to_plain)
+    converter.register_structure_hook(Rejection, lambda plain, _: rejection_from_plain(plain))
+    converter.register_structure_hook(FaceRecord, _face_reader(converter))
     return converter
+
+
+def _face_reader(converter: Converter) -> Callable[[dict[str, Any], Any], FaceRecord]:
+    """Return the reader of measured faces: results before version 1.4 call who found them in words."""
+    read = _structure(FaceRecord, converter)
+
+    def face(plain: dict[str, Any], kind: Any) -> FaceRecord:
+        if "segmenter" not in plain:
+            source, segmenter = source_of(str(plain.get("source", "geometric")))
+            plain = plain | {"source": str(source), "segmenter": segmenter}
+        found: FaceRecord = read(plain, kind)
+        return found
+
+    return face
 
 
 def _unstructure(cls: type[Any], converter: Converter) -> Callable[[Any], dict[str, Any]]:

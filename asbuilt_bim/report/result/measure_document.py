@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from asbuilt_bim.errors import Rejection, ResultError
+from asbuilt_bim.errors import ResultError
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.measure.depth_source import depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, dominating, seen
 from asbuilt_bim.report.result.arrays_json import METRE_DECIMALS, PIXEL_DECIMALS
+from asbuilt_bim.report.result.rejections import rejection_to_plain
 from asbuilt_bim.storage.schemas import first_faults
 from asbuilt_bim.version import __version__
 from asbuilt_bim.vision.target.find import TargetSighting
@@ -43,7 +44,7 @@ def measure_document(found: PairMeasurement, when: datetime, files: tuple[str, .
         "camera": _camera(found),
         "target": _target(found.target) if found.target is not None else None,
         "faces": [_face(found, face) for face in found.faces],
-        "rejections": [_rejection(rejection) for rejection in found.rejections],
+        "rejections": [rejection_to_plain(rejection) for rejection in found.rejections],
         "seconds": {step: round(seconds, 4) for step, seconds in measurement.seconds.items()},
         "files": list(files),
     }
@@ -87,7 +88,8 @@ def _face(found: PairMeasurement, face: MeasuredFace) -> dict[str, Any]:
         "instance": face.instance + 1,
         "class": face.label,
         "score": face.score,
-        "source": found.instance_of(face).source,
+        "source": str(face.source),
+        "segmenter": face.segmenter,
         "kind": "cylinder" if isinstance(frame, CylinderFrame) else "plane",
         "radius_m": frame.radius_m if isinstance(frame, CylinderFrame) else None,
         "width_m": face.width_m,
@@ -105,16 +107,6 @@ def _face(found: PairMeasurement, face: MeasuredFace) -> dict[str, Any]:
         "outline_rectified_px": [_rounded(ring, PIXEL_DECIMALS) for ring in face.outline_px],
         "outline_uv_m": [_rounded(ring, METRE_DECIMALS) for ring in face.outline_uv_m],
         "outline_left_m": [_rounded(ring, METRE_DECIMALS) for ring in outline_m],
-    }
-
-
-def _rejection(rejection: Rejection) -> dict[str, str]:
-    return {
-        "what": rejection.what,
-        "reason": rejection.reason,
-        "value": rejection.value,
-        "limit": rejection.limit,
-        "remedy": rejection.remedy,
     }
 
 

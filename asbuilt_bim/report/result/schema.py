@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from datetime import date, datetime
+from enum import StrEnum
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
 from asbuilt_bim.report.result.document import FORMAT, VERSION
 from asbuilt_bim.report.result.terms import SHARES, describe, describe_class
+from asbuilt_bim.report.wording.unstated import TEXTS
 
 _NUMBER = {"type": "number"}
 _SHAPES: dict[tuple[int | None, ...], str] = {
@@ -66,6 +70,9 @@ def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
         properties[field.name] = part | {"description": describe(cls.__name__, field.name)}
         if field.default is MISSING and field.default_factory is MISSING:
             required.append(field.name)
+    if cls is Rejection:  # results before version 1.4 have its English texts only
+        properties |= {name: {"type": "string", "description": describe(cls.__name__, name)} for name in TEXTS}
+        required = ["what", "reason"]
     return {
         "type": "object",
         "description": describe_class(cls.__name__),
@@ -85,6 +92,8 @@ def _schema_of(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
         definitions.setdefault(kind.__name__, {})
         definitions[kind.__name__] = definitions[kind.__name__] or _object(kind, definitions)
         return {"$ref": f"#/$defs/{kind.__name__}"}
+    if isinstance(kind, type) and issubclass(kind, StrEnum):  # more may be added: an older program reads on
+        return {"type": "string", "examples": [str(member) for member in kind]}
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Literal:
         return {"enum": list(arguments)}
@@ -92,7 +101,7 @@ def _schema_of(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
         return {"anyOf": [{"type": "null"} if a is type(None) else _schema_of(a, definitions) for a in arguments]}
     if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
         return {"type": "array", "items": _schema_of(arguments[0], definitions)}
-    if origin is dict:
+    if origin in (dict, Mapping):
         return {"type": "object", "additionalProperties": _schema_of(arguments[1], definitions)}
     raise TypeError(f"no JSON form is known for {kind}: enter arrays in ARRAY_FORMS, or extend result_schema")
 

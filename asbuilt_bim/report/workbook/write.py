@@ -21,6 +21,7 @@ from asbuilt_bim.report.tables import (
     storey_names,
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.report.wording.workbook_columns import (
     COST,
@@ -119,7 +120,7 @@ def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) 
         write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
     for doubt in report.survey_doubts:
         row += 1
-        write_cell(sheet, row, 0, str(doubt), "text", styles)
+        write_cell(sheet, row, 0, str(words_of(doubt)), "text", styles)
     return row + 2
 
 
@@ -257,7 +258,8 @@ def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     every = (*tables, ("Stations", STATIONS))
     rows: list[tuple[Cell, ...]] = [(name, c.heading, c.meaning) for name, columns in every for c in columns]
     rows += [("Tasks", "", plan_words(report)), ("Late", "", late_words(report))] if report.tasks else []
-    rows += [("", "", "")] + [("Left out", item.what, str(item)) for item in (*report.rejections, *report.unmatched)]
+    left_out = map(words_of, (*report.rejections, *report.unmatched))
+    rows += [("", "", "")] + [("Left out", words.what, str(words)) for words in left_out]
     if report.provenance:
         made = report.provenance
         rows += [("Made", "Program", f"asbuilt_bim {made.program_version}, {made.created}")]

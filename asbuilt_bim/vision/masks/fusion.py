@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, freeze
 from asbuilt_bim.vision.masks.given import box_of
 from asbuilt_bim.vision.masks.refinement import finer
-from asbuilt_bim.vision.masks.segment import Instance, Refuter, Segmenter, SurfaceSegmenter
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource, Refuter, Segmenter, SurfaceSegmenter
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, Opinion, instance_of_pieces, neutral_of, piece_groups
 from asbuilt_bim.vision.scene.read import Scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
@@ -72,9 +73,11 @@ def agree(
             spoken.add(holder)
             instance = _finer(instance, seen[holder], pair, scene, taken)
         taken |= instance.mask
-        source = f"geometry and {network.name}" if holder is not None else "geometry alone"
-        score = instance.score if holder is not None else ALONE * instance.score
-        found.append(replace(instance, source=source, score=score))
+        if holder is not None:
+            found.append(replace(instance, source=InstanceSource.BOTH, segmenter=network.name))
+        else:
+            score = ALONE * instance.score
+            found.append(replace(instance, source=InstanceSource.GEOMETRY_ALONE, score=score))
     found.sort(key=lambda instance: -int(np.count_nonzero(instance.mask)))
     return Agreed(instances=tuple(found), notes=_alone(pair, seen, spoken, network.name))
 
@@ -131,9 +134,15 @@ def _alone(pair: RectifiedPair, seen: Sequence[Instance], spoken: set[int], name
         x0, y0, x1, y1 = one.box_px
         notes.append(
             Rejection(
-                what=f"station {pair.name}, {one.label} at {(x0 + x1) // 2}, {(y0 + y1) // 2} px",
-                reason=f"{name} sees a {one.label} (score {one.score:.2f}), the depth no upright surface of its size",
-                remedy="not measured; photograph it from nearer, or more from the front",
+                code=Reason.INSTANCE_WITHOUT_SURFACE,
+                subject=Subject(kind=SubjectKind.INSTANCE, name=f"{one.label} {number + 1}", station=pair.name),
+                values={
+                    "label": one.label,
+                    "segmenter": name,
+                    "score": float(one.score),
+                    "x_px": (x0 + x1) // 2,
+                    "y_px": (y0 + y1) // 2,
+                },
             )
         )
     return tuple(notes)

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair, rectified_map
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
 from asbuilt_bim.geometry.polygon import Region, Rings, box, contains, intersection, polygon
-from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
 from asbuilt_bim.vision.stereo.depth import DepthMap
 
 STEP_PX = 8.0
@@ -53,7 +53,10 @@ class GivenMasks:
             if mask.any():
                 freeze(mask)
                 found.append(
-                    Instance(label=given.label, score=1.0, mask=mask, box_px=box_of(mask), source=given.name)
+                    Instance(
+                        label=given.label, score=1.0, mask=mask, box_px=box_of(mask), source=InstanceSource.GIVEN,
+                        segmenter=given.name,
+                    )
                 )  # fmt: skip
         return found
 

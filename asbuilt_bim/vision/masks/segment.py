@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal, Protocol, runtime_checkable
 
 from asbuilt_bim.camera.rectify import RectifiedPair
@@ -13,6 +14,21 @@ from asbuilt_bim.vision.stereo.depth import DepthMap
 InstanceClass = Literal["wall", "column"]
 
 
+class InstanceSource(StrEnum):
+    """Who found a wall or column in the photo."""
+
+    GEOMETRY = "geometry"  # and nobody else was asked
+    GEOMETRY_ALONE = "geometry alone"  # of two opinions: a network saw nothing there
+    NETWORK = "network"  # or another program's plugin
+    BOTH = "both"  # geometry and a network
+    GIVEN = "given"  # a mask that somebody drew
+
+    @property
+    def border_from_depth(self) -> bool:
+        """Say whether the mask's border is that of the depth's surfaces."""
+        return self in (InstanceSource.GEOMETRY, InstanceSource.GEOMETRY_ALONE, InstanceSource.BOTH)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Instance:
     """One segmented wall or column: mask bool (H, W) in the RECTIFIED left frame, box (x0, y0, x1, y1) in pixels."""
@@ -21,7 +37,8 @@ class Instance:
     score: float  # 0..1
     mask: BoolArray
     box_px: tuple[int, int, int, int]
-    source: str  # which segmenter said so
+    source: InstanceSource
+    segmenter: str = ""  # the network's or plugin's name, or that of a given mask; "" for geometry alone
 
 
 @runtime_checkable

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import PluginError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
-from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, Segmenter
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource, Segmenter
 from asbuilt_bim.vision.stereo.depth import DepthMap, RelativeDepth
 
 MAX_INSTANCES = 500
@@ -55,7 +55,10 @@ class CheckedSegmenter:
             return None
         box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
         checked: BoolArray = freeze(mask.copy())
-        return Instance(label=one.label, score=float(score), mask=checked, box_px=box, source=self.name)
+        return Instance(
+            label=one.label, score=float(score), mask=checked, box_px=box, source=InstanceSource.NETWORK,
+            segmenter=self.name,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -16,7 +16,7 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
 from asbuilt_bim.vision.masks.colour_guide import ColourGuide
 from asbuilt_bim.vision.masks.refinement import COARSE_SHARE
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.detection import Sighting
 from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
@@ -154,13 +154,14 @@ def relief_of(geometry: Float32Array, pair: RectifiedPair, scene: Scene | None, 
     return Relief(inverse_depth_per_m=inverse, f_px=pair.camera.f_px * fit.scale_x, surface=surface)
 
 
-def instance_of(sighting: Sighting, meaning: Meaning, source: str) -> Instance:
+def instance_of(sighting: Sighting, meaning: Meaning, segmenter: str) -> Instance:
     """Return a sighting of a wall or column as an instance."""
     mask = sighting.mask
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return Instance(
         label="column" if meaning == "column" else "wall", score=min(max(sighting.score, 0.0), 1.0), mask=mask,
-        box_px=(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1), source=source,
+        box_px=(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1),
+        source=InstanceSource.NETWORK, segmenter=segmenter,
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
 from asbuilt_bim.geometry.grow import Piece
-from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
 from asbuilt_bim.vision.scene.read import Scene, SceneOptions, read_scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
@@ -126,7 +126,7 @@ def instance_of_pieces(
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     box = (int(x), int(y), int(x + width), int(y + height))
     freeze(mask)
-    return Instance(label=label, score=score, mask=mask, box_px=box, source="geometric")
+    return Instance(label=label, score=score, mask=mask, box_px=box, source=InstanceSource.GEOMETRY)
 
 
 def _size(scene: Scene, piece: Piece, rows: IndexArray, columns: IndexArray) -> _Size | None:

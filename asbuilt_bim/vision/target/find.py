@@ -22,8 +22,8 @@ from asbuilt_bim.vision.target.pairing import (
     size_fits,
 )
 from asbuilt_bim.vision.target.refinement import looked_at_again, of_grey_levels, refined, stands
+from asbuilt_bim.vision.target.rejections import absent, doubt, not_it, off_row, several, twin
 from asbuilt_bim.vision.target.search import sought
-from asbuilt_bim.vision.target.words import absent, doubt, not_it, off_row, several, twin
 
 __all__ = ["TargetOptions", "TargetSighting", "find_target"]
 
@@ -51,9 +51,9 @@ class TargetSighting:
 def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSighting | None, tuple[Rejection, ...]]:
     """Find the red disc in both rectified photos and triangulate its centre.
 
-    Of several discs the told diameter decides; of several that have it one that isn't much paler (a reflection is),
+    Of several discs the given diameter decides; of several that have it one that isn't much paler (a reflection is),
     then the nearest of those that are surely one, or else the likeliest.
-    Without a told diameter several are refused.
+    Without a given diameter several are refused.
 
     Returns the sighting, or None with the reasons. With `required` off, a target that is simply not there gives no
     reason; two discs, or one in a single photo, still do. A sighting may come with reasons why other discs aren't it.

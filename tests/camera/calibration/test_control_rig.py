@@ -8,6 +8,7 @@ import pytest
 
 from asbuilt_bim.camera.calibration.control_file import COLUMNS, ControlPoints, read_control_points
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid
@@ -52,7 +53,7 @@ def test_a_wrong_point_is_left_out_by_name() -> None:
     moved = np.array(points.right_px)
     moved[7] += [40.0, -25.0]
     found = rig_from_control_points(replace(points, right_px=frozen(moved)), SIZE)
-    assert [rejection.what for rejection in found.left_out] == ["control point P7"]
+    assert [(one.code, one.subject.name) for one in found.left_out] == [(Reason.CONTROL_POINT_MISFIT, "P7")]
     assert abs(found.rig.baseline_m - rig().baseline_m) < 0.01
 
 

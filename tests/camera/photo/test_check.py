@@ -4,6 +4,8 @@ import pytest
 
 from asbuilt_bim.camera.photo.check import Side, check_photo_against_rig
 from asbuilt_bim.camera.photo.read import Photo, PhotoExif
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.camera.virtual import rig
 
 OWN = {"model": "Maker One", "serial": "L-1", "focal_length_mm": 8.0, "orientation": 1}
@@ -23,23 +25,24 @@ def test_a_photo_that_says_nothing_of_its_camera_passes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("exif", "size", "side", "reason", "value"),
+    ("exif", "size", "side", "code", "value"),
     [
-        ({}, (960, 1280), "left", "rotated", "960 x 1280 px"),
-        ({}, (640, 480), "left", "size", "640 x 480 px"),
-        ({"orientation": 6}, (1280, 960), "left", "rotated", "EXIF orientation 6"),
-        ({"model": "Other Two"}, (1280, 960), "left", "another camera", "Other Two"),
-        ({"serial": "X-9"}, (1280, 960), "left", "another camera", "serial X-9"),
-        ({}, (1280, 960), "right", "swapped", "serial L-1"),
-        ({"focal_length_mm": 12.0}, (1280, 960), "left", "zoomed", "focal length 12 mm"),
+        ({}, (960, 1280), "left", Reason.PHOTO_TURNED, "960 x 1280 px"),
+        ({}, (640, 480), "left", Reason.PHOTO_SIZE, "640 x 480 px"),
+        ({"orientation": 6}, (1280, 960), "left", Reason.PHOTO_HELD_TURNED, "EXIF orientation 6"),
+        ({"model": "Other Two"}, (1280, 960), "left", Reason.PHOTO_OF_OTHER_MODEL, "Other Two"),
+        ({"serial": "X-9"}, (1280, 960), "left", Reason.PHOTO_OF_OTHER_CAMERA, "serial X-9"),
+        ({}, (1280, 960), "right", Reason.PHOTO_OF_OTHER_SIDE, "serial L-1"),
+        ({"focal_length_mm": 12.0}, (1280, 960), "left", Reason.PHOTO_ZOOMED, "focal length 12 mm"),
     ],
 )
 def test_what_cannot_be_of_the_rig_is_named(
-    exif: dict[str, object], size: tuple[int, int], side: Side, reason: str, value: str
+    exif: dict[str, object], size: tuple[int, int], side: Side, code: Reason, value: str
 ) -> None:
     (rejection,) = check_photo_against_rig(photo(**exif), size, rig(), side)
-    assert reason in rejection.reason and rejection.value == value
-    assert "G1_left.jpg" in rejection.what and rejection.remedy
+    words = words_of(rejection)
+    assert rejection.code is code and words.value == value
+    assert words.what == "photo G1_left.jpg" and words.remedy
 
 
 def test_a_focal_length_within_rounding_is_no_zoom() -> None:

@@ -8,7 +8,9 @@ import pytest
 
 from asbuilt_bim.camera.photo.overlap import check_pair, match_pair, overlap_share
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import ByteImage
+from asbuilt_bim.report.wording.reasons import words_of
 
 WIDTH, HEIGHT = 900, 600
 CAMERA = RectifiedCamera(
@@ -53,8 +55,7 @@ def test_a_good_pair_passes_and_its_overlap_is_measured() -> None:
 
 def test_frames_that_share_a_fifth_are_rejected_with_the_share() -> None:
     (rejection,) = check_pair(pair(720))
-    assert "overlap too little" in rejection.reason
-    assert 14 <= float(rejection.value.rstrip(" %")) <= 26
+    assert rejection.code is Reason.PHOTOS_OVERLAP and 0.14 <= float(str(rejection.values["share"])) <= 0.26
 
 
 def test_frames_that_share_two_fifths_pass() -> None:
@@ -64,7 +65,7 @@ def test_frames_that_share_two_fifths_pass() -> None:
 def test_swapped_photos_are_named() -> None:
     good = pair(60)
     (rejection,) = check_pair(replace(good, left=good.right, right=good.left))
-    assert "left and right look swapped" in rejection.reason and "exchange" in rejection.remedy
+    assert rejection.code is Reason.PHOTOS_LOOK_SWAPPED and "exchange" in words_of(rejection).remedy
 
 
 def test_a_right_camera_turned_outwards_is_told_from_swapped_photos() -> None:
@@ -75,22 +76,21 @@ def test_a_right_camera_turned_outwards_is_told_from_swapped_photos() -> None:
     right = cv2.remap(ground, x + WIDTH + (y / HEIGHT * 70 - 40).astype(np.float32), y + 50, cv2.INTER_LINEAR)
     knocked = replace(pair(60), left=left, right=right)
     (rejection,) = check_pair(knocked)
-    assert "turned outwards" in rejection.reason and "calibrate" in rejection.remedy
+    assert rejection.code is Reason.PHOTOS_BEHIND_RIG and "calibrate" in words_of(rejection).remedy
     (rejection,) = check_pair(replace(knocked, left=right, right=left))
-    assert "swapped" in rejection.reason
+    assert rejection.code is Reason.PHOTOS_LOOK_SWAPPED
 
 
 def test_photos_of_two_scenes_are_rejected() -> None:
     (rejection,) = check_pair(pair(60, seeds=(0, 1)))
-    assert "too little in common" in rejection.reason
+    assert rejection.code is Reason.PHOTOS_UNRELATED
 
 
 def test_rows_that_do_not_correspond_are_rejected_with_the_residual() -> None:
     (rejection,) = check_pair(pair(60, rows_px=6))
-    assert "knocked" in rejection.reason
-    assert 5.0 < float(rejection.value.split()[2]) < 7.0
+    assert rejection.code is Reason.PHOTOS_ROWS_APART and 5.0 < float(str(rejection.values["rows_px"])) < 7.0
 
 
 def test_a_pair_without_any_feature_is_rejected_and_does_not_fail() -> None:
     blank = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
-    assert "0 common features" in str(check_pair(replace(pair(60), left=blank, right=blank))[0])
+    assert "0 common features" in str(words_of(check_pair(replace(pair(60), left=blank, right=blank))[0]))

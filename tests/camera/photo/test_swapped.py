@@ -10,8 +10,10 @@ from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.rectify import RectifiedCamera, turns
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, rigid
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.camera.virtual import rig
 
 
@@ -43,29 +45,29 @@ def test_exchanged_photos_are_told_from_a_knock_with_every_lens(lens: LensModel)
     own = rig(lens)
     left, right = seen(own)
     matches, camera = matched(own, right, left)
-    found = swapped_rejection("station G1", matches, own, camera)
-    assert found is not None
-    assert "swapped" in found.reason
-    assert "exchange" in found.remedy
+    found = swapped_rejection("G1", matches, own, camera)
+    assert found is not None and found.code is Reason.PHOTOS_SWAPPED
+    assert "exchange" in words_of(found).remedy
 
 
 @pytest.mark.parametrize("lens", ["five", "rational", "fisheye"])
 def test_photos_upside_down_are_told_from_a_knock_with_every_lens(lens: LensModel) -> None:
     own = rig(lens)
     left, right = (np.array([own.left.width_px, own.left.height_px]) - 1.0 - pixels for pixels in seen(own))
-    for pair, told in ((left, right), "both photos are upside down: "), ((right, left), "upside down, and swapped"):
+    codes = Reason.PHOTOS_UPSIDE_DOWN, Reason.PHOTOS_UPSIDE_DOWN_SWAPPED
+    for pair, code in zip(((left, right), (right, left)), codes, strict=True):
         matches, camera = matched(own, *pair)
-        found = swapped_rejection("station G1", matches, own, camera)
-        assert found is not None
-        assert told in found.reason
-        assert "as the cameras stored them" in found.remedy
-        assert ("exchange" in found.remedy) == ("swapped" in told)
+        found = swapped_rejection("G1", matches, own, camera)
+        assert found is not None and found.code is code
+        remedy = words_of(found).remedy
+        assert "as the cameras stored them" in remedy
+        assert ("exchange" in remedy) == (code is Reason.PHOTOS_UPSIDE_DOWN_SWAPPED)
 
 
 def test_a_good_pair_is_not_called_exchanged() -> None:
     own = rig()
     matches, camera = matched(own, *seen(own))
-    assert swapped_rejection("station G1", matches, own, camera) is None
+    assert swapped_rejection("G1", matches, own, camera) is None
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -74,21 +76,21 @@ def test_a_camera_turned_about_any_axis_is_not_called_exchanged(axis: int, turn_
     own = rig()
     turn = rigid(turn_rad * np.eye(3)[axis], [0.0, 0.0, 0.0])
     matches, camera = matched(own, *seen(replace(own, right_from_left=turn @ own.right_from_left)))
-    assert swapped_rejection("station G1", matches, own, camera) is None
+    assert swapped_rejection("G1", matches, own, camera) is None
 
 
 def test_both_mistakes_are_not_told_of_a_scene_that_stands_upright_as_given_which_a_knock_may_show() -> None:
     own = rig()
     left, right = (np.array([own.left.width_px, own.left.height_px]) - 1.0 - p for p in seen(own, nearer_below=False))
     matches, camera = matched(own, right, left)
-    assert swapped_rejection("station G1", matches, own, camera) is None
+    assert swapped_rejection("G1", matches, own, camera) is None
 
 
 def test_a_handful_of_matches_says_nothing() -> None:
     own = rig()
     left, right = seen(own, count=12)
     matches, camera = matched(own, right, left)
-    assert swapped_rejection("station G1", matches, own, camera) is None
+    assert swapped_rejection("G1", matches, own, camera) is None
 
 
 @pytest.mark.parametrize("turn_rad", [0.0, -0.03, 0.03])
@@ -98,4 +100,4 @@ def test_cameras_that_are_alike_fit_both_ways_round_so_rows_alone_prove_nothing(
     own = replace(rig(), right=one, right_from_left=rigid([0.0, 0.0, 0.0], [-0.25, 0.0, 0.0]))
     turned = rigid([0.0, turn_rad, 0.0], [0.0, 0.0, 0.0]) @ own.right_from_left
     matches, camera = matched(own, *seen(replace(own, right_from_left=turned)))
-    assert swapped_rejection("station G1", matches, own, camera) is None
+    assert swapped_rejection("G1", matches, own, camera) is None

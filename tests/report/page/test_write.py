@@ -5,7 +5,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from asbuilt_bim.errors import SURVEY, OutputError, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.errors import OutputError, Rejection
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.outputs import read_pictures, write_outputs
 from asbuilt_bim.report.page.plan import storey_plans
@@ -77,12 +78,22 @@ def test_unknown_is_never_zero_percent(html):
 def test_rejected_stations_come_before_any_number_with_value_limit_and_remedy(html):
     alert, progress = html.index('class="alert"'), html.index('id="progress"')
     section = html[alert:progress]
-    for text in ("Station B2: rejected", "0 discs", "limit 1 disc", "take the pair again", "Station Süd 3: not placed"):
+    for text in (
+        "Station B2: rejected",
+        "0 markers",
+        "limit 2 markers",
+        "place the red target",
+        "Station Süd 3: not placed",
+    ):
         assert text in section
 
 
 def test_a_survey_in_doubt_comes_before_any_number_and_stands_beside_the_money():
-    doubt = Rejection(what=SURVEY, reason="what was measured lies beside the design: by +3.10 m in z", remedy="check")
+    doubt = Rejection(
+        code=Reason.SURVEY_SHIFTED_IN_HEIGHT,
+        subject=Subject(kind=SubjectKind.SURVEY),
+        values={"rise_m": 3.1, "more": 24},
+    )
     page = page_html(replace(sample_report(), rejections=(doubt, *sample_report().rejections)), {})
     first = page.index("Nobody should be paid by these numbers")
     assert first < page.index("+3.10 m in z") < page.index('id="progress"')

@@ -3,6 +3,7 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.wording.changes import changes, write_changes
 from tests.report.sample_report import renamed, sample_report
@@ -33,30 +34,38 @@ def test_an_element_seen_for_the_first_time_goes_from_unknown_to_a_number():
     )
 
 
+def lost(station: str, code: Reason, **values: Value) -> Rejection:
+    return Rejection(code=code, subject=Subject(kind=SubjectKind.STATION, name=station), values=values)
+
+
 def test_stations_that_come_and_go_are_named():
     report = sample_report()
     after = replace(report, stations=report.stations[1:])
     assert (
-        changes(report, after)[0] == "station A1: placed -> rejected (station A1, marker 17: its corners don't fit "
-        "the other markers (14.2 px, limit 3.0 px); survey marker 17 again)"
+        changes(report, after)[0] == "station A1: placed -> rejected (station A1, marker 17: contradicts the "
+        "other markers and was left out (14 sigma, limit 3 sigma); survey it again: it was moved, or its corners are "
+        "mistaken)"
     )
     assert "station A1: no longer there" in changes(report, replace(after, rejections=report.rejections[:1]))
 
 
 def test_a_station_that_is_new_and_rejected_gives_its_reason():
     report = sample_report()
-    more = Rejection(what="station C9", reason="no disparity", value="3 %", limit="30 %", remedy="take it again")
+    more = lost("C9", Reason.PHOTOS_OVERLAP, share=0.03, limit_share=0.3)
     assert changes(report, replace(report, rejections=(*report.rejections, more))) == (
-        "station C9: new, rejected (station C9: no disparity (3 %, limit 30 %); take it again)",
+        "station C9: new, rejected (station C9: the frames overlap too little (3 %, limit 30 %); stand further away, "
+        "or turn the cameras parallel and calibrate again)",
     )
 
 
 def test_a_station_that_is_rejected_for_another_reason_is_named_with_it():
     report = sample_report()
-    dark = Rejection(what="station C9", reason="too dark", remedy="take it again")
-    before = replace(report, rejections=(*report.rejections, dark))
-    after = replace(report, rejections=(*report.rejections, replace(dark, reason="no disparity")))
-    assert changes(before, after) == ("station C9: rejected (station C9: no disparity; take it again) now",)
+    memory, mirrored = lost("C9", Reason.STATION_MEMORY), lost("C9", Reason.STATION_SURVEY_MIRRORED)
+    before = replace(report, rejections=(*report.rejections, memory))
+    after = replace(report, rejections=(*report.rejections, mirrored))
+    assert changes(before, after) == (
+        "station C9: rejected (station C9: the survey is a mirror image of the site) now",
+    )
     assert changes(before, before) == ()
 
 
@@ -123,13 +132,13 @@ def test_another_schedule_and_the_dates_that_come_with_it_are_said():
     assert "task First floor: no longer there" in changes(report, replace(report, tasks=report.tasks[:2]))
 
 
-def test_elements_that_a_narrower_scope_leaves_out_are_not_called_gone_from_the_design():
+def test_elements_that_a_mirroreder_scope_leaves_out_are_not_called_gone_from_the_design():
     report = sample_report()
     made = replace(report.provenance, options_digest="sha256:00")
-    narrower = replace(report, elements=report.elements[1:], provenance=made)
-    assert changes(report, narrower)[0] == "scope or options: another than before"
-    assert "column C-01: no longer in the scope" in changes(report, narrower)
-    assert any("column C-01: new in the scope" in line for line in changes(narrower, report))
+    mirroreder = replace(report, elements=report.elements[1:], provenance=made)
+    assert changes(report, mirroreder)[0] == "scope or options: another than before"
+    assert "column C-01: no longer in the scope" in changes(report, mirroreder)
+    assert any("column C-01: new in the scope" in line for line in changes(mirroreder, report))
 
 
 def test_all_changes_stand_in_a_file_a_line_each_whatever_the_names_hold(tmp_path: Path) -> None:

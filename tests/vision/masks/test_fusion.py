@@ -11,7 +11,7 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
-from asbuilt_bim.vision.masks.segment import Instance, InstanceClass
+from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
@@ -58,7 +58,7 @@ def at(instances: list[Instance] | tuple[Instance, ...], pixel: tuple[int, int])
 def said(mask: BoolArray, label: InstanceClass, score: float = 0.8) -> Instance:
     rows, columns = np.nonzero(mask)
     box = (int(columns.min()), int(rows.min()), int(columns.max()) + 1, int(rows.max()) + 1)
-    return Instance(label=label, score=score, mask=mask, box_px=box, source="fake")
+    return Instance(label=label, score=score, mask=mask, box_px=box, source=InstanceSource.NETWORK, segmenter="fake")
 
 
 def mask_at(alone: list[Instance], pixel: tuple[int, int]) -> BoolArray:
@@ -80,7 +80,7 @@ def test_what_both_see_carries_both_names_and_keeps_geometrys_mask_but_for_a_ban
     found = both(pair, scene, FakeNetwork([said(blunt, "wall", 0.77)]))
     wall = at(found.instances, WALL)
     assert wall is not None
-    assert (wall.source, wall.label, wall.score) == ("geometry and fake", "wall", 0.77)
+    assert (wall.source, wall.segmenter, wall.label, wall.score) == (InstanceSource.BOTH, "fake", "wall", 0.77)
     matched = mask_at(alone, WALL).astype(np.uint8)
     band = np.ones((25, 25), np.uint8)
     inner, outer = cv2.erode(matched, band, borderValue=0) > 0, cv2.dilate(matched, band) > 0
@@ -92,7 +92,7 @@ def test_what_both_see_carries_both_names_and_keeps_geometrys_mask_but_for_a_ban
 def test_what_the_network_misses_stays_and_says_so(pair: RectifiedPair, scene: Scene, alone: list[Instance]) -> None:
     found = both(pair, scene, FakeNetwork())
     assert [i.label for i in found.instances] == [i.label for i in alone]
-    assert {i.source for i in found.instances} == {"geometry alone"}
+    assert {i.source for i in found.instances} == {InstanceSource.GEOMETRY_ALONE}
     assert [i.score for i in found.instances] == [0.5 * i.score for i in alone], "one opinion of two"
 
 
@@ -126,7 +126,7 @@ def test_the_networks_word_stands_for_colour_and_distance_but_not_for_size(
     assert segment_scene(pair, scene, strict) == []
     network = FakeNetwork([said(mask_at(alone, WALL), "wall")])
     found = both(pair, scene, network, strict).instances
-    assert [i.source for i in found] == ["geometry and fake"]
+    assert [i.source for i in found] == [InstanceSource.BOTH]
     tiny = GeometricOptions(most_chroma=1e-6, least_height_m=50.0)
     assert both(pair, scene, network, tiny).instances == ()
 
@@ -157,7 +157,7 @@ def test_surfaces_that_one_of_the_networks_things_holds_are_one_instance_also_be
 ) -> None:
     across = mask_at(alone, COLUMN) | mask_at(alone, WALL)
     found = both(pair, scene, FakeNetwork([said(across, "wall")])).instances
-    held = [one for one in found if one.source == "geometry and fake"]
+    held = [one for one in found if one.source is InstanceSource.BOTH]
     assert len(held) == 1
     assert held[0].mask[COLUMN]
     assert held[0].mask[WALL]

@@ -86,7 +86,7 @@ def test_a_given_polygon_and_a_given_picture_lie_where_rectification_puts_the_ph
         assert np.count_nonzero(instance.mask ^ truth) < 0.01 * np.count_nonzero(truth)
         x0, y0, x1, y1 = instance.box_px
         assert np.count_nonzero(instance.mask[y0:y1, x0:x1]) == np.count_nonzero(instance.mask)
-    assert [(instance.label, instance.source) for instance in found] == [("wall", "ring"), ("column", "pixels")]
+    assert [(instance.label, instance.segmenter) for instance in found] == [("wall", "ring"), ("column", "pixels")]
 
 
 def test_coco_polygons_begin_at_pixel_corners(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.masks.split_by_depth import one_thing
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
@@ -19,7 +19,7 @@ def test_a_mask_that_runs_over_the_wall_loses_what_lies_far_behind_and_nothing_o
     drawn = np.zeros_like(wall.mask)
     drawn[y0 - 25 : y1, x0 - 30 : x1 + 30] = True
     height, width = drawn.shape
-    given = Instance(label="wall", score=1.0, mask=drawn, box_px=(0, 0, width, height), source="drawn")
+    given = Instance(label="wall", score=1.0, mask=drawn, box_px=(0, 0, width, height), source=InstanceSource.GIVEN)
     kept = one_thing(given, pair, scene, GeometricOptions())
     assert np.count_nonzero(kept.mask & wall.mask) == np.count_nonzero(wall.mask)
     upright = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & drawn & ~wall.mask
@@ -33,7 +33,7 @@ def test_a_mask_that_stops_short_of_the_walls_edge_gets_the_whole_wall() -> None
     scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
     wall = next(one for one in segment_scene(pair, scene) if one.label == "wall" and one.mask[300, 570])
     short = cv2.erode(wall.mask.astype(np.uint8), np.ones((13, 13), np.uint8)) > 0
-    given = Instance(label="wall", score=1.0, mask=short, box_px=wall.box_px, source="drawn")
+    given = Instance(label="wall", score=1.0, mask=short, box_px=wall.box_px, source=InstanceSource.GIVEN)
     kept = one_thing(given, pair, scene, GeometricOptions())
     assert np.array_equal(kept.mask, wall.mask)
 
@@ -45,7 +45,7 @@ def test_a_mask_that_runs_over_the_ground_ends_at_the_foot() -> None:
     x0, y0, x1, y1 = wall.box_px
     drawn = wall.mask.copy()
     drawn[y1 - 60 : y1 + 40, x0:x1] = True
-    given = Instance(label="wall", score=1.0, mask=drawn, box_px=(x0, y0, x1, y1 + 40), source="drawn")
+    given = Instance(label="wall", score=1.0, mask=drawn, box_px=(x0, y0, x1, y1 + 40), source=InstanceSource.GIVEN)
     kept = one_thing(given, pair, scene, GeometricOptions())
     ground = scene.labels >= len(scene.pieces)
     assert np.count_nonzero(drawn & ground) > 2000
@@ -58,5 +58,5 @@ def test_a_mask_on_a_part_of_a_surface_was_cut_on_purpose_and_stays() -> None:
     scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
     mask = np.zeros(pair.valid_left.shape, dtype=bool)
     mask[250:350, 540:600] = True
-    given = Instance(label="wall", score=1.0, mask=mask, box_px=(540, 250, 600, 350), source="drawn")
+    given = Instance(label="wall", score=1.0, mask=mask, box_px=(540, 250, 600, 350), source=InstanceSource.GIVEN)
     assert one_thing(given, pair, scene, GeometricOptions()) is given

@@ -8,7 +8,7 @@ import pytest
 
 from asbuilt_bim.errors import PluginError
 from asbuilt_bim.project.networks import NetworkChoice, identities, instruments_of
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
 from tests.example_package import example_package
 from tests.vision.stereo.test_depth_modes import pair
@@ -16,7 +16,7 @@ from tests.vision.stereo.test_depth_modes import pair
 __all__ = ["example_package"]
 MASK = np.zeros((120, 160), bool)
 MASK[20:60, 30:50] = True
-GOOD = Instance(label="wall", score=0.5, mask=MASK, box_px=(0, 0, 1, 1), source="?")
+GOOD = Instance(label="wall", score=0.5, mask=MASK, box_px=(0, 0, 1, 1), source=InstanceSource.GIVEN)
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def test_a_good_answer_comes_through_with_the_box_of_its_mask_and_the_plugins_na
     empty = replace(GOOD, mask=np.zeros_like(MASK))
     (one,) = segmented([GOOD, empty])
     assert one.box_px == (30, 20, 50, 60)
-    assert one.source == "says"
+    assert (one.source, one.segmenter) == (InstanceSource.NETWORK, "says")
     assert not one.mask.flags.writeable
     assert MASK.flags.writeable  # the plugin's own array is left as it was
 

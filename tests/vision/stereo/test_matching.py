@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.level import pixel_rays
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.scene.geometric import GeometricSegmenter
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
@@ -148,7 +148,7 @@ def test_sky_goes_from_a_rough_mask_and_a_mask_of_sky_alone_stays_to_be_named(
     sky = find_sky(pair, depth)
     rough = np.zeros(sky.shape, bool)
     rough[40:200, 500:640] = True
-    whole = Instance(label="wall", score=1.0, mask=rough, box_px=(500, 40, 640, 200), source="given")
+    whole = Instance(label="wall", score=1.0, mask=rough, box_px=(500, 40, 640, 200), source=InstanceSource.GIVEN)
     assert not (without_sky(whole, sky).mask & sky).any()
     assert np.array_equal(without_sky(whole, sky).mask, rough & ~sky)
     alone = replace(whole, mask=sky)

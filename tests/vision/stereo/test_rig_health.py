@@ -9,18 +9,21 @@ from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedCamera, rectification
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, rotation_from_vector
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.stereo.rig_effect import area_effects, row_effect_px, worst_area_effect
 from asbuilt_bim.vision.stereo.rig_fit import corrected_rig, fit_rig, relative_units, rig_numbers
 from asbuilt_bim.vision.stereo.rig_health import (
+    RigVerdict,
     StationHealth,
     judge,
     judge_visit,
     refined_rig,
     station_health,
 )
-from asbuilt_bim.vision.stereo.rig_words import knock_rejection
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
 from tests.camera.virtual import rig
 from tests.vision.flat_scene import disc, pair_of
 
@@ -183,9 +186,13 @@ def test_the_refined_rig_is_sound_and_knows_its_yaw_better_than_the_calibration_
     assert np.abs(off[:3, 3]).max() < 0.001
 
 
+def knock_text(verdict: RigVerdict) -> str:
+    return str(words_of(rig_rejection(Reason.RIG_KNOCKED, RIG, verdict)))
+
+
 def test_a_knock_is_refused_with_its_yaw_its_sigma_what_it_costs_and_what_to_do() -> None:
     true = turned(calibrated(), (0.0, 0.2, 0.0))
-    text = str(knock_rejection("station S1", judge([health("S1", true, calibrated(), 1)], calibrated())))
+    text = knock_text(judge([health("S1", true, calibrated(), 1)], calibrated()))
     assert (
         ("yaw +0.19" in text or "yaw +0.20" in text) and "±" in text and "limit 2 %" in text and "--refine-rig" in text
     )
@@ -240,5 +247,5 @@ def test_no_turn_changes_nothing() -> None:
 
 def test_a_turn_beyond_all_meaning_is_told_without_its_figures() -> None:
     verdict = judge([health("S1", calibrated(), calibrated(), 1)], calibrated())
-    text = str(knock_rejection("station S1", replace(verdict, area_effect=2.5e9, rows_px=0.3)))
+    text = knock_text(replace(verdict, area_effect=2.5e9, rows_px=0.3))
     assert "don't belong together" in text and "over 100 %" in text and "250" not in text

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.target.circle import fit_circle
 from asbuilt_bim.vision.target.ellipse import Ellipse, fit_ellipse, robust_ellipse
 from asbuilt_bim.vision.target.find import TargetOptions, find_target
@@ -69,7 +71,7 @@ def test_a_disc_with_far_more_covered_than_thirty_per_cent_is_no_target(hidden_s
 
 def test_half_a_disc_is_no_target() -> None:
     sighting, (rejection,) = find_target(pair_of([disc((0.3, 0.2, 4.0), hidden_share=0.55)]), TOLD)
-    assert sighting is None and "no red disc is in view" in rejection.reason
+    assert sighting is None and rejection.code is Reason.TARGET_ABSENT
 
 
 def test_a_disc_in_shade_and_before_brick_is_found() -> None:
@@ -98,7 +100,7 @@ def test_red_things_that_are_no_discs_are_passed_over() -> None:
         disc((-0.3, -0.6, 5.0), bgr=(60, 160, 40)),  # green
     ]
     sighting, (rejection,) = find_target(pair_of(things), TOLD)
-    assert sighting is None and "no red disc is in view" in rejection.reason
+    assert sighting is None and rejection.code is Reason.TARGET_ABSENT
     sighting, _ = find_target(pair_of([*things, disc((0.1, 0.1, 5.0))]), TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(5.0, rel=0.005)
 
@@ -106,40 +108,43 @@ def test_red_things_that_are_no_discs_are_passed_over() -> None:
 def test_no_target_is_a_rejection_only_where_one_is_required() -> None:
     assert find_target(pair_of([]), replace(TOLD, required=False)) == (None, ())
     _, (rejection,) = find_target(pair_of([]), TOLD)
-    assert rejection.what == "station T1, target" and rejection.remedy
+    assert words_of(rejection).what == "station T1, target" and words_of(rejection).remedy
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_target_in_one_photo_only_is_rejected_and_the_photo_named(side: str) -> None:
     sighting, (rejection,) = find_target(pair_of([disc((0.1, 0.1, 4.0))], only=side), TOLD)
-    assert sighting is None and f"in the {side} photo only" in rejection.reason
+    assert sighting is None and (rejection.code, rejection.values["side"]) == (Reason.TARGET_IN_ONE_PHOTO, side)
 
 
 def test_of_two_discs_of_the_told_diameter_the_nearest_is_taken_and_the_other_named() -> None:
     sighting, (other,) = find_target(pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))]), TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.005)
-    assert "x 766, y 480 px" in other.what and "further away" in other.reason and "x 509, y 506 px" in other.reason
+    assert other.code is Reason.DISC_SPARE and other.values["why"] == "further"
+    assert other.subject.name == "x 766, y 480 px" and other.values["taken"] == "x 509, y 506 px"
+    assert "red disc at x 766, y 480 px: it has the size of the target too, and is further away" in str(words_of(other))
 
 
 def test_a_pale_disc_nearer_than_the_target_is_its_reflection() -> None:
     pair = pair_of([disc((-0.5, 0.1, 4.0), bgr=(125, 120, 175)), disc((0.6, 0.0, 5.0))])
     sighting, (other,) = find_target(pair, TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(5.0, rel=0.005)
-    assert "paler" in other.reason
+    assert other.values["why"] == "paler"
 
 
 def test_a_mirrors_picture_of_the_disc_is_further_off_even_where_more_of_it_is_seen() -> None:
     pair = pair_of([disc((-0.5, 0.1, 4.6), hidden_share=0.2, yaw_deg=35.0), disc((0.6, 0.0, 5.0))])
     sighting, (other,) = find_target(pair, TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(4.6, rel=0.01)
-    assert "further away" in other.reason
+    assert other.values["why"] == "further"
 
 
 def test_two_discs_are_rejected_with_both_places_where_no_diameter_is_told() -> None:
     pair = pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0))])
     sighting, (rejection,) = find_target(pair, TargetOptions())
-    assert sighting is None and rejection.value == "2"
-    assert "x 509, y 506 px" in rejection.reason and "x 766, y 480 px" in rejection.reason
+    assert sighting is None and rejection.code is Reason.TARGET_AMBIGUOUS
+    assert set(rejection.values["places"]) == {"x 509, y 506 px", "x 766, y 480 px"}  # type: ignore
+    assert words_of(rejection).value == "2"
 
 
 def test_a_bar_across_a_disc_leaves_it_measured_and_a_bar_printed_on_it_does_not() -> None:
@@ -192,25 +197,27 @@ def test_the_told_diameter_decides_between_two_discs_and_the_other_is_named() ->
     pair = pair_of([disc((-0.5, 0.1, 4.0)), disc((0.6, 0.0, 5.0), radius_m=0.1)])
     sighting, (other,) = find_target(pair, TOLD)
     assert sighting is not None and sighting.depth_m == pytest.approx(4.0, rel=0.005)
-    assert 0.195 < float(other.value.rstrip(" m")) < 0.205 and "x 766" in other.what
+    assert 0.195 < float(str(other.values["diameter_m"])) < 0.205 and "x 766" in other.subject.name
     assert find_target(pair, TargetOptions())[0] is None
 
 
 def test_a_disc_of_another_size_is_rejected_with_both_diameters() -> None:
     sighting, (rejection,) = find_target(pair_of([disc((0.2, 0.0, 4.0), radius_m=0.2)]), TOLD)
-    assert sighting is None and 0.39 < float(rejection.value.rstrip(" m")) < 0.41 and rejection.limit == "0.3 m +- 6 %"
+    assert sighting is None and 0.39 < float(str(rejection.values["diameter_m"])) < 0.41
+    assert words_of(rejection).limit == "0.3 m ± 6 %"
 
 
 def test_a_disc_a_little_off_in_size_is_taken_and_the_doubt_about_the_rig_is_said() -> None:
     sighting, (doubt,) = find_target(pair_of([disc((0.2, 0.0, 4.0), radius_m=0.157)]), TOLD)
-    assert sighting is not None and "areas by twice" in doubt.reason and "calibrate" in doubt.remedy
-    assert "+4" in doubt.reason or "+5" in doubt.reason
+    assert sighting is not None and doubt.code is Reason.TARGET_SIZE_DOUBTFUL
+    assert 0.04 <= float(str(doubt.values["off_share"])) < 0.06
+    assert "areas by twice" in words_of(doubt).reason and "calibrate" in words_of(doubt).remedy
 
 
 def test_rows_that_differ_say_that_the_rig_was_knocked() -> None:
     pair = pair_of([disc((0.1, 0.1, 4.0))])
     _, (rejection,) = find_target(replace(pair, right=np.roll(pair.right, 3, axis=0)), TOLD)
-    assert "knocked" in rejection.reason and rejection.value == "-3.0 px"
+    assert rejection.code is Reason.TARGET_ROWS_APART and words_of(rejection).value == "-3.0 px"
 
 
 def test_sigma_of_depth_holds_over_noise() -> None:

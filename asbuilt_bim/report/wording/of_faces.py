@@ -1,0 +1,84 @@
+"""Words for depth maps, masks and faces that could not be measured, and for who found a wall or column."""
+
+from __future__ import annotations
+
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
+from asbuilt_bim.report.wording.words import Table, Values, Words, fill
+from asbuilt_bim.vision.masks.segment import InstanceSource
+
+_FACE = " ({label}, {area_m2:m2} at {distance_m:.1f} m)"
+_NEARER = "photograph it from nearer, or more from the front"
+
+
+def source_text(source: InstanceSource, segmenter: str) -> str:
+    """Return who found a wall or column: `geometry and concrete`, or the name of a network or of a given mask."""
+    if source is InstanceSource.BOTH:
+        return f"geometry and {segmenter}"
+    if source in (InstanceSource.NETWORK, InstanceSource.GIVEN):
+        return segmenter or str(source)
+    return "geometric" if source is InstanceSource.GEOMETRY else "geometry alone"
+
+
+def source_of(text: str) -> tuple[InstanceSource, str]:
+    """Return source and segmenter from how results called them before there was a code for it."""
+    if text == "geometric":
+        return InstanceSource.GEOMETRY, ""
+    if text == "geometry alone":
+        return InstanceSource.GEOMETRY_ALONE, ""
+    first, _, segmenter = text.partition(" and ")
+    if segmenter and first in ("geometry", "geometric"):
+        return InstanceSource.BOTH, segmenter
+    return InstanceSource.NETWORK, text
+
+
+def _without_face(values: Values) -> Words:
+    source = source_text(InstanceSource(str(values["source"])), str(values["segmenter"]))
+    return Words(
+        part=f"{values['label']} {source}",
+        reason="no face was measured in this mask",
+        remedy="a face is an upright plane or cylinder with texture, seen by both photos",
+    )
+
+
+def _uncertain(values: Values) -> Words:
+    known = "sigma_share" in values
+    return Words(
+        part=fill("face {name}" + _FACE, values),
+        reason="too uncertain",
+        value=fill("sigma {sigma_share:.0%} of its area", values) if known else "sigma unknown",
+        limit=fill("{limit_share:.0%}", values),
+        remedy=_NEARER,
+    )
+
+
+FACES: Table = {
+    Reason.DEPTH_WITHOUT_NETWORK: Words(
+        reason="depth: {depth} needs a network that gives relative depth",
+        remedy=NAME_A_NETWORK.replace("{", "{{").replace("}", "}}"),
+    ),
+    Reason.DEPTH_WITHOUT_TARGET: Words(
+        reason="depth: paper is scaled by the target (eq. 4), which isn't in view",
+        remedy="place the red target, or take depth: stereo",
+    ),
+    Reason.DEPTH_FAILED: Words(reason="depth: {depth}: {detail}", remedy="take depth: stereo, or another network"),
+    Reason.MASK_UNUSED: Words(part="masks {name}", reason="{detail}: left out"),
+    Reason.INSTANCE_WITHOUT_SURFACE: Words(
+        part="{label} at {x_px}, {y_px} px",
+        reason="{segmenter} sees a {label} (score {score:.2f}), the depth no upright surface of its size",
+        remedy=f"not measured; {_NEARER}",
+    ),
+    Reason.INSTANCE_WITHOUT_DEPTH: Words(
+        reason="{pixels_without} of {pixels} of its boundary's pixels have no depth (depth: {depth})",
+        remedy="take another depth: stereo, fused or paper",
+    ),
+    Reason.INSTANCE_WITHOUT_FACE: _without_face,
+    Reason.FACE_NARROW: Words(
+        part="face {name}" + _FACE,
+        reason="too narrow",
+        value="{width_px:.1f} px",
+        limit="{limit_px:g} px",
+        remedy=_NEARER,
+    ),
+    Reason.FACE_UNCERTAIN: _uncertain,
+}

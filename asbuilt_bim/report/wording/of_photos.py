@@ -1,0 +1,153 @@
+"""Words for a station's photos, and for stations that could not be worked on."""
+
+from __future__ import annotations
+
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.report.wording.words import Table, Values, Words, fill
+
+MOST_NAMED = 5
+_SWAP = "exchange the left and the right photo"
+_AS_STORED = "give both photos as the cameras stored them: a program turned their pixels"
+
+
+def _other_station(values: Values) -> Words:
+    visit = " of visit {other_visit}" if values["other_visit"] else ""
+    return Words(
+        reason=fill(
+            f"its photos are those of station {{other}}{visit} again ({{left}} is {{other_left}}, {{right}} is "
+            "{other_right}): what they show would count twice",
+            values,
+        ),
+        remedy="copy this station's own photos there, or take it out of the project file",
+    )
+
+
+def _other_day(values: Values) -> Words:
+    stations, days = values["stations"], values["days"]
+    assert isinstance(stations, tuple) and isinstance(days, tuple)
+    named = [f"station {name} {day}" for name, day in zip(stations, days, strict=True)]
+    more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    return Words(
+        part="photos' days",
+        reason=f"the photos of {len(named)} of {values['count']} stations are of another day than the visit's, "
+        f"{values['name']}: {', '.join(named[:MOST_NAMED])}{more}",
+        remedy="if they are another visit's, copy this one's; if the camera's clock is wrong, set it: nothing is "
+        "left out for it",
+    )
+
+
+PHOTOS: Table = {
+    Reason.PHOTO_UNUSABLE: Words(reason="{detail}"),
+    Reason.PHOTO_TURNED: Words(
+        reason="the photo is rotated against the rig",
+        value="{size_px:px}",
+        limit="{rig_px:px}",
+        remedy="use the photo as the camera stored it: not turned, not resized, not cropped",
+    ),
+    Reason.PHOTO_SIZE: Words(
+        reason="its size is not that of the rig's photos",
+        value="{size_px:px}",
+        limit="{rig_px:px}",
+        remedy="use the photo as the camera stored it: not turned, not resized, not cropped",
+    ),
+    Reason.PHOTO_HELD_TURNED: Words(
+        reason="the camera was held rotated against the photos of the boards",
+        value="EXIF orientation {orientation}",
+        limit="EXIF orientation {rig_orientation}",
+        remedy="take the station again with the rig level, or remove a wrong EXIF orientation",
+    ),
+    Reason.PHOTO_OF_OTHER_SIDE: Words(
+        reason="left and right are swapped: the rig's other camera took it (the {side} one's serial is {rig_serial})",
+        value="serial {serial}",
+        remedy=_SWAP,
+    ),
+    Reason.PHOTO_OF_OTHER_MODEL: Words(
+        reason="photo of another camera than the rig's",
+        value="{model}",
+        limit="{rig_model}",
+        remedy="use the photos of the calibrated rig, or calibrate this one",
+    ),
+    Reason.PHOTO_OF_OTHER_CAMERA: Words(
+        reason="photo of another camera than the rig's",
+        value="serial {serial}",
+        limit="serial {rig_serial}",
+        remedy="use the photos of the calibrated rig, or calibrate this one",
+    ),
+    Reason.PHOTO_ZOOMED: Words(
+        reason="zoomed or refocused against the rig",
+        value="focal length {focal_mm:g} mm",
+        limit="{rig_focal_mm:g} mm as on the boards",
+        remedy="take the station again at the boards' zoom, or calibrate at this one",
+    ),
+    Reason.PHOTOS_UNUSABLE: Words(reason="{detail}"),
+    Reason.PHOTOS_DIFFER_IN_SIZE: Words(
+        reason="left and right photo differ in size",
+        value="left {left_px:px}, right {right_px:px}",
+        remedy="use both photos as the rig stored them",
+    ),
+    Reason.PHOTO_TWICE: Words(
+        reason="left and right are the same photo",
+        value="they differ by {differ_grey:.1f} grey levels",
+        limit="{limit_grey:.1f}, half of what a shift of one pixel makes",
+        remedy="name the photo that the other camera took at the same moment",
+    ),
+    Reason.PHOTOS_SWAPPED: Words(
+        reason="left and right are swapped: exchanged, their rows correspond",
+        value="rows {rows_px:.1f} px apart, exchanged {undone_rows_px:.1f} px",
+        limit="{limit_px:g} px",
+        remedy=_SWAP,
+    ),
+    Reason.PHOTOS_UPSIDE_DOWN: Words(
+        reason="both photos are upside down: turned by 180 degrees, their rows correspond",
+        value="rows {rows_px:.1f} px apart, turned {undone_rows_px:.1f} px",
+        limit="{limit_px:g} px",
+        remedy=_AS_STORED,
+    ),
+    Reason.PHOTOS_UPSIDE_DOWN_SWAPPED: Words(
+        reason="both photos are upside down, and swapped: turned by 180 degrees and exchanged, their rows correspond",
+        value="rows {rows_px:.1f} px apart, turned and exchanged {undone_rows_px:.1f} px",
+        limit="{limit_px:g} px",
+        remedy=f"{_AS_STORED}, and exchange the left and the right one",
+    ),
+    Reason.PHOTOS_LOOK_SWAPPED: Words(
+        reason="left and right look swapped (a part of the scene would lie behind the rig)",
+        value="{share:.0%} of features",
+        limit="{limit_share:.0%}",
+        remedy=_SWAP,
+    ),
+    Reason.PHOTOS_BEHIND_RIG: Words(
+        reason="the rig was knocked: its right camera was turned outwards, or both photos are upside down (a part of "
+        "the scene would lie behind the rig)",
+        value="{share:.0%} of features",
+        limit="{limit_share:.0%}",
+        remedy="give the photos as the cameras stored them, or calibrate the rig again",
+    ),
+    Reason.PHOTOS_UNRELATED: Words(
+        reason="left and right show too little in common: another scene, another rig, or an overlap under "
+        "{least_overlap:.0%}",
+        value="{found} common features",
+        limit="{needed}",
+        remedy="check that both photos are of this station and in focus, and that the rig is the project's",
+    ),
+    Reason.PHOTOS_ROWS_APART: Words(
+        reason="rows of left and right don't correspond: the rig was knocked, or the photos are of another rig",
+        value="rows {rows_px:.1f} px apart",
+        limit="{limit_px:g} px",
+        remedy="calibrate the rig again, and take the station again",
+    ),
+    Reason.PHOTOS_OVERLAP: Words(
+        reason="the frames overlap too little",
+        value="{share:.0%}",
+        limit="{limit_share:.0%}",
+        remedy="stand further away, or turn the cameras parallel and calibrate again",
+    ),
+    Reason.PHOTOS_OF_OTHER_STATION: _other_station,
+    Reason.PHOTOS_OF_OTHER_DAY: _other_day,
+    Reason.STATION_FAILED: Words(reason="{detail}"),
+    Reason.STATION_MEMORY: Words(reason="not enough memory to measure it", remedy="run with fewer --workers"),
+    Reason.STATION_CRASHED: Words(
+        reason="the program failed on it ({detail})",
+        remedy="this is an error of asbuilt-bim's: please report it with the two photos",
+    ),
+    Reason.STATION_WORKER_LOST: Words(reason="{detail}", remedy="run again with fewer --workers"),
+}

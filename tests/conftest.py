@@ -1,0 +1,33 @@
+"""Every rejection that any test makes is said in English, and none is shown without its words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
+from asbuilt_bim.report.wording.reasons import words_of
+
+
+@pytest.fixture(autouse=True)
+def every_rejection_has_words(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    made: list[Rejection] = []
+    build = Rejection.__init__
+
+    def noted(self: Rejection, *given: object, **named: object) -> None:
+        build(self, *given, **named)  # type: ignore[arg-type]
+        made.append(self)
+
+    def shown(self: Rejection) -> str:
+        raise AssertionError(f"a rejection is shown without its words: {self!r}")
+
+    monkeypatch.setattr(Rejection, "__init__", noted)
+    monkeypatch.setattr(Rejection, "__str__", shown)
+    yield
+    for rejection in made:
+        words = words_of(rejection)
+        assert words.what and words.reason, f"{rejection!r} has no words"
+        named = f"{rejection.subject} {' '.join(map(str, rejection.values.values()))}"
+        assert "{" in named or "{" not in str(words).replace(NAME_A_NETWORK, ""), f"{words} isn't filled"
