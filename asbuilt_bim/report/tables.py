@@ -8,6 +8,7 @@ from datetime import date
 
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, State, StationRecord
+from asbuilt_bim.report.wording.notes import note_words
 
 NO_STOREY = "(no storey)"
 _PART_OF_STATION = re.compile(", (?:marker|target|red disc|control point|left|right|photo)\\b")
@@ -84,7 +85,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date) -> ElementR
         visit=visit,
         last_seen=element.last_seen,
         stations=", ".join(element.stations),
-        notes="; ".join(element.notes),
+        notes="; ".join(map(note_words, element.notes)),
     )
 
 

@@ -13,6 +13,8 @@ from typing import Any, TypeVar, get_origin
 import numpy as np
 from cattrs.preconf.json import make_converter
 
+from asbuilt_bim.codes import Value
+
 T = TypeVar("T")
 MAX_PLAIN_BYTES = 512_000_000
 """A station's measurement is a few megabytes; anything that unpacks to more than this is damaged."""
@@ -49,6 +51,12 @@ def _array_named(array: np.ndarray) -> dict[str, Any]:
     return {"dtype": array.dtype.str, "shape": list(array.shape), "sha256": data}
 
 
+def _value_in(value: Any, _: Any) -> Value:
+    """Return a note's value: a list in JSON was a tuple."""
+    plain: Value = tuple(value) if isinstance(value, list) else value
+    return plain
+
+
 def _converter(array_out: Callable[[np.ndarray], dict[str, Any]]) -> Any:
     converter = make_converter()
     converter.register_unstructure_hook_func(_is_array, array_out)
@@ -56,6 +64,7 @@ def _converter(array_out: Callable[[np.ndarray], dict[str, Any]]) -> Any:
     converter.register_unstructure_hook(float, float)  # numpy's scalars are no JSON
     converter.register_unstructure_hook(int, int)
     converter.register_unstructure_hook(bool, bool)
+    converter.register_structure_hook_func(lambda kind: kind == Value, _value_in)
     converter.register_unstructure_hook(date, lambda day: day.isoformat())
     converter.register_structure_hook(date, lambda text, _: date.fromisoformat(text))
     return converter

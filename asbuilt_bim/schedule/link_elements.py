@@ -14,6 +14,7 @@ from datetime import datetime
 
 from asbuilt_bim.bim.model import BimModel, Task
 from asbuilt_bim.bim.schedule import SCHEDULE_KEY
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.schedule.rows import ScheduleFile, ScheduleRow
 
 _OUTLINE_NUMBER = re.compile(r"[\d.\s-]*")
@@ -66,23 +67,23 @@ def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str], schedule: Sched
     )
 
 
-def _dates(task: Task, row: ScheduleRow) -> tuple[datetime | None, datetime | None, str]:
-    """Return the dates that count, the IFC's where the row has none that can be used, and what is to be said of it."""
+def _dates(task: Task, row: ScheduleRow) -> tuple[datetime | None, datetime | None, Note | None]:
+    """Return the dates that count, the IFC's where the row has none that can be used, and a note on it."""
     old = task.schedule_start, task.schedule_finish
-    if row.fault or (row.start is None and row.finish is None):
-        return (*old, row.fault and f"{row.fault}; {_stands(old)}")
+    if row.fault is not None:
+        return (*old, replace(row.fault, values={**row.fault.values, "ifc_dates": any(old)}))
+    if row.start is None and row.finish is None:
+        return (*old, None)
     start, finish = row.start or old[0], row.finish or old[1]
     if row.start and row.finish:
-        return start, finish, ""
+        return start, finish, None
     given, missing = ("start", "finish") if row.start else ("finish", "start")
+    subject = about(SubjectKind.TASK, row.name)
     if start and finish and finish < start:
-        return (*old, f"it has a {given} alone, which the IFC's {missing} contradicts; {_stands(old)}")
-    there = f"the IFC's {missing} stands" if start and finish else f"nor has the IFC: give the {missing}"
-    return start, finish, f"it has no {missing}, {there}"
-
-
-def _stands(old: tuple[datetime | None, datetime | None]) -> str:
-    return "the IFC's dates stand" if any(old) else "the IFC has no dates either: correct the schedule"
+        values: Values = {"given": given, "missing": missing, "ifc_dates": any(old)}
+        return (*old, Note(code=Reason.SCHEDULE_DATE_CONTRADICTED, subject=subject, values=values))
+    values = {"missing": missing, "ifc_dates": bool(start and finish)}
+    return start, finish, Note(code=Reason.SCHEDULE_DATE_MISSING, subject=subject, values=values)
 
 
 def _by_global_id(design: BimModel, rows: Sequence[ScheduleRow]) -> _Ties:
@@ -153,31 +154,25 @@ def _plain(text: str) -> str:
     return " ".join(text.split()).casefold()
 
 
-def _notes(schedule: ScheduleFile, ties: _Ties, left: Sequence[Task]) -> list[str]:
-    start, rows = f"Schedule {schedule.source.name}", schedule.rows
-    notes = [f"{start}: {note}." for note in schedule.notes]
-    said = [(row.name, _dates(ties.tied[row.uid], row)[2]) for row in rows if row.uid in ties.tied]
-    if faults := [f"'{name[:60]}': {fault}" for name, fault in said if fault]:
-        more = f" and {len(faults) - MAX_NAMED} more" if len(faults) > MAX_NAMED else ""
-        notes.append(f"{start}: dates that can't be taken as they are: {'; '.join(faults[:MAX_NAMED])}{more}.")
+def _notes(schedule: ScheduleFile, ties: _Ties, left: Sequence[Task]) -> list[Note]:
+    subject, rows = about(SubjectKind.SCHEDULE, schedule.source.name), schedule.rows
+    linked = ((ties.tied[row.uid], row) for row in rows if row.uid in ties.tied)
+    faults = [fault for fault in (_dates(task, row)[2] for task, row in linked) if fault is not None]
+    notes = [*schedule.notes, *faults[:MAX_NAMED]]
+    if len(faults) > MAX_NAMED:
+        more = {"count": len(faults) - MAX_NAMED}
+        notes.append(Note(code=Reason.SCHEDULE_DATES_MORE, subject=subject, values=more))
     if ties.ambiguous:
-        notes.append(
-            f"{start}: not tied, because more than one task of the file or of the IFC fits: "
-            f"{_some([*dict.fromkeys(ties.ambiguous.values())])}. Give them GlobalIds or identifications of their own."
-        )
-    untied = [row.name for row in rows if row.uid not in ties.tied and row.uid not in ties.ambiguous]
-    if untied:
-        notes.append(
-            f"{start}: {len(ties.tied)} of its {len(rows)} tasks are tied to walls or columns; no task of the IFC that "
-            f"makes any has the GlobalId, identification or name of {_some(untied)}."
-        )
+        values: Values = _some([*dict.fromkeys(ties.ambiguous.values())])
+        notes.append(Note(code=Reason.SCHEDULE_AMBIGUOUS, subject=subject, values=values))
+    if alone := [row.name for row in rows if row.uid not in ties.tied and row.uid not in ties.ambiguous]:
+        values = {**_some(alone), "linked": len(ties.tied), "of": len(rows)}
+        notes.append(Note(code=Reason.SCHEDULE_NOT_LINKED, subject=subject, values=values))
     if left:
-        names = _some([task.name for task in left])
-        notes.append(f"{start} has no task for these of the IFC, which keep their own dates: {names}.")
+        values = _some([task.name for task in left])
+        notes.append(Note(code=Reason.SCHEDULE_LACKS_TASKS, subject=subject, values=values))
     return notes
 
 
-def _some(names: Sequence[str]) -> str:
-    quoted = [f"'{name[:60]}'" for name in names[:MAX_NAMED]]
-    more = len(names) - len(quoted)
-    return ", ".join(quoted) + (f" and {more} more" if more else "")
+def _some(names: Sequence[str]) -> Values:
+    return {"tasks": tuple(name[:60] for name in names[:MAX_NAMED]), "count": len(names)}

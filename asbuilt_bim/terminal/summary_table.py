@@ -13,6 +13,7 @@ from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.report.page.calibration import verdict
 from asbuilt_bim.report.tables import station_of, storey_names
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.values import percent, percent_range
 
 TABLE_WIDTH = 118
@@ -93,10 +94,10 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
     checks, effect = calibration.checks, area_effect(rig)
     if effect is not None:
         lines.append(
-            f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px; the calibration "
-            f"alone leaves an area at 5 m open by {100 * effect.sigma:.2f} % (one sigma)"
+            f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px. "
+            f"Calibration adds ±{100 * effect.sigma:.2f} % to an area at 5 m (one sigma)"
         )
-    reasons: Sequence[str] = checks.warnings
+    reasons: Sequence[str] = [note_words(warning) for warning in checks.warnings]
     if known_lengths is not None:
         judged = verdict(calibration, effect, known_lengths)
         lines.append(f"  {judged.sentence}")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from asbuilt_bim.codes import Note
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.tables import subject_of
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import left_out
@@ -14,10 +16,10 @@ from asbuilt_bim.terminal.summary_table import left_out
 MAX_NOTES = 4
 
 
-def warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
+def warn_of_design(names: str, notes: Sequence[Note], screen: Screen) -> None:
     """Say what of the design couldn't be used: it is missing from every number."""
     for note in notes[:MAX_NOTES]:
-        screen.warn(f"{names}: {note}")
+        screen.warn(f"{names}: {plain(note_words(note))}")
     if len(notes) > MAX_NOTES:
         screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
 

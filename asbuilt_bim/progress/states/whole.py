@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.bim.cells import CellSamples
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.match.result import FaceMatch
@@ -24,7 +25,7 @@ class Checked:
 
     matches: tuple[FaceMatch, ...]
     parts: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def check_whole(
@@ -37,7 +38,7 @@ def check_whole(
     """
     kept: list[FaceMatch] = []
     parts: list[str] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     for match in matches:
         more_m2 = _past_outline(match, samples, own, built) if match.whole and len(own) else 0.0
         allowed_m2 = OF_AREA * match.area_m2 + options.sigmas * match.area_sigma_image_m2
@@ -46,9 +47,9 @@ def check_whole(
             continue
         kept.append(replace(match, whole=False))
         parts.append(match.face_id)
-        notes.append(
-            f"station {match.station}: {more_m2:.2f} m2 go on past the {match.area_m2:.2f} m2 that it outlined"
-        )
+        subject = about(SubjectKind.FACE, match.face_id, match.station)
+        values: Values = {"more_m2": more_m2, "area_m2": match.area_m2}
+        notes.append(Note(code=Reason.PAST_OUTLINE, subject=subject, values=values))
     return Checked(matches=tuple(kept), parts=tuple(parts), notes=tuple(notes))
 
 

@@ -29,6 +29,8 @@ from asbuilt_bim.report.tables import (
     subject_of,
 )
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.surface_notes import photos_disagree
 from asbuilt_bim.report.workbook.cost_groups import cost_groups
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -71,7 +73,7 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: Pro
             lost=lost_stations(report),
             other_rejections=_others(report),
             doubted=[element for element in report.elements if element.doubts],
-            conflicts=[element for element in report.elements if element.cells_conflict > 0],
+            conflicts=[photos_disagree(e.kind, e.name, e.stations) for e in report.elements if e.cells_conflict > 0],
             tasks=task_rows(report),
             late=late_rows(report),
             plan_words=plan_words(report),
@@ -124,6 +126,7 @@ def _environment() -> Environment:
         "day": wording.day,
         "unit": wording.unit_sign,
         "plain": wording.plain,
+        "words": note_words,
     }
     environment.filters.update(filters)
     environment.globals["percent_range"] = wording.percent_range

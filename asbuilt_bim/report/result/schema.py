@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from datetime import date, datetime
+from enum import StrEnum
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from asbuilt_bim.codes import Note
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
 from asbuilt_bim.report.result.document import FORMAT, VERSION
+from asbuilt_bim.report.result.notes_json import CODES, note_fields
 from asbuilt_bim.report.result.terms import SHARES, describe, describe_class
 
 _NUMBER = {"type": "number"}
@@ -54,6 +58,7 @@ def result_schema() -> dict[str, Any]:
 def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of one dataclass; those it holds go into `definitions`."""
     hints = get_type_hints(cls)
+    noted = note_fields(cls)
     properties: dict[str, Any] = {}
     required: list[str] = []
     for field in fields(cls):
@@ -63,6 +68,10 @@ def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
             part = _schema_of(hints[field.name], definitions)
         if field.name in SHARES:
             part = part | {"minimum": 0, "maximum": 1}
+        if field.name in noted:
+            codes = {"type": "array", "items": _schema_of(Note, definitions)}
+            properties[CODES[field.name]] = codes | {"description": describe(cls.__name__, CODES[field.name])}
+            part = {"type": "array", "items": {"type": "string"}}
         properties[field.name] = part | {"description": describe(cls.__name__, field.name)}
         if field.default is MISSING and field.default_factory is MISSING:
             required.append(field.name)
@@ -85,6 +94,8 @@ def _schema_of(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
         definitions.setdefault(kind.__name__, {})
         definitions[kind.__name__] = definitions[kind.__name__] or _object(kind, definitions)
         return {"$ref": f"#/$defs/{kind.__name__}"}
+    if isinstance(kind, type) and issubclass(kind, StrEnum):
+        return {"type": "string"}  # newer programs know more of them
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Literal:
         return {"enum": list(arguments)}
@@ -92,7 +103,7 @@ def _schema_of(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
         return {"anyOf": [{"type": "null"} if a is type(None) else _schema_of(a, definitions) for a in arguments]}
     if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
         return {"type": "array", "items": _schema_of(arguments[0], definitions)}
-    if origin is dict:
+    if origin in (dict, Mapping):
         return {"type": "object", "additionalProperties": _schema_of(arguments[1], definitions)}
     raise TypeError(f"no JSON form is known for {kind}: enter arrays in ARRAY_FORMS, or extend result_schema")
 

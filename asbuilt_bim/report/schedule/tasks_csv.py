@@ -68,7 +68,7 @@ def _cells(row: TaskRow) -> tuple[str, ...]:
         _share(done.best),
         *share_bounds(done.lower, done.upper),
         _share(done.coverage),
-        "" if row.told is None else share_bounds(row.told, row.told)[0],
+        "" if row.certain is None else share_bounds(row.certain, row.certain)[0],
         _share(row.planned),
         *("" if value is None else str(value) for value in days),
         {None: "", True: "late", False: "no"}[row.late],
