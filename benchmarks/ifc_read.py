@@ -20,6 +20,7 @@ from table import Line, line, options, report, told
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.read.design import inspect_file
+from asbuilt_bim.report.wording.notes import note_words
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[2] / "shared" / "data")) / "ifc"
 QUICK_BYTES = 300_000
@@ -83,7 +84,7 @@ def _design(design: BimModel, path: Path) -> dict[str, object]:
         "apart": [round(float(value), 6) for value in apart],
         "sizes": [[e.length_m, e.thickness_m, e.height_m] for e in design.elements[:1]],
         "qto": _qto(design),
-        "notes": list(design.notes),
+        "notes": [note_words(note) for note in design.notes],
     }
 
 

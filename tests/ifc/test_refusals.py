@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
+from tests.notes import the
 
 
 @pytest.mark.parametrize(
@@ -81,7 +83,7 @@ def test_a_wall_of_three_kilometres_is_noted_as_a_wrong_unit(tmp_path: Path) -> 
     builder.box("IfcWall", "mm", (0.0, 0.0, 0.0), (3000.0, 200.0, 2500.0))
     builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
     notes = read_design(builder.write(tmp_path / "unit.ifc")).notes
-    assert any("check the file's length unit" in note for note in notes)
+    assert the(notes, Reason.ELEMENT_TOO_LONG).values["length_m"] == pytest.approx(3000.0)
 
 
 @pytest.mark.parametrize(
@@ -169,4 +171,4 @@ def test_one_wall_beyond_all_places_is_left_out_and_the_others_count(tmp_path: P
         builder.box("IfcWall", f"W{number}", (0.0, 5.0 * number, 0.0), (size_m, 0.2, 3.0))
     found = read_design(builder.write(tmp_path / "far.ifc"))
     assert [element.name for element in found.elements] == ["W0", "W1"]
-    assert any("W2" in note for note in found.notes)
+    assert "W2" in [note.values.get("element") for note in found.notes]
