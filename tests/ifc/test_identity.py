@@ -31,7 +31,7 @@ def two_walls(builder: ModelBuilder) -> tuple[Any, Any]:
     ("key", "says"),
     [
         ("", "its GlobalId is empty"),
-        ("short", "its GlobalId is 'short' (5 characters)"),
+        ("short", "its GlobalId 'short' (5 characters) is not 22"),
         ("2XQ$n5SLP5MBLyL442paF", "(21 characters)"),
         ("2XQ$n5SLP5MBLyL442paF-", "(22 characters) is not 22 letters, digits, _ or $"),
     ],
