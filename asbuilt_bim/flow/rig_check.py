@@ -34,7 +34,7 @@ MeasureAgain = Callable[[Sequence[str], StereoRig], Mapping[str, Outcome]]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WatchedVisit:
-    """A visit's outcomes after its rig was judged, what is to be said of the rig, and the records of the judgement."""
+    """A visit's outcomes after its rig was judged, warnings and notes on the rig, and the records of the judgement."""
 
     outcomes: tuple[Outcome, ...]
     warnings: tuple[Rejection, ...]

@@ -11,7 +11,7 @@ MOST_TWICE = 10
 
 
 def cost_notes(lines: Sequence[CostLine]) -> list[Note]:
-    """Return what is said of the lines of a file; of those that repeat each other the first few."""
+    """Return the notes on the lines of a file; of those that repeat each other the first few."""
     unmeasured = [_unmeasured(line) for line in lines if line.others]
     schedules = sorted({line.schedule for line in lines})
     count = {"count": len(schedules)}

@@ -77,10 +77,10 @@ def put_back(task: Any, our_set: Any) -> None:
     elif len(times) == 1:
         for name in FIELDS:
             if hasattr(times[0], name):
-                ours = getattr(times[0], name)
+                written = getattr(times[0], name)
                 old = kept.get(f"{_ORIGINAL}{name}")
                 setattr(times[0], name, float(old) if name == "Completion" and old is not None else old)
-                _remove_unused(task.file, [ours])
+                _remove_unused(task.file, [written])
 
 
 def _says_overwritten(basis: Any) -> bool:

@@ -19,7 +19,7 @@ Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskVerdict:
-    """What a schedule is told of a task: `share` is None where it is told nothing."""
+    """What a schedule gets for a task: `share` is None where it gets nothing."""
 
     knowledge: Knowledge
     share: float | None  # 0..1
@@ -38,10 +38,10 @@ class LateElement:
 
 
 def verdict(task: TaskProgress) -> TaskVerdict:
-    """Return what a schedule may be told of a task: the lower bound, of every task; in the IFC copy the same.
+    """Return what a schedule gets for a task: the lower bound, for every task; the IFC copy gets the same.
 
     A best estimate beside a lower bound in one column would be read as the same thing. A finished task is whole.
-    Nothing is told of an unknown task: what the schedule holds of it stays as it is.
+    An unknown task gets nothing: what the schedule holds of it stays as it is.
     """
     progress, done = task.progress, task.progress.completion
     if done.best is None and not (task.others and done.coverage > 0.0):
@@ -122,7 +122,7 @@ def days_late(
     most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
     if task.late is None and passed:
         return None, seen, most
-    if start is None:  # only whether the finish has passed can be told
+    if start is None:  # only whether the finish has passed is known
         return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else seen), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
     least = 0 if completion.upper >= 1.0 else _behind(start, finish, completion.upper, day, calendar)

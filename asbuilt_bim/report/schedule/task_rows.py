@@ -42,12 +42,12 @@ class TaskRow:
 
     @property
     def has_plan(self) -> bool:
-        """Say whether lateness can be told at all."""
+        """Say whether lateness is known at all."""
         return self.days_late_least is not None
 
     @property
     def days_range(self) -> str:
-        """Write how many days late it is at least and at most; the one or the other where that is all that is told."""
+        """Write how many days late it is in the best and the worst case; one number where that is all that is known."""
         least, most = self.days_late_least, self.days_late_most
         return str(least) if most is None or most <= (least or 0) else f"{least} to {most}"
 
