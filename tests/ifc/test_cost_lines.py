@@ -145,7 +145,7 @@ def test_a_cost_beyond_all_numbers_is_left_out_and_its_item_named(
     builder.cost("typo", [made], VOLUME, quantity, rate)
     found = design(builder, tmp_path)
     assert [line.name for line in found.cost_lines] == ["sound"]
-    assert any(words.startswith(f"cost item typo: {says}") for words in map(note_words, found.notes))
+    assert any(words.startswith(f"cost item typo left out: {says}") for words in map(note_words, found.notes))
 
 
 @pytest.mark.parametrize("factor", [0.0, 1e300])

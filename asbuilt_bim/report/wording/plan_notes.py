@@ -9,7 +9,7 @@ from asbuilt_bim.report.wording.template import Template, filled
 
 _TASK = "task {task}: "
 _ITEM = "cost item {item}: "
-_LEFT_OUT = ": it is left out"
+_LOST = "cost item {item} left out: "
 _NO_PLAN = "It has no plan here: correct the schedule"
 _FILE = "Schedule {subject.name}: "
 _ROW = "Schedule, task '{subject.name}': "
@@ -45,8 +45,8 @@ _DATES: Mapping[Reason, Template] = {
     Reason.SCHEDULE_BASELINES: f"{_FILE}{{count}} of its {{of}} tasks have a baseline: that is their plan",
     Reason.SCHEDULE_RECURRING: f"{_FILE}{{count:# recurring exception|# recurring exceptions}} of its calendars not "
     "counted as days off",
-    Reason.SCHEDULE_OWN_CALENDARS: f"{_FILE}{{count:# task has|# tasks have}} a calendar of their own and are judged "
-    "by it. The schedules written here count them in the project's",
+    Reason.SCHEDULE_OWN_CALENDARS: f"{_FILE}{{count:# task has its own calendar|# tasks have their own calendars}} "
+    "and {count:is|are} judged by it. The schedules written here count them in the project's",
     Reason.SCHEDULE_LOST_CALENDARS: f"{_FILE}{{count:# task names|# tasks name}} a calendar that it doesn't hold. The "
     "project's counts",
     Reason.SCHEDULE_DURATIONS_UNREAD: f"{_FILE}the column '{{column}}' isn't read. Write the finish of "
@@ -67,19 +67,16 @@ _DATES: Mapping[Reason, Template] = {
 _COSTS: Mapping[Reason, Template] = {
     Reason.COST_NOT_IN_IFC2X3: "IFC2X3 cost items hold no quantities and no rates: nothing is priced. Use an IFC4 "
     "file, or price the workbook's elements by hand",
-    Reason.COST_NO_QUANTITY: f"{_ITEM}it has no quantity{_LEFT_OUT}",
-    Reason.COST_MIXED_QUANTITIES: f"{_ITEM}its quantities are not all volumes, all areas, all lengths or all "
-    f"counts{_LEFT_OUT}",
-    Reason.COST_UNIT_IMPOSSIBLE: f"{_ITEM}one of its units would be {{unit_scale:.3g}} SI units, which no unit is. "
-    "Correct the unit: until then it is left out",
-    Reason.COST_RATES_SEVERAL: f"{_ITEM}it has several rates, some for a time or on a condition{_LEFT_OUT}. Keep the "
-    "one that holds",
-    Reason.COST_NO_RATE: f"{_ITEM}it has no rate, or one that is no plain sum{_LEFT_OUT}",
-    Reason.COST_QUANTITY_IMPOSSIBLE: f"{_ITEM}its quantity {{written}} is no number up to {{limit:.0e}}. Correct it: "
-    "until then it is left out",
-    Reason.COST_RATE_IMPOSSIBLE: f"{_ITEM}its rate {{written}} is no number up to {{limit:.0e}}. Correct it: until "
-    "then it is left out",
-    Reason.COST_NESTED: f"{_ITEM}the items nested in it count in its place{_LEFT_OUT}",
+    Reason.COST_NO_QUANTITY: f"{_LOST}it has no quantity",
+    Reason.COST_MIXED_QUANTITIES: f"{_LOST}its quantities are not all volumes, areas, lengths or counts",
+    Reason.COST_UNIT_IMPOSSIBLE: f"{_LOST}one of its units would be {{unit_scale:.3g}} SI units, which no unit is. "
+    "Correct the unit",
+    Reason.COST_RATES_SEVERAL: f"{_LOST}it has several rates, some for a time or on a condition. Keep the one that "
+    "holds",
+    Reason.COST_NO_RATE: f"{_LOST}it has no rate, or one that is no plain sum",
+    Reason.COST_QUANTITY_IMPOSSIBLE: f"{_LOST}its quantity {{written}} is no number up to {{limit:.0e}}: correct it",
+    Reason.COST_RATE_IMPOSSIBLE: f"{_LOST}its rate {{written}} is no number up to {{limit:.0e}}: correct it",
+    Reason.COST_NESTED: f"{_LOST}the items nested in it count in its place",
     Reason.COST_PART_UNMEASURED: f"{_ITEM}{{others}} of the {{of}} elements that it pays for are not measured here. "
     "Their part is unknown, so not certain",
     Reason.COST_TAKES_OFF: f"{_ITEM}takes {{amount:.2f}} off when all of it is built. Certain totals also take off "

@@ -54,7 +54,7 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.STANDS_OFF: _stands_off,
     Reason.STARTER_BARS: "{area_m2:m²} in photo {subject.station} may be starter bars and was not counted",
     Reason.SURFACE_UNCLEAR: "{area_m2:m²} in photo {subject.station} was unclear and not counted",
-    Reason.PAST_OUTLINE: "Photo {subject.station}: {more_m2:m²} more goes on past the {area_m2:m²} that it outlined",
+    Reason.PAST_OUTLINE: "Photo {subject.station}: concrete goes on {more_m2:m²} past the {area_m2:m²} outlined",
     Reason.AREAS_APART: "Photo {subject.station} gives {area_m2:.3f} m², over {sigmas:.0f} sigma from the mean of "
     "{mean_m2:.3f} m²",
     Reason.PAST_DESIGN: "Photo {subject.station}: concrete goes on {area_m2:tenth m²} past the design. Look for a "

@@ -47,7 +47,7 @@ TASK_NOTES: Mapping[Reason, Template] = {
     Reason.BASIS_UNKNOWN: "too little was seen to say: the task's own time is as it was",
     Reason.BASIS_NO_TIME: "the task has no schedule time control that could hold its completion",
     Reason.BASIS_SEVERAL_TIMES: "the task stands in {count} schedules with a time each: none was chosen",
-    Reason.BASIS_SHARED_TIME: "the task shares its time with another one: it was left as it was",
+    Reason.BASIS_SHARED_TIME: "the task shares its time with another: it was left as it was",
     Reason.BASIS_COMPLETE: "Completion is 1: seen complete; at least {lower:% at least} is certain",
     Reason.BASIS_LOWER: _lower,
     Reason.BASIS_COST: _cost,
