@@ -137,7 +137,7 @@ class Reason(StrEnum):
     DESIGN_NEW_IDS = "new GlobalIds in the design"
 
     # On the rig and its calibration.
-    RIG_REFINED = "rig refined"
+    RIG_USED_REFINED = "rig used refined"
     RIG_KNOCKED_BETWEEN = "rig knocked between stations"
     CALIBRATION_COVERAGE = "boards cover little"
     CALIBRATION_HOLD_OUT = "views kept back miss"

@@ -180,7 +180,7 @@ def _refined(names: Sequence[str], verdict: RigVerdict) -> Note:
         "area_effect_sigma": verdict.area_sigma,
         "rows_px": verdict.rows_px,
     }
-    return Note(code=Reason.RIG_REFINED, subject=about(SubjectKind.RIG), values=values)
+    return Note(code=Reason.RIG_USED_REFINED, subject=about(SubjectKind.RIG), values=values)
 
 
 def _knocked_between(before: RigVerdict, after: RigVerdict) -> Note:

@@ -61,7 +61,7 @@ def test_with_refining_the_stations_are_measured_again_with_the_rig_that_their_p
     ((names, rig),) = asked
     assert names == ["S0", "S1", "S2"] and rig.baseline_m == pytest.approx(calibrated().baseline_m, rel=1e-12)
     assert all(not outcome.rejections for outcome in watched.outcomes)
-    assert watched.records[0].refined and watched.notes[0].code == Reason.RIG_REFINED
+    assert watched.records[0].refined and watched.notes[0].code == Reason.RIG_USED_REFINED
 
 
 def test_a_sound_rig_changes_nothing() -> None:

@@ -38,7 +38,7 @@ def _knocked(note: Note) -> str:
 
 
 RIG_NOTES: Mapping[Reason, Template] = {
-    Reason.RIG_REFINED: _refined,
+    Reason.RIG_USED_REFINED: _refined,
     Reason.RIG_KNOCKED_BETWEEN: _knocked,
     Reason.CALIBRATION_COVERAGE: "the boards cover only {share:%} of the frame",
     Reason.CALIBRATION_HOLD_OUT: "views kept back miss by {hold_out_px:px}, the others by {rms_px:px}",
