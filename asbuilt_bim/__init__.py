@@ -17,6 +17,7 @@ _HOMES = {
     "figures": "asbuilt_bim.report.drawings.figures",
     "measure_document": "asbuilt_bim.report.result.measure_document",
     "measure_pair": "asbuilt_bim.flow.measure_pair",
+    "note_words": "asbuilt_bim.report.wording.notes",
     "read_design": "asbuilt_bim.ifc.read.design",
     "read_project": "asbuilt_bim.project.read",
     "read_result": "asbuilt_bim.report.result.document",
@@ -27,7 +28,7 @@ _HOMES = {
     "save_measurement": "asbuilt_bim.flow.output.measurement",
     "strip_asbuilt": "asbuilt_bim.ifc.write.copy",
     "words_of": "asbuilt_bim.report.wording.reasons",
-    "write_asbuilt": "asbuilt_bim.ifc.write.copy",
+    "write_asbuilt": "asbuilt_bim.api",
 }
 """Where each public name lives; it is imported when it is first asked for, so that `import asbuilt_bim` stays light."""
 
@@ -43,6 +44,7 @@ __all__ = [
     "figures",
     "measure_document",
     "measure_pair",
+    "note_words",
     "read_design",
     "read_project",
     "read_result",

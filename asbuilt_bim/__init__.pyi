@@ -3,6 +3,7 @@
 from asbuilt_bim.api import Run as Run
 from asbuilt_bim.api import remake as remake
 from asbuilt_bim.api import run as run
+from asbuilt_bim.api import write_asbuilt as write_asbuilt
 from asbuilt_bim.bim.model import BimModel as BimModel
 from asbuilt_bim.camera.rig_formats.reader import read_rig as read_rig
 from asbuilt_bim.errors import AsBuiltError as AsBuiltError
@@ -10,7 +11,6 @@ from asbuilt_bim.flow.measure_pair import measure_pair as measure_pair
 from asbuilt_bim.flow.output.measurement import save_measurement as save_measurement
 from asbuilt_bim.ifc.read.design import read_design as read_design
 from asbuilt_bim.ifc.write.copy import strip_asbuilt as strip_asbuilt
-from asbuilt_bim.ifc.write.copy import write_asbuilt as write_asbuilt
 from asbuilt_bim.measure.pair import PairMeasurement as PairMeasurement
 from asbuilt_bim.progress.report import ProgressReport as ProgressReport
 from asbuilt_bim.project.read import Project as Project
@@ -19,6 +19,7 @@ from asbuilt_bim.report.drawings.figures import Figure as Figure
 from asbuilt_bim.report.drawings.figures import figures as figures
 from asbuilt_bim.report.result.document import read_result as read_result
 from asbuilt_bim.report.result.measure_document import measure_document as measure_document
+from asbuilt_bim.report.wording.notes import note_words as note_words
 from asbuilt_bim.report.wording.reasons import words_of as words_of
 from asbuilt_bim.schedule.read import read_schedule as read_schedule
 from asbuilt_bim.version import __version__ as __version__

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -12,9 +12,11 @@ from asbuilt_bim.flow.measure_visit import Progress, Workplace
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import run_project
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.ifc.write import copy
+from asbuilt_bim.progress.report import ProgressReport, State
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
 
@@ -103,3 +105,21 @@ def until_visit(project: Project, last: date | None) -> Project:
 
 def _silent(step: str, done: int, total: int, what: str = "") -> None:
     """Tell nobody."""
+
+
+def write_asbuilt(
+    source: Path | str,
+    report: ProgressReport,
+    target: Path | str,
+    *,
+    earlier: Sequence[ProgressReport] = (),
+    colours: Mapping[State, str] | None = None,
+) -> None:
+    """Write a copy of the IFC file `source` to `target` that carries the report, and the visits before it as a history.
+
+    `colours` (state -> "#rrggbb") paints the observed elements by state. Writing twice gives the same file.
+
+    Raises:
+        AsBuiltError: the source can't be read, the report is of another design, or the copy can't be written.
+    """
+    copy.write_asbuilt(source, report, target, earlier=earlier, colours=colours, words=note_words)

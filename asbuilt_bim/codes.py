@@ -5,12 +5,13 @@ Nothing reads prose: code asks for a `Reason`, people read what `report/wording`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 Value = str | int | float | bool | tuple[str, ...] | tuple[int, ...] | tuple[float, ...]
 """What a sentence may be filled with: numbers in SI with their unit in the key's name, names, lists of names."""
+Values = Mapping[str, Value]
 
 
 class SubjectKind(StrEnum):
@@ -53,7 +54,7 @@ class Subject:
 
 
 class Reason(StrEnum):
-    """Why something was left out, or what has to be told. A value never changes its meaning; new ones are added."""
+    """Why something was left out, or what a person has to know. A value keeps its meaning for good."""
 
     UNSTATED = "unstated"  # read from a file that was written before there were codes
 
@@ -149,6 +150,130 @@ class Reason(StrEnum):
 
     # Notes.
 
+    # On the IFC file.
+    CONTACT_NOT_TAKEN_OFF = "contact not taken off"
+    TOUCHED_ALL_OVER = "touched all over"
+    GLOBAL_ID_INVALID = "GlobalId invalid"
+    GLOBAL_ID_TWICE = "GlobalId twice"
+    GLOBAL_IDS_MORE = "more GlobalIds left out"
+    NOT_ON_ONE_MAP = "not on one map"
+    IN_EARLIER_FILE = "in an earlier file"
+    NO_BODY = "no usable body"
+    ELEMENT_UNUSABLE = "element can't be used"
+    ELEMENT_TOO_LONG = "element too long"
+    NO_UPRIGHT_FACE = "no upright face"
+    NO_STOREY = "no storey"
+    NOT_IN_TASKS = "in no task"
+    NOT_IN_COST_LINES = "in no cost line"
+
+    # On planned dates in the IFC file.
+    WORK_SCHEDULES_SEVERAL = "several work schedules"
+    FINISH_WORKED_OUT = "finish worked out"
+    PLANS_DIFFER = "plans differ"
+    DATE_UNREADABLE = "date unreadable"
+    FINISH_BEFORE_START = "finish before start"
+    FINISH_UNKNOWN = "finish unknown"
+    TASK_DATES_MORE = "more tasks without dates"
+
+    # On cost lines.
+    COST_NOT_IN_IFC2X3 = "no prices in IFC2X3"
+    COST_NO_QUANTITY = "cost item without quantity"
+    COST_MIXED_QUANTITIES = "cost item with mixed quantities"
+    COST_UNIT_IMPOSSIBLE = "unit of cost item impossible"
+    COST_RATES_SEVERAL = "several rates"
+    COST_NO_RATE = "cost item without rate"
+    COST_QUANTITY_IMPOSSIBLE = "quantity impossible"
+    COST_RATE_IMPOSSIBLE = "rate impossible"
+    COST_NESTED = "nested cost items count"
+    COST_PART_UNMEASURED = "cost item part unmeasured"
+    COST_TAKES_OFF = "cost item takes off"
+    COST_SCHEDULES_SEVERAL = "several cost schedules"
+    COST_PAID_TWICE = "paid twice"
+    COST_ELSEWHERE = "cost items elsewhere"
+
+    # On the schedule file beside the IFC.
+    SCHEDULE_PROJECTS = "several projects in schedule"
+    SCHEDULE_BASELINES = "baselines in schedule"
+    SCHEDULE_RECURRING = "recurring exceptions in schedule"
+    SCHEDULE_OWN_CALENDARS = "own calendars in schedule"
+    SCHEDULE_LOST_CALENDARS = "lost calendars in schedule"
+    SCHEDULE_DURATIONS_UNREAD = "durations not read"
+    SCHEDULE_DATE_UNREADABLE = "date in schedule unreadable"
+    SCHEDULE_FINISH_BEFORE_START = "finish before start in schedule"
+    SCHEDULE_DATE_CONTRADICTED = "date in schedule contradicted"
+    SCHEDULE_DATE_MISSING = "date in schedule missing"
+    SCHEDULE_DATES_MORE = "more dates in schedule"
+    SCHEDULE_AMBIGUOUS = "tasks fit more than once"
+    SCHEDULE_NOT_LINKED = "tasks not linked"
+    SCHEDULE_LACKS_TASKS = "schedule lacks tasks"
+
+    # On surfaces and elements.
+    PARTLY_HIDDEN = "partly hidden"
+    STANDS_OFF = "stands off the design"
+    STARTER_BARS = "may be starter bars"
+    SURFACE_UNCLEAR = "surface unclear"
+    PAST_OUTLINE = "goes on past its outline"
+    AREAS_APART = "areas apart"
+    PAST_DESIGN = "goes on past the design"
+    GONE = "gone"
+    GONE_LITTLE = "a little gone"
+    OTHER_SIZE = "other size than designed"
+    NOT_SEEN_AGAIN = "not seen again"
+    SEEN_TO_TOP = "seen to its top"
+    NO_FACE_FITS = "no measured face fits"
+    TOP_NOT_SEEN = "top not seen"
+    SEEN_WITH_FOOT = "seen with its foot"
+    FOOT_NOT_SEEN = "foot not seen"
+    PHOTOS_DISAGREE = "photos disagree"
+
+    # On visits and revisions of the design.
+    STATIONS_NOT_USED = "stations not used"
+    DESIGN_REMOVED = "removed from the design"
+    DESIGN_ADDED = "added to the design"
+    DESIGN_RESHAPED = "reshaped in the design"
+    DESIGN_MOVED = "moved in the design"
+    DESIGN_NEW_IDS = "new GlobalIds in the design"
+
+    # On the rig and its calibration.
+    RIG_USED_REFINED = "rig used refined"
+    RIG_KNOCKED_BETWEEN = "rig knocked between stations"
+    CALIBRATION_COVERAGE = "boards cover little"
+    CALIBRATION_HOLD_OUT = "views kept back miss"
+    CALIBRATION_LENGTH = "diagonals wrong"
+    CALIBRATION_SCALE = "scale known badly"
+    CALIBRATION_LENS = "other lens model fits better"
+    CONTROL_POINTS_FEW = "too few points for the lens"
+    CONTROL_POINTS_REACH = "points reach over little"
+    CONTROL_POINTS_HOLD_OUT = "points kept back miss"
+
+    # On a task: what its schedule is given.
+    TASK_UNKNOWN = "task unknown"
+    TASK_COMPLETE = "task complete"
+    TASK_NOTHING_BUILT = "nothing of task built"
+    TASK_MEASURED = "task measured"
+    TASK_PART_MEASURED = "task part measured"
+
+    # On a number in the IFC copy: what it rests on.
+    BASIS_UNKNOWN = "too little seen"
+    BASIS_NO_TIME = "no task time"
+    BASIS_SEVERAL_TIMES = "several task times"
+    BASIS_SHARED_TIME = "task time shared"
+    BASIS_COMPLETE = "completion 1"
+    BASIS_LOWER = "completion lower bound"
+    BASIS_COST = "quantity by its certain bound"
+
+
+REVISIONS = frozenset(
+    {
+        Reason.DESIGN_REMOVED,
+        Reason.DESIGN_ADDED,
+        Reason.DESIGN_RESHAPED,
+        Reason.DESIGN_MOVED,
+        Reason.DESIGN_NEW_IDS,
+    }
+)
+"""Codes of what a revision did to the design."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
@@ -156,4 +281,18 @@ class Note:
 
     code: Reason
     subject: Subject
-    values: Mapping[str, Value] = field(default_factory=dict)
+    values: Values = field(default_factory=dict)
+
+
+def each_once(notes: Iterable[Note]) -> tuple[Note, ...]:
+    """Return the notes in their order, equal ones once."""
+    kept: list[Note] = []
+    for note in notes:
+        if note not in kept:
+            kept.append(note)
+    return tuple(kept)
+
+
+def about(kind: SubjectKind, name: str = "", station: str = "") -> Subject:
+    """Return a subject, in short."""
+    return Subject(kind=kind, name=name, station=station)

@@ -43,6 +43,7 @@ def test_the_public_names_are_these_and_no_others() -> None:
         "figures",
         "measure_document",
         "measure_pair",
+        "note_words",
         "read_design",
         "read_project",
         "read_result",
@@ -103,7 +104,7 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
     assert walls.planned == 1.0
     formwork = next(task for task in found.result.tasks if task.progress.name == "Formwork of one")
     assert formwork.progress.elements == (element,)  # a task that the IFC doesn't have
-    assert any("Painting" in note for note in found.result.notes)
+    assert any("Painting" in asbuilt_bim.note_words(note) for note in found.result.notes)
     assert {"schedule.msp.xml", "schedule.p6.xml", "tasks.csv"} <= {p.name for p in out.iterdir()}
     again = asbuilt_bim.remake(out)
     assert again.folder != found.folder

@@ -14,6 +14,7 @@ from asbuilt_bim.cli import app
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.report.result.document import read_result, write_result
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.reports import report_on
 from tests.site_fixture import site
 
@@ -52,7 +53,7 @@ def test_ifcpatch_finds_the_recipe_and_writes_what_a_run_writes(tmp_path: Path) 
     write_result(report, tmp_path / "result.json")
     done = patch(tmp_path, source, tmp_path / "result.json")
     assert done.returncode == 0, done.stderr
-    write_asbuilt(source, read_result(tmp_path / "result.json"), tmp_path / "direct.ifc")
+    write_asbuilt(source, read_result(tmp_path / "result.json"), tmp_path / "direct.ifc", words=note_words)
     assert data_of(tmp_path / "out.ifc") == data_of(tmp_path / "direct.ifc")
     again = patch(tmp_path, tmp_path / "out.ifc", tmp_path / "result.json")
     assert again.returncode == 0

@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from asbuilt_bim.bim.mesh import Mesh, pieces, section
 from asbuilt_bim.bim.model import BimElement, DesignFace, Obstacle
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -82,13 +83,14 @@ def _plan_boxes(boxes_m: FloatArray) -> FloatArray:
 
 def expose(
     elements: tuple[BimElement, ...], obstacles: tuple[Obstacle, ...]
-) -> tuple[tuple[BimElement, ...], tuple[str, ...]]:
+) -> tuple[tuple[BimElement, ...], tuple[Note, ...]]:
     """Return the elements with `exposed_uv_m` of each face less the contact with everything else, and notes.
 
     An element's own other pieces (blocks, layers) count as others. Meshes are welded, as `ifc` reads them.
     """
     solids = _Solids([*elements, *obstacles])
-    done, notes = [], []
+    done: list[BimElement] = []
+    notes: list[Note] = []
     windows = [[list(_windows(face)) for face in element.faces] for element in elements]
     near = iter(solids.near([window for element in windows for face in element for window in face]))
     for element, of_element in zip(elements, windows, strict=True):
@@ -99,13 +101,16 @@ def expose(
                 faces.append(_exposed(face, of_face, around))
             except _BROKEN as error:  # a neighbour's broken mesh must not cost the model: the face stays whole
                 faces.append(face)
-                notes.append(
-                    f"{element.ifc_class} {element.name} ({element.global_id}): contact not taken off: {error}"
-                )
+                notes.append(_note(Reason.CONTACT_NOT_TAKEN_OFF, element, {"error": str(error)}))
         done.append(replace(element, faces=tuple(faces)))
         if done[-1].exposed_area_m2 <= 0.0:
-            notes.append(f"{element.ifc_class} {element.name} ({element.global_id}) touches others all over: unseen")
+            notes.append(_note(Reason.TOUCHED_ALL_OVER, element, {}))
     return tuple(done), tuple(notes)
+
+
+def _note(code: Reason, element: BimElement, values: Values) -> Note:
+    named = {"ifc_class": element.ifc_class, "element": element.name}
+    return Note(code=code, subject=about(SubjectKind.ELEMENT, element.global_id), values={**named, **values})
 
 
 def touching(elements: Sequence[BimElement], obstacles: Sequence[Obstacle]) -> frozenset[int]:

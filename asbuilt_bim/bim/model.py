@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
+from asbuilt_bim.codes import Note
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -134,7 +135,7 @@ class BimModel:
     obstacles: tuple[Obstacle, ...]
     tasks: tuple[Task, ...]
     cost_lines: tuple[CostLine, ...]
-    notes: tuple[str, ...]  # what the file holds that can't be used, in words
+    notes: tuple[Note, ...]  # what the file holds that can't be used
     schedule: ScheduleSource | None = None  # the file beside the IFC that the tasks' dates came from
 
     def element(self, global_id: str) -> BimElement:

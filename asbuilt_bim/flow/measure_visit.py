@@ -11,7 +11,7 @@ import cv2
 
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, watch_rig, watch_scale
 from asbuilt_bim.measure.station import (
@@ -62,7 +62,7 @@ class MeasuredVisit:
     pictures: dict[str, bytes]  # by station: JPEG without EXIF, rejected stations' too where there is one
     from_cache: int
     rig: tuple[RigRecord, ...] = ()
-    rig_notes: tuple[str, ...] = ()
+    rig_notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

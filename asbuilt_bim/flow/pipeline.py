@@ -11,6 +11,7 @@ from functools import reduce
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, each_once
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
@@ -35,9 +36,6 @@ from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
 from asbuilt_bim.schedule.read import scheduled
-
-_NOTHING_OF = "nothing of station"
-"""How a note on stations of an earlier visit begins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -134,21 +132,20 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     )
 
 
-def _left_out_before(past: Sequence[ProgressReport]) -> list[str]:
+def _left_out_before(past: Sequence[ProgressReport]) -> list[Note]:
     """Return the notes on stations that visits carried over could not use, their own and those they had from before."""
-    notes: dict[str, None] = {}
+    notes: list[Note] = []
     for report in past:
-        notes |= dict.fromkeys(note for note in report.notes if note.startswith(_NOTHING_OF))
-        notes |= dict.fromkeys(_left_out([row.name for row in lost_stations(report)], report.visit_date))
-    return list(notes)
+        notes += [note for note in report.notes if note.code == Reason.STATIONS_NOT_USED]
+        notes += _left_out([row.name for row in lost_stations(report)], report.visit_date)
+    return list(each_once(notes))
 
 
-def _left_out(names: Sequence[str], day: date) -> list[str]:
+def _left_out(names: Sequence[str], day: date) -> list[Note]:
     """Return a note for the reports of later visits, where stations of a day count for nothing."""
-    if not names:
-        return []
-    stations = f" {names[0]}" if len(names) == 1 else f"s {', '.join(names)}"
-    return [f"{_NOTHING_OF}{stations} of the visit of {day.isoformat()} counts here: it could not be used"]
+    subject = about(SubjectKind.VISIT, day.isoformat())
+    stations: Values = {"stations": tuple(names)}
+    return [Note(code=Reason.STATIONS_NOT_USED, subject=subject, values=stations)] if names else []
 
 
 def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:

@@ -11,7 +11,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
@@ -19,10 +19,8 @@ from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection
-from asbuilt_bim.report.wording.of_rig import turn_text
-from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
-from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection, turn_values
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
 
 Outcome = StationMeasurement | RejectedStation
 MeasureAgain = Callable[[Sequence[str], StereoRig], Mapping[str, Outcome]]
@@ -35,12 +33,12 @@ SIGNS_OF_KNOCK = frozenset(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WatchedVisit:
-    """A visit's outcomes after its rig was judged, the warnings about the rig, and the records of the judgement."""
+    """A visit's outcomes after its rig was judged, warnings and notes on the rig, and the records of the judgement."""
 
     outcomes: tuple[Outcome, ...]
     warnings: tuple[Rejection, ...]
     records: tuple[RigRecord, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
@@ -54,7 +52,7 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
     found = {outcome.station: outcome for outcome in outcomes}
     warnings: list[Rejection] = []
     records: list[RigRecord] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     for verdict, names in _stretches([outcome.station for outcome in outcomes], verdicts):
         if again is not None and verdict.state in ("doubtful", "knocked"):
             better = refined_rig(rig, verdict, _camera(healths, verdict))
@@ -63,7 +61,7 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
             found.update(left)
             warnings += doubts
             records.append(_record(verdict, refined=state == "refined"))
-            notes.append(str(words_of(rig_rejection(Reason.RIG_REFINED, RIG, verdict, names))))
+            notes.append(_refined(names, verdict))
             continue
         records.append(_record(verdict, refined=False))
         if verdict.state == "knocked":
@@ -72,7 +70,7 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
             warnings.append(rig_rejection(Reason.RIG_MOVED, RIG, verdict, names))
         elif verdict.state == "undetermined":
             warnings.append(rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, names))
-    notes += _moments(verdicts)
+    notes += [_knocked_between(before, after) for before, after in pairwise(verdicts)]
     return WatchedVisit(
         outcomes=tuple(found[outcome.station] for outcome in outcomes),
         warnings=tuple(warnings), records=tuple(records), notes=tuple(notes),
@@ -171,13 +169,40 @@ def _record(verdict: RigVerdict, *, refined: bool) -> RigRecord:
     )
 
 
-def _moments(verdicts: Sequence[RigVerdict]) -> list[str]:
-    """Say between which stations the rig was knocked."""
-    return [
-        f"the rig was knocked between station {before.stations[-1]} and station {after.stations[0]}: "
-        f"{turn_text(turn_values(before))} before, {turn_text(turn_values(after))} after"
-        for before, after in pairwise(verdicts)
-    ]
+def _refined(names: Sequence[str], verdict: RigVerdict) -> Note:
+    """Say that stations were measured with the rig as their photos show it."""
+    turn, sigma = _turn(verdict)
+    values: Values = {
+        "stations": tuple(names),
+        "matches": verdict.matches,
+        "turn_rad": turn,
+        "turn_sigma_rad": sigma,
+        "area_effect": verdict.area_effect,
+        "area_effect_sigma": verdict.area_sigma,
+        "rows_px": verdict.rows_px,
+    }
+    return Note(code=Reason.RIG_USED_REFINED, subject=about(SubjectKind.RIG), values=values)
+
+
+def _knocked_between(before: RigVerdict, after: RigVerdict) -> Note:
+    """Say between which stations the rig was knocked, and how it stood before and after."""
+    turn_before, sigma_before = _turn(before)
+    turn_after, sigma_after = _turn(after)
+    values: Values = {
+        "last_before": before.stations[-1],
+        "first_after": after.stations[0],
+        "turn_before_rad": turn_before,
+        "turn_before_sigma_rad": sigma_before,
+        "turn_after_rad": turn_after,
+        "turn_after_sigma_rad": sigma_after,
+    }
+    return Note(code=Reason.RIG_KNOCKED_BETWEEN, subject=about(SubjectKind.RIG), values=values)
+
+
+def _turn(verdict: RigVerdict) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the right camera's pitch, yaw and roll, and their sigma."""
+    sigma = np.sqrt(np.diag(verdict.covariance)[:3])
+    return tuple(float(angle) for angle in verdict.correction_rad[:3]), tuple(float(one) for one in sigma)
 
 
 def _camera(healths: Sequence[StationHealth], verdict: RigVerdict) -> RectifiedCamera:

@@ -6,42 +6,44 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+
 MAX_NAMED = 5
+MOST_SHOWN = 30
+"""Characters of a bad GlobalId that a note keeps: a damaged file may hold any number."""
 _GLOBAL_ID = re.compile(r"[0-9A-Za-z_$]{22}")
 
 
-def id_fault(thing: Any) -> str:
-    """Return why a thing's GlobalId is none, "" where it is one.
+def has_id(thing: Any) -> bool:
+    """Say whether a thing's GlobalId is one.
 
     22 signs of IFC's alphabet are asked for, whatever the first is: several programs write ids of more than 128 bits.
     """
-    found = thing.GlobalId
-    if isinstance(found, str) and _GLOBAL_ID.fullmatch(found):
-        return ""
-    shown = f"{found[:30]!r} ({len(found)} characters)" if found else "empty"
-    return f"its GlobalId is {shown}, not 22 letters, digits, _ or $"
+    return isinstance(thing.GlobalId, str) and _GLOBAL_ID.fullmatch(thing.GlobalId) is not None
 
 
-def with_ids(things: Iterable[Any], *, each_once: bool = False) -> tuple[list[Any], tuple[str, ...]]:
-    """Return the things that have GlobalIds, and notes that name the rest.
+def with_ids(
+    things: Iterable[Any], kind: SubjectKind, *, each_once: bool = False
+) -> tuple[list[Any], tuple[Note, ...]]:
+    """Return the things of a kind that have GlobalIds, and notes on the rest.
 
     `each_once` leaves out what has the GlobalId of one before it, too.
     """
     kept: list[Any] = []
-    bad: list[str] = []
+    bad: list[Note] = []
     first: dict[str, str] = {}
     for thing in things:
-        name = f"{thing.is_a()} {thing.Name or '(no name)'}"
-        fault = id_fault(thing)
-        if not fault and each_once and thing.GlobalId in first:
-            fault = f"it has the GlobalId {thing.GlobalId} of {first[thing.GlobalId]}"
-        if fault:
-            bad.append(f"{name}: {fault}")
+        named = {"ifc_class": thing.is_a(), "thing": thing.Name or ""}
+        if not has_id(thing):
+            written = thing.GlobalId or ""
+            values: Values = {**named, "global_id": written[:MOST_SHOWN], "characters": len(written)}
+            bad.append(Note(code=Reason.GLOBAL_ID_INVALID, subject=about(kind), values=values))
+        elif each_once and thing.GlobalId in first:
+            values = {**named, "other": first[thing.GlobalId]}
+            bad.append(Note(code=Reason.GLOBAL_ID_TWICE, subject=about(kind, thing.GlobalId), values=values))
         else:
-            first[thing.GlobalId] = name
+            first[thing.GlobalId] = f"{thing.is_a()} {thing.Name or ''}".strip()
             kept.append(thing)
-    if not bad:
-        return kept, ()
-    more = f" and {len(bad) - MAX_NAMED} more" if len(bad) > MAX_NAMED else ""
-    said = f"left out: {'; '.join(bad[:MAX_NAMED])}{more}; have the program that wrote the file give new GlobalIds"
-    return kept, (said,)
+    left = len(bad) - MAX_NAMED
+    more = Note(code=Reason.GLOBAL_IDS_MORE, subject=about(kind), values={"count": left})
+    return kept, (*bad[:MAX_NAMED], *((more,) if left > 0 else ()))

@@ -10,6 +10,8 @@ from typing import Any, Literal
 
 import ifcopenshell.guid
 
+from asbuilt_bim.codes import Note
+
 PROGRESS_SET = "AsBuilt_Progress"
 QUANTITY_SET = "AsBuilt_Quantities"
 HISTORY_SET = "AsBuilt_History"
@@ -28,7 +30,8 @@ _IFC_LETTERS = bytes.maketrans(
 )
 
 PropertyKind = Literal["label", "text", "ratio", "length", "angle", "area", "date", "count"]
-Value = str | float | int | date
+Value = str | float | int | date | Note
+"""What a property holds; a note becomes its words, with its code as the property's description."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

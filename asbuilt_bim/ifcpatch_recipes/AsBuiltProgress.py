@@ -18,6 +18,7 @@ from asbuilt_bim.flow.output.folder import read_current
 from asbuilt_bim.ifc.read.source import SCHEMAS
 from asbuilt_bim.ifc.write.copy import mark_file
 from asbuilt_bim.report.result.document import read_before, read_result
+from asbuilt_bim.report.wording.notes import note_words
 
 
 class Patcher:
@@ -65,7 +66,7 @@ class Patcher:
         folder = self.result.resolve().parent
         current = read_current(folder)  # beside the copy in the output folder
         earlier = read_before(current.folder if current else folder, report.visit_date)
-        mark_file(self.file, report, earlier=earlier, name="the file that ifcpatch was given")
+        mark_file(self.file, report, earlier=earlier, words=note_words, name="the file that ifcpatch was given")
         self.logger.info("AsBuiltProgress: wrote %s, visit of %s", self.result, report.visit_date)
 
 

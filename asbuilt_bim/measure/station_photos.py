@@ -145,11 +145,10 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
             swapped = swapped_rejection(pair.name, coarse, rig, pair.camera)
             if swapped is not None:
                 return RigCheck(health=None, rejections=(swapped,))
+            station = Subject(kind=SubjectKind.STATION, name=pair.name)
             return RigCheck(
                 health=health,
-                rejections=(
-                    rig_rejection(Reason.RIG_KNOCKED, Subject(kind=SubjectKind.STATION, name=pair.name), verdict),
-                ),
+                rejections=(rig_rejection(Reason.RIG_KNOCKED, station, verdict),),
             )
     rejections = check_pair(pair, coarse)
     return RigCheck(health=None if rejections else health, rejections=rejections)

@@ -7,7 +7,7 @@ from datetime import date, datetime
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
-from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.codes import Note, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
@@ -59,8 +59,8 @@ class ElementProgress:
     tilt_rad: float | None
     stations: tuple[str, ...]
     last_seen: date | None
-    notes: tuple[str, ...]
-    doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
+    notes: tuple[Note, ...]
+    doubts: tuple[Note, ...] = ()  # of the notes, what to look at before it is paid for
     best_when_seen: float | None = None  # the best estimate of the last visit that had one
     first_built: date | None = None  # the first visit that saw something of it built, of what is still held to stand
     complete_on: date | None = None  # the first visit since which it has been complete
@@ -295,7 +295,7 @@ class ProgressReport:
     rejections: tuple[Rejection, ...]
     unmatched: tuple[Rejection, ...]
     unobserved: tuple[str, ...]  # design face ids
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     provenance: Provenance | None = None  # the edge fills it in
     schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.progress.history import frame_of, stands_still
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport
 
-NOTE = "revised design"
 _NAMED = 10
 
 
@@ -48,35 +48,25 @@ def _faces(report: ProgressReport) -> dict[str, dict[str, DesignFaceRecord]]:
     return faces
 
 
-def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
+def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[Note, ...]:
     """Return one note a kind of change, naming the elements; nothing where the design is as it was."""
     changes = design_changes(before, after)
-    since = f"{NOTE} (against the result of {before.visit_date.isoformat()})"
-    kept = "what was seen of them counts where it stands no further off the new design than concrete may"
-    told = (
-        (changes.gone, "gone", "what was seen of them is left out"),
-        (changes.new, "new", ""),
-        (changes.reshaped, "changed in shape", kept),
-        (changes.moved, "moved", kept),
+    kinds = (
+        (Reason.DESIGN_REMOVED, changes.gone),
+        (Reason.DESIGN_ADDED, changes.new),
+        (Reason.DESIGN_RESHAPED, changes.reshaped),
+        (Reason.DESIGN_MOVED, changes.moved),
     )
-    return tuple(
-        f"{since}: {len(elements)} {what}: {_names(elements)}" + (f"; {so}" if so else "")
-        for elements, what, so in told
-        if elements
-    )
+    return tuple(_note(code, elements, before) for code, elements in kinds if elements)
 
 
-def reissued_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[str, ...]:
+def reissued_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[Note, ...]:
     """Return the note on elements that have other GlobalIds now; `before` bears the new ones already."""
     found = [element for element in before.elements if element.global_id in set(ids.values())]
-    if not found:
-        return ()
-    return (
-        f"{NOTE} (against the result of {before.visit_date.isoformat()}): {len(found)} have other GlobalIds and stand "
-        f"where they stood: {_names(found)}; what was seen of them counts",
-    )
+    return (_note(Reason.DESIGN_NEW_IDS, found, before),) if found else ()
 
 
-def _names(elements: Sequence[ElementProgress]) -> str:
-    named = ", ".join(f"{e.kind} {e.name or e.global_id}" for e in elements[:_NAMED])
-    return named + (f" and {len(elements) - _NAMED} more" if len(elements) > _NAMED else "")
+def _note(code: Reason, elements: Sequence[ElementProgress], before: ProgressReport) -> Note:
+    named = tuple(f"{e.kind} {e.name or e.global_id}" for e in elements[:_NAMED])
+    values: Values = {"elements": named, "count": len(elements), "since": before.visit_date.isoformat()}
+    return Note(code=code, subject=about(SubjectKind.DESIGN), values=values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from asbuilt_bim.bim.model import DesignFace
+from asbuilt_bim.codes import Note
 from asbuilt_bim.geometry.arrays import FloatArray
 
 
@@ -33,9 +34,9 @@ class SurfaceState:
     tilt_rad: float | None
     stations: dict[str, float]
     conflict_area_m2: float  # seen built by one station and open by another
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     parts: tuple[str, ...] = ()  # measured faces (ids) that looked whole, while concrete goes on past their outlines
-    doubts: tuple[str, ...] = ()  # of the notes, what to look at before it is paid for
+    doubts: tuple[Note, ...] = ()  # of the notes, what to look at before it is paid for
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
     whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen

@@ -8,6 +8,7 @@ from datetime import date
 from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, State, StationRecord
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.words import Words
 
@@ -93,7 +94,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date) -> ElementR
         visit=visit,
         last_seen=element.last_seen,
         stations=", ".join(element.stations),
-        notes="; ".join(element.notes),
+        notes="; ".join(map(note_words, element.notes)),
     )
 
 

@@ -8,6 +8,7 @@ from datetime import date, datetime
 from asbuilt_bim.progress.completion.planned import Knowledge, due_but_unknown, late_elements, verdict
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.values import plain
 
 
@@ -25,7 +26,7 @@ class TaskRow:
     seen_complete: date | None
     knowledge: Knowledge
     completion: Completion
-    told: float | None  # share that schedules are told
+    certain: float | None  # the share that schedules get: the lower bound
     planned: float | None
     days_late: int | None  # None: unknown, or there is no plan
     days_late_least: int | None  # None: there is no plan
@@ -41,12 +42,12 @@ class TaskRow:
 
     @property
     def has_plan(self) -> bool:
-        """Say whether lateness can be told at all."""
+        """Say whether lateness is known at all."""
         return self.days_late_least is not None
 
     @property
     def days_range(self) -> str:
-        """Write how many days late it is at least and at most; the one or the other where that is all that is told."""
+        """Write how many days late it is in the best and the worst case; one number where that is all that is known."""
         least, most = self.days_late_least, self.days_late_most
         return str(least) if most is None or most <= (least or 0) else f"{least} to {most}"
 
@@ -114,7 +115,7 @@ def late_words(report: ProgressReport) -> str:
 
 
 def _task_row(task: TaskProgress) -> TaskRow:
-    told, group = verdict(task), task.progress
+    known, group = verdict(task), task.progress
     return TaskRow(
         identification=task.identification,
         name=group.name or group.key,
@@ -124,9 +125,9 @@ def _task_row(task: TaskProgress) -> TaskRow:
         planned_finish=task.schedule_finish,
         seen_begun=task.actual_start,
         seen_complete=task.actual_finish,
-        knowledge=told.knowledge,
+        knowledge=known.knowledge,
         completion=group.completion,
-        told=told.share,
+        certain=known.share,
         planned=task.planned,
         days_late=task.days_late,
         days_late_least=task.days_late_least,
@@ -138,5 +139,5 @@ def _task_row(task: TaskProgress) -> TaskRow:
         not_started=group.not_started,
         unknown=group.unknown,
         others=task.others,
-        note=told.note,
+        note=note_words(known.note),
     )

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from pathlib import Path
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids, moment
 from asbuilt_bim.schedule.safe_xml import child, children, text
 
@@ -17,7 +19,7 @@ _SHARE_OF_DURATION = {"19", "20", "51", "52"}  # lag formats that are percents, 
 _TENTHS_OF_MINUTE = 600.0  # in an hour
 
 
-def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
+def msp_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[Note, ...]]:
     """Return the tasks of an MS Project document and remarks; summaries only as the outline of what is below them."""
     rows: list[ScheduleRow] = []
     above: list[tuple[int, str]] = []
@@ -37,7 +39,7 @@ def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]
         baseline = _baseline(task)
         baselines += baseline is not None
         holder = task if baseline is None else baseline
-        start, finish, fault = dates(text(holder, "Start"), text(holder, "Finish"))
+        start, finish, fault = dates(text(holder, "Start"), text(holder, "Finish"), text(task, "Name"))
         rows.append(
             ScheduleRow(
                 uid=text(task, "UID"),
@@ -52,8 +54,9 @@ def msp_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]
                 calendar=text(task, "CalendarUID"),
             )
         )
-    notes = (f"{baselines} of its {len(rows)} tasks have a baseline: that is their plan",) if baselines else ()
-    return tuple(rows), notes
+    counts = {"count": baselines, "of": len(rows)}
+    note = Note(code=Reason.SCHEDULE_BASELINES, subject=about(SubjectKind.SCHEDULE, path.name), values=counts)
+    return tuple(rows), ((note,) if baselines else ())
 
 
 def _baseline(task: ET.Element) -> ET.Element | None:

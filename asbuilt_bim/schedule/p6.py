@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
+from pathlib import Path
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.schedule.msp import number
 from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids
 from asbuilt_bim.schedule.safe_xml import children, text
@@ -20,11 +22,13 @@ _NO_WORK = {"WBS Summary", "Level of Effort"}
 MAX_OUTLINE = 50
 
 
-def p6_rows(root: ET.Element) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
+def p6_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[Note, ...]]:
     """Return the activities of a P6 document's projects and remarks; baselines are other projects and aren't read."""
     projects = children(root, "Project")
-    notes = (f"it holds {len(projects)} projects, which are read as one",) if len(projects) > 1 else ()
-    return tuple(_rows([*projects, root])), notes  # the schema allows activities beside their project too
+    count = {"count": len(projects)}
+    note = Note(code=Reason.SCHEDULE_PROJECTS, subject=about(SubjectKind.SCHEDULE, path.name), values=count)
+    rows = _rows([*projects, root])  # the schema allows activities beside their project too
+    return tuple(rows), ((note,) if len(projects) > 1 else ())
 
 
 def _rows(holders: Sequence[ET.Element]) -> list[ScheduleRow]:
@@ -46,6 +50,7 @@ def _row(activity: ET.Element, wbs: dict[str, ET.Element], links: dict[str, list
     start, finish, fault = dates(
         text(activity, "PlannedStartDate") or text(activity, "StartDate"),
         text(activity, "PlannedFinishDate") or text(activity, "FinishDate"),
+        text(activity, "Name"),
     )
     return ScheduleRow(
         uid=text(activity, "ObjectId"),

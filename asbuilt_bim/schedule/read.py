@@ -8,6 +8,7 @@ from typing import Literal
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource, WorkCalendar
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, own_calendars, p6_calendar
 from asbuilt_bim.schedule.link_elements import with_schedule
@@ -49,27 +50,30 @@ def read_schedule(path: Path | str) -> ScheduleFile:
     if _looks_like_xml(data):
         root = parse_xml(data, path)
         if local(root.tag) == "APIBusinessObjects":
-            kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root), p6_calendar(root, path)
+            kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root, path), p6_calendar(root, path)
         elif local(root.tag) == "Project":
-            kind, (rows, notes), calendar = "MS Project XML", msp_rows(root), msp_calendar(root, path)
+            kind, (rows, notes), calendar = "MS Project XML", msp_rows(root, path), msp_calendar(root, path)
             if recurring := msp_recurring(root):
-                notes = (*notes, f"{recurring} recurring exceptions of its calendars aren't counted as days off")
+                notes = (*notes, _count(Reason.SCHEDULE_RECURRING, recurring, path))
         else:
             raise ScheduleError(
                 f"{path}: XML, but neither of MS Project nor of P6 (its root is <{local(root.tag)[:40]}>)"
             )
         calendars, own, lost = own_calendars(root, path)
         if own:
-            written = "the schedules that are written here count them in the project's"
-            notes = (*notes, f"{own} tasks have calendars of their own and are held against these; {written}")
+            notes = (*notes, _count(Reason.SCHEDULE_OWN_CALENDARS, own, path))
         if lost:
-            notes = (*notes, f"{lost} tasks name calendars that it doesn't hold; they are counted in the project's")
+            notes = (*notes, _count(Reason.SCHEDULE_LOST_CALENDARS, lost, path))
     else:
         rows, notes = csv_rows(data, path)
     _check(rows, path)
     digest = f"sha256:{hashlib.sha256(data).hexdigest()}"
     source = ScheduleSource(name=path.name, digest=digest, kind=kind, calendar=calendar)
     return ScheduleFile(source=source, rows=rows, notes=notes, calendars=calendars)
+
+
+def _count(code: Reason, count: int, path: Path) -> Note:
+    return Note(code=code, subject=about(SubjectKind.SCHEDULE, path.name), values={"count": count})
 
 
 def _looks_like_xml(data: bytes) -> bool:

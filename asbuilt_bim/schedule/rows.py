@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from datetime import date, datetime, time
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 
 MAX_ROWS = 200_000
 """The largest schedules of building projects have some ten thousand tasks."""
@@ -29,7 +30,7 @@ class ScheduleRow:
     finish: datetime | None
     links: tuple[TaskLink, ...]
     global_ids: tuple[str, ...]  # of IFC tasks or of elements, out of its custom fields
-    fault: str = ""  # why its dates don't count, where they don't
+    fault: Note | None = None  # why its dates don't count, where they don't
     calendar: str = ""  # the number of its own calendar
 
 
@@ -39,7 +40,7 @@ class ScheduleFile:
 
     source: ScheduleSource
     rows: tuple[ScheduleRow, ...]
-    notes: tuple[str, ...]  # what could not be taken over, in words
+    notes: tuple[Note, ...]  # what could not be taken over
     calendars: Mapping[str, WorkCalendar] = field(default_factory=dict)  # those of tasks' own, by number
 
 
@@ -63,15 +64,18 @@ def moment(text: str, *, end: bool) -> datetime | None:
     return at_time(value.date(), end=end) if len(text.strip()) <= len("2026-03-02") else value
 
 
-def dates(start: str, finish: str) -> tuple[datetime | None, datetime | None, str]:
+def dates(start: str, finish: str, task: str) -> tuple[datetime | None, datetime | None, Note | None]:
     """Return a task's start and finish as they are written, and what is wrong with them; then both are None."""
+    subject = about(SubjectKind.TASK, task)
     begin, end = moment(start, end=False), moment(finish, end=True)
     for name, written, found in (("start", start, begin), ("finish", finish, end)):
         if written and found is None:
-            return None, None, f"its {name} {written[:30]!r} is no date from {FIRST_YEAR} to {LAST_YEAR}"
+            values: Values = {"end": name, "written": written[:30], "years": (FIRST_YEAR, LAST_YEAR)}
+            return None, None, Note(code=Reason.SCHEDULE_DATE_UNREADABLE, subject=subject, values=values)
     if begin and end and end < begin:
-        return None, None, f"its finish {end:%Y-%m-%d %H:%M} is before its start {begin:%Y-%m-%d %H:%M}"
-    return begin, end, ""
+        values = {"start": f"{begin:%Y-%m-%d %H:%M}", "finish": f"{end:%Y-%m-%d %H:%M}"}
+        return None, None, Note(code=Reason.SCHEDULE_FINISH_BEFORE_START, subject=subject, values=values)
+    return begin, end, None
 
 
 def at_time(day: date, *, end: bool) -> datetime:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from datetime import date, datetime
 from pathlib import Path
 
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleRow, at_time, global_ids, moment
 
@@ -25,7 +26,7 @@ _GERMAN = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 MAX_FAULTS = 8
 
 
-def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[str, ...]]:
+def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[Note, ...]]:
     """Return the tasks of a CSV file; dates as 2026-03-02 (with or without a time) or 02.03.2026.
 
     Raises:
@@ -48,17 +49,18 @@ def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[st
     if faults:
         more = f"\n  and {len(faults) - MAX_FAULTS} more" if len(faults) > MAX_FAULTS else ""
         raise ScheduleError(f"{path}: can't be used:\n  " + "\n  ".join(faults[:MAX_FAULTS]) + more)
-    return tuple(rows), _unread(lines[0][1], rows)
+    return tuple(rows), _unread(lines[0][1], rows, path)
 
 
-def _unread(header: list[str], rows: list[ScheduleRow]) -> tuple[str, ...]:
+def _unread(header: list[str], rows: list[ScheduleRow], path: Path) -> tuple[Note, ...]:
     """Say that durations aren't read, where a task has a start and no finish: which days are worked, no CSV says."""
     named = [cell.strip() for cell in header if re.sub(r"[\s_-]", "", cell).casefold() in DURATIONS]
     lack = sum(1 for row in rows if row.start and not row.finish)
     if not named or not lack:
         return ()
-    of = "1 task that has" if lack == 1 else f"{lack} tasks that have"
-    return (f"the column {named[0][:40]!r} isn't read: write the finish of {of} a start and none",)
+    values: Values = {"column": named[0][:40], "count": lack}
+    subject = about(SubjectKind.SCHEDULE, path.name)
+    return (Note(code=Reason.SCHEDULE_DURATIONS_UNREAD, subject=subject, values=values),)
 
 
 def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:

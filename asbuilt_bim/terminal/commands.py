@@ -25,6 +25,7 @@ from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.wording.changes import changes
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.storage.atomic_write import place_problem
@@ -105,7 +106,7 @@ def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
         incomplete |= warn_of_visit(visit, report, screen)
         for note in report.notes:
             if note not in result.design.notes:  # a rig that was refined, or knocked on the way
-                screen.warn(f"visit {visit.date.isoformat()}: {note}")
+                screen.warn(f"visit {visit.date.isoformat()}: {note_words(note)}")
     return incomplete
 
 

@@ -12,6 +12,7 @@ from rich.text import Text
 from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.ifc.read.facts import FileFacts
 from asbuilt_bim.ifc.read.georeference import Georeference
+from asbuilt_bim.report.wording.notes import note_words
 
 MAX_ROWS = 40
 _SAID = {True: "yes", False: "no", None: "not said"}
@@ -131,7 +132,7 @@ def _notes(design: BimModel) -> Table:
     table = _table("What can't be used", "")
     table.show_header = False
     for note in design.notes[:MAX_ROWS]:
-        _row(table, note)
+        _row(table, note_words(note))
     _more(table, len(design.notes))
     return table
 

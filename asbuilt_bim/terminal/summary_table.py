@@ -10,11 +10,12 @@ from rich.text import Text
 from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
-from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.codes import Note, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import verdict
 from asbuilt_bim.report.tables import of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import percent, percent_range, plain
 from asbuilt_bim.terminal.screen import Screen
@@ -98,10 +99,10 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
     checks, effect = calibration.checks, area_effect(rig)
     if effect is not None:
         lines.append(
-            f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px; the calibration "
-            f"alone leaves an area at 5 m open by {100 * effect.sigma:.2f} % (one sigma)"
+            f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px. "
+            f"Calibration adds ±{100 * effect.sigma:.2f} % to an area at 5 m (one sigma)"
         )
-    reasons: Sequence[str] = checks.warnings
+    reasons: Sequence[str] = [note_words(warning) for warning in checks.warnings]
     if known_lengths is not None:
         judged = verdict(calibration, effect, known_lengths)
         lines.append(f"  {judged.sentence}")
@@ -131,10 +132,10 @@ def _reasons(name: str, report: ProgressReport) -> list[str]:
     return [words_of(r).at_station for r in about] or ["no reason was given"]
 
 
-def warn_of_design(names: str, notes: Sequence[str], screen: Screen) -> None:
+def warn_of_design(names: str, notes: Sequence[Note], screen: Screen) -> None:
     """Say what of the design couldn't be used: it is missing from every number."""
     for note in notes[:MAX_NOTES]:
-        screen.warn(f"{names}: {note}")
+        screen.warn(f"{names}: {plain(note_words(note))}")
     if len(notes) > MAX_NOTES:
         screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
 

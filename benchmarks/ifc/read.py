@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.read.design import inspect_file
+from asbuilt_bim.report.wording.notes import note_words
 from benchmarks.ifc.rounds import peak_mb
 from benchmarks.sites import DATA, absent
 from benchmarks.table import Line, line, options, quantiles, report, told
@@ -86,7 +87,7 @@ def _design(design: BimModel, path: Path) -> dict[str, object]:
         "apart": [round(float(value), 6) for value in apart],
         "sizes": [[e.length_m, e.thickness_m, e.height_m] for e in design.elements[:1]],
         "qto": _qto(design),
-        "notes": list(design.notes),
+        "notes": [note_words(note) for note in design.notes],
     }
 
 

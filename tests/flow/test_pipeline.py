@@ -8,7 +8,7 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
-from asbuilt_bim.codes import Reason
+from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about
 from asbuilt_bim.flow.measure_visit import Workplace, measure_job, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
@@ -16,6 +16,7 @@ from asbuilt_bim.flow.pipeline import RunResult, run_project
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import result_document, write_result
 from asbuilt_bim.scale.cache import Cache
+from tests.notes import codes, the
 from tests.site_fixture import contents, copy_station, rig_file, small_project, write
 
 
@@ -143,9 +144,10 @@ def test_a_station_left_out_of_an_earlier_visit_is_named_in_the_later_report(pro
     gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
     visits = (replace(first, stations=(gone, *first.stations[1:])), second)
     reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
-    told = f"nothing of station {gone.name} of the visit of {first.date} counts here"
-    assert any(note.startswith(told) for note in reports[1].notes)
-    assert not any(told in note for note in reports[0].notes)
+    note = the(reports[1].notes, Reason.STATIONS_NOT_USED)
+    assert note.subject == about(SubjectKind.VISIT, first.date.isoformat())
+    assert note.values == {"stations": (gone.name,)}
+    assert Reason.STATIONS_NOT_USED not in codes(reports[0].notes)
 
 
 def test_photos_that_tell_another_day_than_the_visits_are_warned_of_in_its_report(
@@ -188,8 +190,7 @@ def test_changes_against_an_earlier_run_call_no_element_new_that_an_export_gave_
         before = previous_result(out)
         again = with_revision(run_project(other, Workplace(workers=1, cache=cache), Heard()), before)
         published = publish_run(out, again, other, when)
-    (note,) = [note for note in again.reports[-1].notes if note.startswith("revised design")]
-    assert "have other GlobalIds" in note
+    assert [code for code in codes(again.reports[-1].notes) if code in REVISIONS] == [Reason.DESIGN_NEW_IDS]
     told = (published.folder / "changes.txt").read_text(encoding="utf-8").lower()
     assert "new in the design" not in told and "no longer in the design" not in told
 
@@ -206,8 +207,8 @@ def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_id
     )
     assert again.whole.completion == same.whole.completion
     assert {e.global_id for e in again.elements}.isdisjoint(e.global_id for e in same.elements)
-    (note,) = [note for note in again.notes if note.startswith("revised design")]
-    assert f"{len(same.elements)} have other GlobalIds" in note
+    (note,) = [note for note in again.notes if note.code in REVISIONS]
+    assert note.code == Reason.DESIGN_NEW_IDS and note.values["count"] == len(same.elements)
 
 
 def test_a_station_left_out_of_a_visit_under_history_is_named_in_every_later_report(
@@ -216,12 +217,12 @@ def test_a_station_left_out_of_a_visit_under_history_is_named_in_every_later_rep
     first, second = project.visits
     gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
     alone = replace(project, visits=(replace(first, stations=(gone, *first.stations[1:])),))
-    place, told = Workplace(workers=1, cache=cache), f"nothing of station {gone.name} of the visit of {first.date}"
+    place = Workplace(workers=1, cache=cache)
     write_result(run_project(alone, place, Heard()).reports[0], tmp_path / "first.json")
     then = replace(project, visits=(second,), history=(tmp_path / "first.json",))
     (later,) = run_project(then, place, Heard()).reports
-    assert [note.startswith(told) for note in later.notes].count(True) == 1
+    assert the(later.notes, Reason.STATIONS_NOT_USED).values == {"stations": (gone.name,)}
     write_result(later, tmp_path / "second.json")
     third = replace(second, date=second.date.replace(month=12))
     (last,) = run_project(replace(then, visits=(third,), history=(tmp_path / "second.json",)), place, Heard()).reports
-    assert [note.startswith(told) for note in last.notes].count(True) == 1
+    assert the(last.notes, Reason.STATIONS_NOT_USED) == the(later.notes, Reason.STATIONS_NOT_USED)

@@ -12,6 +12,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.rig_check import SIGNS_OF_KNOCK, Outcome, watch_rig
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import RejectedStation
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.vision.stereo.test_rig_health import calibrated, health, turned
 
@@ -40,7 +41,10 @@ def test_a_knock_on_the_way_refuses_the_stations_after_it_and_says_when_it_was()
     watched = watch_rig(outcomes([0.0, 0.0, 0.3, 0.3]), calibrated())
     knocked = [outcome.rejections[0].code is Reason.RIG_KNOCKED for outcome in watched.outcomes]
     assert knocked == [False, False, True, True]
-    assert "between station S1 and station S2" in watched.notes[0]
+    (note,) = watched.notes
+    assert note.code == Reason.RIG_KNOCKED_BETWEEN
+    assert (note.values["last_before"], note.values["first_after"]) == ("S1", "S2")
+    assert "between stations S1 and S2" in note_words(note)
 
 
 def test_with_refining_the_stations_are_measured_again_with_the_rig_that_their_photos_show() -> None:
@@ -58,7 +62,7 @@ def test_with_refining_the_stations_are_measured_again_with_the_rig_that_their_p
     ((names, rig),) = asked
     assert names == ["S0", "S1", "S2"] and rig.baseline_m == pytest.approx(calibrated().baseline_m, rel=1e-12)
     assert all(not outcome.rejections for outcome in watched.outcomes)
-    assert watched.records[0].refined and "refined from" in watched.notes[0]
+    assert watched.records[0].refined and watched.notes[0].code == Reason.RIG_USED_REFINED
 
 
 def test_a_sound_rig_changes_nothing() -> None:

@@ -8,8 +8,11 @@ from typing import Any
 import pytest
 
 from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import ModelBuilder
+from tests.notes import codes, the
 
 VOLUME = "IfcQuantityVolume"
 
@@ -33,7 +36,7 @@ def test_a_slab_on_a_line_is_counted_as_not_measured_and_said(builder: ModelBuil
     found = design(builder, tmp_path)
     (line,) = found.cost_lines
     assert (len(line.elements), line.others, line.unit_scale) == (1, 1, 1.0)
-    assert any("concrete: 1 of the 2 elements that it pays for are not measured" in note for note in found.notes)
+    assert the(found.notes, Reason.COST_PART_UNMEASURED).values == {"item": "concrete", "others": 1, "of": 2}
 
 
 def test_walls_out_of_scope_stay_on_the_line_as_not_measured(builder: ModelBuilder, tmp_path: Path) -> None:
@@ -60,7 +63,7 @@ def test_a_line_whose_parts_are_lines_is_left_out_and_said(builder: ModelBuilder
     builder.rooted("IfcRelNests", RelatingObject=whole, RelatedObjects=[part])
     found = design(builder, tmp_path)
     assert [line.name for line in found.cost_lines] == ["columns"]
-    assert any(note.startswith("cost item all concrete: the items nested in it") for note in found.notes)
+    assert the(found.notes, Reason.COST_NESTED).values == {"item": "all concrete"}
 
 
 def test_a_tender_beside_a_budget_is_a_schedule_of_its_own(builder: ModelBuilder, tmp_path: Path) -> None:
@@ -72,16 +75,16 @@ def test_a_tender_beside_a_budget_is_a_schedule_of_its_own(builder: ModelBuilder
     relation.RelatingControl = tender
     found = design(builder, tmp_path)
     assert [line.schedule for line in found.cost_lines] == ["budget", "tender"]
-    assert any("2 cost schedules" in note for note in found.notes)
-    assert not any("both pay for the same elements" in note for note in found.notes)
+    assert the(found.notes, Reason.COST_SCHEDULES_SEVERAL).values == {"count": 2}
+    assert Reason.COST_PAID_TWICE not in codes(found.notes)
 
 
 def test_two_lines_of_one_schedule_on_the_same_elements_are_named(builder: ModelBuilder, tmp_path: Path) -> None:
     made = column(builder)
     for name, quantity in (("concrete", VOLUME), ("concrete again", VOLUME), ("formwork", "IfcQuantityArea")):
         builder.cost(name, [made], quantity, 0.48, 210.0)
-    notes = [note for note in design(builder, tmp_path).notes if "both pay for the same elements" in note]
-    assert notes == ["cost items concrete and concrete again: both pay for the same elements by volume; both count"]
+    words = note_words(the(design(builder, tmp_path).notes, Reason.COST_PAID_TWICE))
+    assert words == "cost items concrete and concrete again: both pay for the same elements by volume; both count"
 
 
 def test_an_item_that_takes_money_off_is_named_since_its_certain_value_counts_what_was_not_seen(
@@ -90,19 +93,15 @@ def test_an_item_that_takes_money_off_is_named_since_its_certain_value_counts_wh
     made = column(builder)
     builder.cost("concrete", [made], VOLUME, 0.48, 210.0)
     builder.cost("deduction", [made], "IfcQuantityCount", 2.0, -15.0)
-    notes = [note for note in design(builder, tmp_path).notes if "off" in note]
-    assert notes == [
-        "cost item deduction: takes 30.00 off when all of it is built; what wasn't seen of it is taken off "
-        "certain totals, too"
-    ]
+    note = the(design(builder, tmp_path).notes, Reason.COST_TAKES_OFF)
+    assert (note.values["item"], note.values["amount"]) == ("deduction", 30.0)
 
 
 def test_items_that_pay_for_no_wall_or_column_are_told_by_number(builder: ModelBuilder, tmp_path: Path) -> None:
     slab = builder.box("IfcSlab", "S", (5.0, 5.0, 0.0), (4.0, 4.0, 0.3))
     builder.cost("concrete", [column(builder)], VOLUME, 0.48, 210.0)
     builder.cost("slab", [slab], VOLUME, 4.8, 210.0)
-    said = "cost items that pay for no wall or column measured here: 1;"
-    assert any(note.startswith(said) for note in design(builder, tmp_path).notes)
+    assert the(design(builder, tmp_path).notes, Reason.COST_ELSEWHERE).values == {"count": 1}
 
 
 def test_a_task_that_makes_a_slab_too_knows_of_it(builder: ModelBuilder, tmp_path: Path) -> None:
@@ -125,7 +124,7 @@ def test_rates_that_hold_one_after_the_other_are_not_added_up(builder: ModelBuil
     item.CostValues = [until, since]
     found = design(builder, tmp_path)
     assert [line.name for line in found.cost_lines] == ["sound"]  # 435 a cubic metre is nobody's rate
-    assert any(note.startswith("cost item risen: it has several rates, some for a time") for note in found.notes)
+    assert the(found.notes, Reason.COST_RATES_SEVERAL).values == {"item": "risen"}
     item.CostValues = [until]
     assert [line.rate for line in design(builder, tmp_path).cost_lines] == [210.0, 210.0]
 
@@ -146,7 +145,7 @@ def test_a_cost_beyond_all_numbers_is_left_out_and_its_item_named(
     builder.cost("typo", [made], VOLUME, quantity, rate)
     found = design(builder, tmp_path)
     assert [line.name for line in found.cost_lines] == ["sound"]
-    assert any(f"cost item typo: {says}" in note and note.endswith("it is left out") for note in found.notes)
+    assert any(words.startswith(f"cost item typo left out: {says}") for words in map(note_words, found.notes))
 
 
 @pytest.mark.parametrize("factor", [0.0, 1e300])
@@ -161,7 +160,7 @@ def test_a_cost_in_a_unit_that_cannot_be_is_left_out(builder: ModelBuilder, tmp_
         ConversionFactor=builder.make("IfcMeasureWithUnit", builder.make("IfcReal", factor), metre),
     )
     found = design(builder, tmp_path)
-    assert found.cost_lines == () and any("which no unit is" in note for note in found.notes)
+    assert found.cost_lines == () and Reason.COST_UNIT_IMPOSSIBLE in codes(found.notes)
 
 
 def test_a_number_of_ifc4x3_without_a_unit_is_a_count_and_one_of_kilograms_is_none(tmp_path: Path) -> None:
@@ -173,4 +172,4 @@ def test_a_number_of_ifc4x3_without_a_unit_is_a_count_and_one_of_kilograms_is_no
     found = design(builder, tmp_path)
     (line,) = found.cost_lines
     assert (line.name, line.measure, line.unit, line.planned_quantity) == ("half built in", "count", "pcs", 2.5)
-    assert any(note.startswith("cost item steel: its quantities are not all") for note in found.notes)
+    assert the(found.notes, Reason.COST_MIXED_QUANTITIES).values == {"item": "steel"}

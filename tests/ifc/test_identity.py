@@ -8,9 +8,12 @@ from typing import Any
 import pytest
 
 from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.codes import Reason, SubjectKind
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import ModelBuilder
+from tests.notes import the
 
 SIZE = (2.0, 0.2, 3.0)
 
@@ -28,9 +31,9 @@ def two_walls(builder: ModelBuilder) -> tuple[Any, Any]:
     ("key", "says"),
     [
         ("", "its GlobalId is empty"),
-        ("short", "its GlobalId is 'short' (5 characters)"),
+        ("short", "its GlobalId 'short' (5 characters) is not 22"),
         ("2XQ$n5SLP5MBLyL442paF", "(21 characters)"),
-        ("2XQ$n5SLP5MBLyL442paF-", "(22 characters), not 22 letters, digits, _ or $"),
+        ("2XQ$n5SLP5MBLyL442paF-", "(22 characters) is not 22 letters, digits, _ or $"),
     ],
 )
 def test_a_wall_whose_global_id_is_none_is_left_out_and_named(key: str, says: str, tmp_path: Path) -> None:
@@ -39,9 +42,10 @@ def test_a_wall_whose_global_id_is_none_is_left_out_and_named(key: str, says: st
     bad.GlobalId = key
     found = design(builder, tmp_path)
     assert [element.name for element in found.elements] == ["W2"]
-    assert any(note.startswith("left out: IfcWall W1: ") and says in note for note in found.notes)
+    words = note_words(the(found.notes, Reason.GLOBAL_ID_INVALID))
+    assert words.startswith("left out: IfcWall W1: ") and says in words
     builder.file.remove(good)
-    with pytest.raises(DesignError, match="IfcWall W1: its GlobalId is"):
+    with pytest.raises(DesignError, match="GlobalId invalid: IfcWall, W1"):
         design(builder, tmp_path)
 
 
@@ -53,7 +57,7 @@ def test_a_wall_without_any_global_id_is_left_out_and_named(tmp_path: Path) -> N
     path.write_text(path.read_text().replace(f"'{key}'", "$"))
     found = read_design(path)
     assert [element.name for element in found.elements] == ["W2"]
-    assert any("IfcWall W1: its GlobalId is empty" in note for note in found.notes)
+    assert the(found.notes, Reason.GLOBAL_ID_INVALID).values["global_id"] == ""
 
 
 def test_an_id_whose_first_sign_real_programs_write_though_no_128_bits_have_it_is_one(tmp_path: Path) -> None:
@@ -75,8 +79,10 @@ def test_tasks_costs_and_storeys_of_one_id_count_once_and_the_second_is_named(tm
     assert [task.name for task in found.tasks] == ["pour"]
     assert [line.name for line in found.cost_lines] == ["a"]
     assert [storey.name for storey in found.storeys] == ["Level 0"]
-    for name in ("IfcTask strike", "IfcCostItem b", "IfcBuildingStorey Level 1"):
-        assert any(f"left out: {name}: it has the GlobalId " in note for note in found.notes)
+    twice = [note for note in found.notes if note.code == Reason.GLOBAL_ID_TWICE]
+    left_out = {(note.subject.kind, note.values["thing"]) for note in twice}
+    kinds = SubjectKind
+    assert left_out == {(kinds.TASK, "strike"), (kinds.COST_LINE, "b"), (kinds.STOREY, "Level 1")}
 
 
 def test_elements_of_a_storey_without_an_id_belong_to_none(tmp_path: Path) -> None:
@@ -85,7 +91,7 @@ def test_elements_of_a_storey_without_an_id_belong_to_none(tmp_path: Path) -> No
     builder.levels[0].GlobalId = "short"
     found = design(builder, tmp_path)
     assert {element.storey for element in found.elements} == {""}
-    assert any("left out: IfcBuildingStorey Level 0" in note for note in found.notes)
+    assert the(found.notes, Reason.GLOBAL_ID_INVALID).values["thing"] == "Level 0"
 
 
 def test_elements_of_a_second_storey_of_one_id_do_not_count_in_the_first(tmp_path: Path) -> None:
@@ -95,4 +101,4 @@ def test_elements_of_a_second_storey_of_one_id_do_not_count_in_the_first(tmp_pat
     builder.levels[1].GlobalId = builder.levels[0].GlobalId
     found = design(builder, tmp_path)
     assert {element.name: bool(element.storey) for element in found.elements} == {"W0": True, "W1": False}
-    assert any("1 walls or columns belong to no storey" in note for note in found.notes)
+    assert the(found.notes, Reason.NO_STOREY).values["count"] == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.globalid_remap import reissued, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
@@ -65,5 +66,5 @@ def test_new_ids_are_no_revision_and_are_told_once() -> None:
     changes = design_changes(renamed, after)
     assert not (changes.gone or changes.new or changes.reshaped or changes.moved)
     (note,) = reissued_notes(renamed, ids)
-    assert "3 have other GlobalIds and stand where they stood" in note
+    assert note.code == Reason.DESIGN_NEW_IDS and note.values["count"] == 3
     assert reissued_notes(report(), {}) == ()

@@ -7,6 +7,7 @@ import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Task
 from asbuilt_bim.bim.schedule import WorkCalendar, weekday
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.progress.completion.planned import verdict
@@ -231,7 +232,8 @@ def test_a_task_that_makes_a_slab_too_is_told_by_its_lower_bound_and_never_finis
     told = verdict(made)
     assert made.actual_finish is None and not told.finished
     assert (told.knowledge, told.share) == ("part measured", pytest.approx(0.5))
-    assert "1 of 2 are not measured here" in told.note
+    assert told.note.code == Reason.TASK_PART_MEASURED
+    assert (told.note.values["others"], told.note.values["of"]) == (1, 2)
 
 
 def test_faces_without_a_decision_are_listed_as_unobserved() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.model import BimModel, DesignFace
+from asbuilt_bim.codes import REVISIONS, Reason
 from asbuilt_bim.errors import ResultError
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.ifc.read.design import read_design
@@ -23,8 +24,10 @@ from asbuilt_bim.progress.revision import design_changes, revision_notes
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.report.result.document import read_past, write_result
 from asbuilt_bim.report.wording.changes import changes
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
+from tests.notes import codes
 from tests.report.sample_report import sample_report
 
 OPTIONS = ProgressOptions()
@@ -82,8 +85,10 @@ def test_gone_new_reshaped_and_moved_elements_are_told_apart(tmp_path: Path) -> 
     names = [[e.name for e in part] for part in (found.gone, found.new, found.reshaped, found.moved)]
     assert names == [["gone"], ["new"], ["wall"], ["round"]]
     notes = revision_notes(old, new)
-    assert len(notes) == 4 and all(note.startswith("revised design") for note in notes)
-    assert "1 changed in shape: wall wall" in notes[2] and "no further off the new design" in notes[2]
+    kinds = [Reason.DESIGN_REMOVED, Reason.DESIGN_ADDED, Reason.DESIGN_RESHAPED, Reason.DESIGN_MOVED]
+    assert codes(notes) == kinds and set(kinds) < REVISIONS
+    assert notes[2].values == {"elements": ("wall wall",), "count": 1, "since": old.visit_date.isoformat()}
+    assert note_words(notes[2]).startswith("Revised design (against the result of ")
     said = changes(old, new)
     assert any("wall wall: other shape in the design" in line for line in said)
     assert any("column round: moved in the design" in line for line in said)

@@ -7,6 +7,7 @@ from datetime import date
 import numpy as np
 import pytest
 
+from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -20,6 +21,7 @@ from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.register.pose import PlacedStation
+from asbuilt_bim.report.wording.notes import note_words
 from tests.match.small_site import (
     Box,
     box,
@@ -32,6 +34,7 @@ from tests.match.small_site import (
     shifted,
     station,
 )
+from tests.notes import codes, the
 
 DAY = date(2026, 3, 2)
 POSE = looking([1.5, -5.0, 1.6], [1.5, 0.0, 1.5])
@@ -108,7 +111,7 @@ def test_a_hidden_wall_is_unknown_and_never_nought_percent() -> None:
     assert one.state == "unknown" and one.completion.best is None
     assert (one.completion.lower, one.completion.upper) == (0.0, 1.0)
     assert surfaces["W-0"].built_area_m2 == surfaces["W-0"].open_area_m2 == 0.0
-    assert any("stands before" in note for note in one.notes)
+    assert Reason.PARTLY_HIDDEN in codes(one.notes)
 
 
 def test_poles_before_a_wall_hide_no_more_of_it_than_they_cover() -> None:
@@ -141,7 +144,9 @@ def test_a_neighbour_twelve_centimetres_behind_is_not_built_from_afar_once_its_p
     assert by_depth["W-0"].built_area_m2 > 4.0  # so far off, depth can't tell
     _, surfaces = visit(station("A1", afar, [neighbour, BACKDROP, GROUND], [face]))
     assert surfaces["W-0"].built_area_m2 < 0.2
-    assert any("12 cm behind it" in note for note in surfaces["W-0"].notes)
+    note = the(surfaces["W-0"].notes, Reason.STANDS_OFF)
+    assert note.subject == about(SubjectKind.FACE, "A1/1", "A1")
+    assert note_words(note) == "A surface in photo A1 stands 12 cm behind the design and was not counted"
 
 
 def test_depth_alone_says_built_only_on_a_patch_too_large_for_clutter() -> None:
@@ -198,7 +203,7 @@ def test_a_face_past_whose_outline_the_concrete_goes_on_is_not_called_whole() ->
     report, surfaces = visit(outlined((0.0, 1.8)))
     (face,) = report.stations[0].faces
     assert not face.whole and surfaces["W-0"].parts == ("A1/1",)
-    assert any("go on past" in note for note in only(report).notes)
+    assert the(only(report).notes, Reason.PAST_OUTLINE).subject == about(SubjectKind.FACE, "A1/1", "A1")
     report, _ = visit(outlined((0.0, 3.0)))
     assert report.stations[0].faces[0].whole
 
@@ -225,7 +230,7 @@ def test_a_wall_under_its_pour_line_is_whole_though_starter_bars_stand_over_it()
 def test_whole_measurements_three_sigma_apart_are_flagged() -> None:
     one, other = see([WALL], 2.8), see([WALL], 2.6, "A2")
     _, surfaces = visit(one, other)
-    assert any("over 3 sigma" in note for note in surfaces["W-0"].notes)
+    assert Reason.AREAS_APART in codes(surfaces["W-0"].notes)
 
 
 def test_stations_that_contradict_each_other_are_flagged() -> None:
@@ -286,7 +291,7 @@ def test_a_small_face_behind_the_design_by_the_cover_of_its_steel_is_starter_bar
     face = measured("A1/1", POSE, shifted(FRONT, -0.05), polygon.box(0.5, 0.0, 0.9, 0.6))
     report, surfaces = visit(station("A1", POSE, [cage, BACKDROP, GROUND], [face]))
     assert surfaces["W-0"].built_area_m2 == 0.0
-    assert any("starter bars" in note for note in only(report).notes)
+    assert the(only(report).notes, Reason.STARTER_BARS).values["area_m2"] == pytest.approx(0.24, rel=1e-3)
 
 
 def test_an_outline_that_runs_over_a_gap_in_depth_is_not_built_there() -> None:

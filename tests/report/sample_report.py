@@ -28,6 +28,7 @@ from asbuilt_bim.progress.report import (
     TaskProgress,
 )
 from asbuilt_bim.progress.surface import SurfaceState
+from tests.notes import unstated
 
 VISIT = date(2026, 3, 16)
 EARLIER = date(2026, 3, 2)
@@ -100,7 +101,7 @@ def sample_report() -> ProgressReport:
             ),
         ),
         unobserved=tuple(f.face_id for f in faces if f.surface.unknown_area_m2 >= f.exposed_area_m2 - 1e-9),
-        notes=("The IFC file has 2 walls without a body; they are left out.",),
+        notes=(unstated("The IFC file has 2 walls without a body; they are left out."),),
         provenance=Provenance(
             program_version="0.1.0",
             created="2026-03-17T08:30:00+00:00",
@@ -152,7 +153,7 @@ def _element(index: int, faces: list[DesignFaceRecord]) -> ElementProgress:
         tilt_rad=0.002 if measured else None,
         stations=("A1", "A2") if seen else (),
         last_seen=(EARLIER if index == 3 else VISIT) if seen else None,
-        notes=("one side seen built and open: look at it",) if index == 4 else (),
+        notes=(unstated("one side seen built and open: look at it"),) if index == 4 else (),
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Value, Values, about
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.scale.cache import Cache, default_folder, digest_of
 from asbuilt_bim.scale.codec import from_bytes, plain_digest, to_bytes
@@ -147,3 +147,30 @@ def test_the_folder_can_be_named_or_switched_off(monkeypatch: pytest.MonkeyPatch
 
 def test_parts_of_a_digest_do_not_run_into_each_other() -> None:
     assert digest_of(["ab", "c"]) != digest_of(["a", "bc"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noted:
+    warnings: tuple[Note, ...]
+
+
+def test_a_note_comes_back_exactly_whatever_its_values_are() -> None:
+    values: Values = {
+        "share": 0.1 + 0.2,
+        "whole": 1.0,
+        "count": 3,
+        "flag": True,
+        "model": "rational",
+        "number_as_text": "3",
+        "stations": ("A1", "A2"),
+        "turn_rad": (0.0, 1e-17),
+        "years": (1950, 2200),
+        "none": (),
+    }
+    note = Note(code=Reason.CALIBRATION_LENS, subject=about(SubjectKind.FACE, "A1/2", "A1"), values=values)
+    before = Noted(warnings=(note,))
+    after = from_bytes(to_bytes(before, Noted), Noted)
+    assert after == before
+    assert {key: type(value) for key, value in after.warnings[0].values.items()} == {
+        key: type(value) for key, value in values.items()
+    }

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.progress.completion.planned import planned_share
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.schedule.link_elements import with_schedule
 from asbuilt_bim.schedule.read import read_schedule
+from tests.notes import the
 from tests.schedule.files import COLUMN, MSP, P6, TASK_A, TASK_B, WALL, design, task, written
 
 OLD = datetime(2025, 1, 1)
@@ -24,10 +27,9 @@ def test_tasks_are_tied_by_name_and_what_makes_no_element_is_named(tmp_path: Pat
     assert walls.schedule_uid == "12"
     assert tied.schedule is not None
     assert tied.schedule.kind == "MS Project XML"
-    assert any(
-        "2 of its 3 tasks are tied to walls or columns; no task of the IFC" in note and "'Painting'" in note
-        for note in tied.notes
-    )
+    note = the(tied.notes, Reason.SCHEDULE_NOT_LINKED)
+    assert note.values == {"linked": 2, "of": 3, "tasks": ("Painting",), "count": 1}
+    assert note.subject == about(SubjectKind.SCHEDULE, plan.source.name)
 
 
 def test_a_global_id_goes_before_a_name_and_an_activity_id_ties_what_has_another_name(tmp_path: Path) -> None:
@@ -55,7 +57,7 @@ def test_a_task_with_a_calendar_of_its_own_is_held_against_that(tmp_path: Path) 
         columns, walls = tied.tasks
         assert columns.calendar is None and walls.calendar is not None
         assert [day.minutes for day in walls.calendar.week] == [540] * 7  # the project's rests on Sundays
-        assert any("1 tasks have calendars of their own" in note for note in tied.notes)
+        assert the(tied.notes, Reason.SCHEDULE_OWN_CALENDARS).values == {"count": 1}
     held = {
         one.name: planned_share(walls.schedule_start, walls.schedule_finish, date(2026, 3, 22), one)
         for one in (tied.schedule.calendar, walls.calendar)
@@ -79,14 +81,14 @@ def test_an_outline_number_alone_ties_nothing(tmp_path: Path) -> None:
     plan = read_schedule(written(tmp_path, MSP))
     tied = with_schedule(design(task(TASK_A, "Site fence", "1.1")), plan)
     assert tied.tasks[0].schedule_start == OLD
-    assert any("which keep their own dates: 'Site fence'" in note for note in tied.notes)
+    assert the(tied.notes, Reason.SCHEDULE_LACKS_TASKS).values["tasks"] == ("Site fence",)
 
 
 def test_what_fits_twice_is_tied_to_neither_and_named(tmp_path: Path) -> None:
     plan = read_schedule(written(tmp_path, MSP.replace("Painting", "Walls")))
     tied = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Walls")), plan)
     assert tied.tasks[1].schedule_start == OLD
-    assert any("not tied, because more than one" in note and "'Walls'" in note for note in tied.notes)
+    assert the(tied.notes, Reason.SCHEDULE_AMBIGUOUS).values["tasks"] == ("Walls",)
     twice = with_schedule(design(task(TASK_A, "Columns"), task(TASK_B, "Columns")), plan)
     assert all(one.schedule_start == OLD for one in twice.tasks)
 
@@ -132,16 +134,17 @@ def test_dates_that_cannot_be_leave_the_ifcs_own_and_are_said(tmp_path: Path, te
     tied = with_schedule(design(task(TASK_B, "Walls")), plan)
     (walls,) = tied.tasks
     assert (walls.schedule_start, walls.schedule_finish) == (OLD, datetime(2025, 1, 2))
-    assert any(f"'Walls': {says}; the IFC's dates stand" in note for note in tied.notes)
+    assert f"Schedule, task 'Walls': {says}. The IFC's dates stand" in map(note_words, tied.notes)
 
 
 def test_a_start_alone_leaves_the_ifcs_finish_or_its_dates_where_that_is_before_it(tmp_path: Path) -> None:
     text = MSP.replace("<Finish>2026-03-27T17:00:00</Finish>", "")
-    for year, start, says in [
-        (2027, datetime(2026, 3, 16, 8), "it has no finish, the IFC's finish stands"),
-        (2025, OLD, "which the IFC's finish contradicts; the IFC's dates stand"),
+    for year, start, code in [
+        (2027, datetime(2026, 3, 16, 8), Reason.SCHEDULE_DATE_MISSING),
+        (2025, OLD, Reason.SCHEDULE_DATE_CONTRADICTED),
     ]:
         walls = replace(task(TASK_B, "Walls"), schedule_finish=datetime(year, 1, 2))
         tied = with_schedule(design(walls), read_schedule(written(tmp_path, text)))
         assert (tied.tasks[0].schedule_start, tied.tasks[0].schedule_finish) == (start, datetime(year, 1, 2))
-        assert any(says in note for note in tied.notes)
+        note = the(tied.notes, code)
+        assert note.values["missing"] == "finish" and note.values["ifc_dates"]

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.bim.schedule import TaskLink
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.read import read_schedule
+from tests.notes import codes, the
 from tests.schedule.files import COLUMN, MSP, P6, TASK_A, WALL, written
 
 DATA = Path(os.environ.get("ASBUILT_BIM_DATA", Path(__file__).parents[3] / "shared" / "data")) / "ifc"
@@ -22,7 +24,7 @@ def test_ms_project_tasks_come_with_their_outline_their_baseline_and_their_links
     assert walls.links == (TaskLink(predecessor="11", kind="SS", lag_h=8.0),)
     assert walls.finish == datetime(2026, 3, 27, 17)
     assert painting.outline == ()
-    assert "1 of its 3 tasks have a baseline" in found.notes[0]
+    assert the(found.notes, Reason.SCHEDULE_BASELINES).values == {"count": 1, "of": 3}
 
 
 def test_ms_project_working_time_holds_holidays_and_falls_back_on_the_office_week(tmp_path: Path) -> None:
@@ -41,7 +43,7 @@ def test_days_off_that_recur_are_named_and_not_taken_for_one_long_holiday(tmp_pa
     )
     found = read_schedule(written(tmp_path, MSP.replace("</Calendar>", weekly)))
     assert found.source.calendar.hours(datetime(2026, 3, 2), datetime(2026, 3, 4)) == 16.0
-    assert "1 recurring exceptions of its calendars aren't counted as days off" in found.notes
+    assert the(found.notes, Reason.SCHEDULE_RECURRING).values == {"count": 1}
 
 
 def test_exceptions_that_cover_centuries_are_refused_by_their_sum_and_in_time(tmp_path: Path) -> None:
@@ -107,15 +109,14 @@ def test_a_p6_span_that_ends_on_the_half_hour_keeps_its_last_minute(tmp_path: Pa
 
 
 def test_tasks_that_name_a_calendar_which_the_file_lacks_are_counted_in_a_note(tmp_path: Path) -> None:
-    note = "1 tasks name calendars that it doesn't hold; they are counted in the project's"
     msp = MSP.replace("<UID>11</UID>", "<UID>11</UID><CalendarUID>3</CalendarUID>")
     msp = msp.replace("<UID>12</UID>", "<UID>12</UID><CalendarUID>1</CalendarUID>")
     p6 = P6.replace("<Activity><Id>A1000", "<Activity><CalendarObjectId>9</CalendarObjectId><Id>A1000")
     p6 = p6.replace("<Activity><Id>A1010", "<Activity><CalendarObjectId>7</CalendarObjectId><Id>A1010")
     for text in (msp, p6):
-        assert note in read_schedule(written(tmp_path, text)).notes
+        assert the(read_schedule(written(tmp_path, text)).notes, Reason.SCHEDULE_LOST_CALENDARS).values == {"count": 1}
     for text in (MSP, P6):
-        assert note not in read_schedule(written(tmp_path, text)).notes
+        assert Reason.SCHEDULE_LOST_CALENDARS not in codes(read_schedule(written(tmp_path, text)).notes)
 
 
 def test_p6_activities_beside_their_project_are_read_too(tmp_path: Path) -> None:
@@ -142,7 +143,7 @@ def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable
 def test_durations_in_a_csv_are_said_not_to_be_read_where_a_finish_is_missing(tmp_path: Path) -> None:
     text = "name,start,Duration,finish\nA,2026-03-02,5,\nB,2026-03-02,5,2026-03-06\n"
     (note,) = read_schedule(written(tmp_path, text, "plan.csv")).notes
-    assert note == "the column 'Duration' isn't read: write the finish of 1 task that has a start and none"
+    assert note.code == Reason.SCHEDULE_DURATIONS_UNREAD and note.values == {"column": "Duration", "count": 1}
     assert read_schedule(written(tmp_path, text.replace("5,\n", "5,2026-03-06\n"), "plan.csv")).notes == ()
 
 

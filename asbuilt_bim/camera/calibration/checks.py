@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust, rms_px
-from asbuilt_bim.camera.calibration.lens_check import BetterLens, CornerFit, better_lens
+from asbuilt_bim.camera.calibration.lens_check import CornerFit, better_lens
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, right_from_left_of
 from asbuilt_bim.camera.triangulate import triangulate
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import apply, rigid
@@ -41,7 +42,7 @@ class Checks:
     focal_sigma_px: float
     baseline_sigma_m: float
     lens_left_px: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Note, ...]
 
 
 def refuse_impossible(right_from_left: FloatArray, scale: str, remedy: str) -> None:
@@ -98,20 +99,17 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
     focal_sigma, baseline_sigma, relative = scale_sigmas(adjusted)
     lens = better_lens(views, adjusted)
     off = length or 0.0
-    warnings = [
-        text
-        for is_so, text in (
-            (min(left, right) < _LOW_COVERAGE, f"the boards cover {100 * min(left, right):.0f} % of the frame only"),
-            (
-                hold_out > max(_LARGE_HOLD_OUT * adjusted.rms_px, 0.3),
-                f"views kept back miss by {hold_out:.2f} px, the others by {adjusted.rms_px:.2f} px",
-            ),
-            (off > _LARGE_LENGTH_ERROR, f"the boards' diagonals come out {100 * off:.2f} % wrong"),
-            (relative > _LARGE_SCALE_SIGMA, f"focal length and baseline are known to {100 * relative:.2f} % only"),
-            (lens is not None, _lens_warning(lens)),
-        )
-        if is_so
-    ]
+    warnings: list[Note] = []
+    if min(left, right) < _LOW_COVERAGE:
+        warnings.append(warning(Reason.CALIBRATION_COVERAGE, {"share": min(left, right)}))
+    if hold_out > max(_LARGE_HOLD_OUT * adjusted.rms_px, 0.3):
+        warnings.append(warning(Reason.CALIBRATION_HOLD_OUT, {"hold_out_px": hold_out, "rms_px": adjusted.rms_px}))
+    if off > _LARGE_LENGTH_ERROR:
+        warnings.append(warning(Reason.CALIBRATION_LENGTH, {"share": off}))
+    if relative > _LARGE_SCALE_SIGMA:
+        warnings.append(warning(Reason.CALIBRATION_SCALE, {"share": relative}))
+    if lens is not None:
+        warnings.append(warning(Reason.CALIBRATION_LENS, {"left_px": lens.left_px, "model": lens.model}))
     return Checks(
         coverage_left=left,
         coverage_right=right,
@@ -134,13 +132,9 @@ def scale_sigmas(adjusted: Adjustment) -> tuple[float, float, float]:
     return focal_px, baseline_m, float(np.hypot(focal_px / adjusted.shared[0], baseline_m / np.linalg.norm(shift)))
 
 
-def _lens_warning(lens: BetterLens | None) -> str:
-    if lens is None:
-        return ""
-    return (
-        f"the lens model leaves {lens.left_px:.2f} px that another explains: calibrate with the model {lens.model} "
-        f"(rig.boards.distortion: {lens.model}, or --lens {lens.model})"
-    )
+def warning(code: Reason, values: Values) -> Note:
+    """Return a note on what to take care of with a calibration."""
+    return Note(code=code, subject=about(SubjectKind.RIG), values=values)
 
 
 def share_covered(pixels: FloatArray, size: tuple[int, int]) -> float:

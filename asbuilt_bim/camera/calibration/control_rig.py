@@ -14,6 +14,7 @@ from asbuilt_bim.camera.calibration.checks import (
     refuse_impossible,
     scale_sigmas,
     share_covered,
+    warning,
 )
 from asbuilt_bim.camera.calibration.control_file import ControlPoints
 from asbuilt_bim.camera.calibration.dlt import camera_from_points
@@ -28,7 +29,7 @@ from asbuilt_bim.camera.calibration.parameters import (
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import rig_problems
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind
 from asbuilt_bim.errors import CalibrationError, Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, vector_from_rotation
@@ -185,15 +186,15 @@ def _checks(view: BoardView, adjusted: Adjustment, size: tuple[int, int]) -> Che
     hold_out = _hold_out(view, adjusted)
     focal, baseline, relative = scale_sigmas(adjusted)
     length = length_error(adjusted.shared, view, size)
-    warnings = []
+    warnings: list[Note] = []
     if not _fits_lens(view):
-        warnings.append(f"fewer than {FEWEST_FOR_LENS} points in a photo: the lens was taken to be straight")
+        warnings.append(warning(Reason.CONTROL_POINTS_FEW, {"fewest": FEWEST_FOR_LENS}))
     if (reach := min(_reach(view.left_px, size), _reach(view.right_px, size))) < _LOW_REACH:
-        warnings.append(f"the points reach over {100 * reach:.0f} % of a photo only: beyond them the lens is a guess")
+        warnings.append(warning(Reason.CONTROL_POINTS_REACH, {"share": reach}))
     if hold_out > max(2.0 * adjusted.rms_px, 1.0):
-        warnings.append(f"points kept back miss by {hold_out:.2f} px, the others by {adjusted.rms_px:.2f} px")
+        warnings.append(warning(Reason.CONTROL_POINTS_HOLD_OUT, {"hold_out_px": hold_out, "rms_px": adjusted.rms_px}))
     if relative > 0.005:
-        warnings.append(f"focal length and baseline are known to {100 * relative:.2f} % only")
+        warnings.append(warning(Reason.CALIBRATION_SCALE, {"share": relative}))
     return Checks(
         coverage_left=left, coverage_right=right, hold_out_rms_px=hold_out, length_error=length,
         focal_sigma_px=focal, baseline_sigma_m=baseline, lens_left_px=0.0, warnings=tuple(warnings),

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
+from asbuilt_bim.codes import REVISIONS
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
@@ -19,13 +20,14 @@ from asbuilt_bim.ifc.read.source import file_digest, files_digest
 from asbuilt_bim.ifc.write.federation import write_copies
 from asbuilt_bim.progress.globalid_remap import known_again, reissued, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
-from asbuilt_bim.progress.revision import NOTE, reissued_notes, revision_notes
+from asbuilt_bim.progress.revision import reissued_notes, revision_notes
 from asbuilt_bim.project.networks import identities
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
 from asbuilt_bim.report.result.document import CARRIED, VISITS, read_before, read_result, write_result
 from asbuilt_bim.report.wording.changes import write_changes
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import run_writers, writers_of
 from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
@@ -140,10 +142,10 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
     Where the design is the earlier run's, the notes that that one carried stay: they tell of the last revision.
     """
     last = result.reports[-1]
-    if before is None or before.provenance is None or any(note.startswith(NOTE) for note in last.notes):
+    if before is None or before.provenance is None or any(note.code in REVISIONS for note in last.notes):
         return result
     if before.provenance.ifc_digest == result.design.file_digest:
-        notes = tuple(note for note in before.notes if note.startswith(NOTE))
+        notes = tuple(note for note in before.notes if note.code in REVISIONS)
     else:
         ids = reissued(before, result.design)
         known = with_new_ids(before, ids)
@@ -177,7 +179,7 @@ def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressRep
     for one in earlier:
         write_overlays(one, read_pictures(one, folder), folder / "overlays")
     colours = STATE_COLOURS if colour else None
-    write_copies(ifc, report, folder, earlier=earlier, colours=colours)
+    write_copies(ifc, report, folder, earlier=earlier, colours=colours, words=note_words)
     return report
 
 

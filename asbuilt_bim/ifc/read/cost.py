@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.names import AS_BUILT
 from asbuilt_bim.ifc.read.assignments import Tied, tied
@@ -18,16 +19,13 @@ MAX_NUMBER = 1e15
 """No building's quantity, rate or unit; sums of what is beyond it lose cents, then overflow."""
 
 
-def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[tuple[CostLine, ...], tuple[str, ...]]:
+def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[tuple[CostLine, ...], tuple[Note, ...]]:
     """Return the cost lines that pay for elements of the design, and notes on the items that can't be used."""
     if file.schema == "IFC2X3":
-        note = (
-            "IFC2X3 cost items hold neither quantities nor rates: no cost line is read, and nothing is priced; an IFC4 "
-            "file can hold them, or price the workbook's elements by hand"
-        )
+        note = Note(code=Reason.COST_NOT_IN_IFC2X3, subject=about(SubjectKind.DESIGN))
         return (), (note,) if file.by_type("IfcCostItem") else ()
     lines: dict[int, CostLine] = {}
-    notes: list[str] = []
+    notes: list[Note] = []
     elsewhere = 0
     paying: dict[Any, tuple[Tied, str]] = {}
     for item, schedule in planned_items(file):
@@ -36,22 +34,23 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
             paying[item] = pays_for, schedule
         else:
             elsewhere += bool(item.CostQuantities and item.CostValues)
-    known, strangers = with_ids(paying, each_once=True)
+    known, strangers = with_ids(paying, SubjectKind.COST_LINE, each_once=True)
     notes += strangers
     for item in known:
         pays_for, schedule = paying[item]
         line = _line(file, item, schedule, pays_for, units)
-        if isinstance(line, str):
-            notes.append(f"cost item {item.Name or item.GlobalId}: {line}; it is left out")
+        if isinstance(line, Note):
+            notes.append(line)
         else:
             lines[item.id()] = line
     whole = [number for number in lines if _has_part_among(file.by_id(number), lines)]
     for line in [lines.pop(number) for number in whole]:
-        name = line.name or line.global_id
-        notes.append(f"cost item {name}: the items nested in it count in its place; it is left out")
+        subject = about(SubjectKind.COST_LINE, line.global_id)
+        notes.append(Note(code=Reason.COST_NESTED, subject=subject, values={"item": line.name or line.global_id}))
     notes += cost_notes(list(lines.values()))
     if elsewhere:
-        notes.append(f"cost items that pay for no wall or column measured here: {elsewhere}; they are in no sum here")
+        count = {"count": elsewhere}
+        notes.append(Note(code=Reason.COST_ELSEWHERE, subject=about(SubjectKind.DESIGN), values=count))
     return tuple(lines.values()), tuple(notes)
 
 
@@ -102,25 +101,25 @@ def _has_part_among(item: Any, lines: Mapping[int, CostLine]) -> bool:
     return any(inner.id() in lines for inner in _tree(item) if inner.id() != item.id())
 
 
-def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> CostLine | str:
-    """Return a cost item as a line, or why it can't be one."""
+def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> CostLine | Note:
+    """Return a cost item as a line, or a note that says why it can't be one."""
     quantities = [q for q in item.CostQuantities or () if q.is_a("IfcPhysicalSimpleQuantity")]
     if not quantities:
-        return "it has no quantity"
+        return _note(Reason.COST_NO_QUANTITY, item, {})
     measure = quantity_measure(quantities[0])
     if measure is None or any(quantity_measure(q) != measure for q in quantities):
-        return "its quantities are not all volumes, all areas, all lengths or all counts"
+        return _note(Reason.COST_MIXED_QUANTITIES, item, {})
     own = quantities[0].Unit
     scale = unit_scale(own) if own is not None else units.scale(measure)
     if not 1.0 / MAX_NUMBER <= scale <= MAX_NUMBER:
-        return f"one of its units would be {scale:.3g} SI units, which no unit is; correct the unit"
+        return _note(Reason.COST_UNIT_IMPOSSIBLE, item, {"unit_scale": scale})
     planned = sum(units.quantity(q)[1] for q in quantities) / scale
     rate = _sum_of_rates(item.CostValues or (), measure, units, scale)
-    if isinstance(rate, str):
-        return rate
-    for name, value in (("quantity", planned), ("rate", rate)):
+    if isinstance(rate, Reason):
+        return _note(rate, item, {})
+    for code, value in ((Reason.COST_QUANTITY_IMPOSSIBLE, planned), (Reason.COST_RATE_IMPOSSIBLE, rate)):
         if not abs(value) <= MAX_NUMBER:
-            return f"its {name} {value:.3g} is no number up to {MAX_NUMBER:.0e}; correct it in the cost schedule"
+            return _note(code, item, {"written": f"{value:.3g}", "limit": MAX_NUMBER})
     return CostLine(
         global_id=item.GlobalId,
         name=item.Name or "",
@@ -137,13 +136,18 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> 
     )
 
 
-def _sum_of_rates(values: Sequence[Any], measure: Measure, units: Units, scale: float) -> float | str:
+def _note(code: Reason, item: Any, values: Values) -> Note:
+    subject = about(SubjectKind.COST_LINE, item.GlobalId)
+    return Note(code=code, subject=subject, values={"item": item.Name or item.GlobalId, **values})
+
+
+def _sum_of_rates(values: Sequence[Any], measure: Measure, units: Units, scale: float) -> float | Reason:
     """Return the sum of an item's cost values per one of the line's unit, or why they have none."""
     if len(values) > 1 and any(one.ApplicableDate or one.FixedUntilDate or one.Condition for one in values):
-        return "it has several rates, some for a time or on a condition: they are no sum; leave the one that holds"
+        return Reason.COST_RATES_SEVERAL
     rates = [_rate(value, measure, units, scale) for value in values]
     if not rates or any(rate is None for rate in rates):
-        return "it has no rate, or one that is no plain sum"
+        return Reason.COST_NO_RATE
     return float(sum(rate for rate in rates if rate is not None))
 
 

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from asbuilt_bim.bim.exposure import expose, touching
 from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Obstacle, Task
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import freeze, frozen
 from asbuilt_bim.ifc.geometry.bodies import Body, read_bodies
@@ -130,11 +131,12 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
                 lines[line.global_id] = _with_ties(lines.get(line.global_id, line), line)
             notes += (*task_notes, *cost_notes)
     if homeless := sum(not element.storey for element in design.elements):
-        why = "" if design.storeys else " (the file holds no IfcBuildingStorey)"
-        notes.append(f"{homeless} walls or columns belong to no storey{why}: they count in the whole only")
-    for kind, things in (("task", tasks.values()), ("cost line", lines.values())):
+        values: Values = {"count": homeless, "storeys": len(design.storeys)}
+        notes.append(Note(code=Reason.NO_STOREY, subject=about(SubjectKind.DESIGN), values=values))
+    for code, things in ((Reason.NOT_IN_TASKS, tasks.values()), (Reason.NOT_IN_COST_LINES, lines.values())):
         if without := len(ids.difference(*(thing.elements for thing in things))) if things else 0:
-            notes.append(f"walls and columns in no {kind}: {without} of {len(ids)}")
+            values = {"count": without, "of": len(ids)}
+            notes.append(Note(code=code, subject=about(SubjectKind.DESIGN), values=values))
     return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
 
 
@@ -146,9 +148,11 @@ def _with_ties(first: Planned, again: Planned) -> Planned:
     return replace(first, elements=elements, others=first.others + again.others)
 
 
-def _why_empty(notes: Sequence[str], scope: str | None) -> str:
+def _why_empty(notes: Sequence[Note], scope: str | None) -> str:
     if notes:
-        return f"no wall or column has a body that can be used ({notes[0]}); export it with its geometry"
+        first = notes[0]
+        values = ", ".join(str(value) for value in first.values.values() if value != "")
+        return f"no wall or column has a body that can be used ({first.code}: {values}); export it with its geometry"
     if scope:
         return f"no wall or column lies in the scope {scope!r}; widen it"
     return "there is no IfcWall or IfcColumn; give the structural model"

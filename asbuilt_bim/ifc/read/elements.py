@@ -14,6 +14,7 @@ import numpy as np
 from asbuilt_bim.bim.mesh import merged, pieces, signed_volume, turned_outwards
 from asbuilt_bim.bim.model import BimElement, ElementClass
 from asbuilt_bim.bim.shape import axes
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import inverse
@@ -40,11 +41,11 @@ _SAMPLE = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReadElements:
-    """What was read: elements, the products that may touch elements, and in words what couldn't be used."""
+    """What was read: elements, the products that may touch elements, and what couldn't be used."""
 
     elements: tuple[BimElement, ...]
     others: tuple[Any, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def read_elements(member: Member, number: int, scope: str | None, taken: frozenset[str] = frozenset()) -> ReadElements:
@@ -59,13 +60,13 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
     everything = walls_and_columns(file)
     candidates = [product for product in everything if product.GlobalId not in taken]
     chosen = _in_scope(file, candidates, scope, where)
-    chosen, strangers = with_ids(chosen)
+    chosen, strangers = with_ids(chosen, SubjectKind.ELEMENT)
     _check_ids(chosen, where)
     parts = [part for product in chosen if not _has_body(product) for part in parts_of(product)]
     check_unit(file, [*chosen, *parts], member.units.length_scale, where)
     bodies = read_bodies(file, [*chosen, *parts], member.units.length_scale, world_from_file=member.world_from_file)
     elements: list[BimElement] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     bodiless: list[str] = []
     for product in chosen:
         body = _body_of(product, bodies, member)
@@ -73,12 +74,13 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
             bodiless.append(_label(product))
         else:
             element = _read_or_note(product, body, member.units, number)
-            if isinstance(element, str):
+            if isinstance(element, Note):
                 notes.append(element)
             else:
                 elements.append(element)
     if twice := len(everything) - len(candidates):
-        notes.append(f"{twice} walls or columns of {member.path.name} are in an earlier file too and count there")
+        subject = about(SubjectKind.FILE, member.path.name)
+        notes.append(Note(code=Reason.IN_EARLIER_FILE, subject=subject, values={"count": twice}))
     return ReadElements(
         elements=tuple(elements),
         others=_others(file, everything, {product.id() for product in chosen}, taken),
@@ -96,18 +98,23 @@ def _others(file: Any, candidates: list[Any], picked: set[int], taken: frozenset
     return tuple({product.id(): product for product in around}.values())
 
 
-def _bodiless_note(labels: list[str]) -> tuple[str, ...]:
+def _bodiless_note(labels: list[str]) -> tuple[Note, ...]:
     if not labels:
         return ()
-    named = ", ".join(labels[:_NAMED]) + (f" and {len(labels) - _NAMED} more" if len(labels) > _NAMED else "")
-    return (f"no usable body, so not measured: {named}",)
+    values: Values = {"elements": tuple(labels[:_NAMED]), "count": len(labels)}
+    return (Note(code=Reason.NO_BODY, subject=about(SubjectKind.DESIGN), values=values),)
 
 
-def _read_or_note(product: Any, body: Body, units: Units, number: int) -> BimElement | str:
+def _read_or_note(product: Any, body: Body, units: Units, number: int) -> BimElement | Note:
     try:
         return _element(product, body, units, number)
     except Exception as error:  # whatever is wrong with one element must not cost the others: the note carries it
-        return f"{_label(product)} can't be used: {type(error).__name__}: {error}"
+        return _note(Reason.ELEMENT_UNUSABLE, product, {"error": f"{type(error).__name__}: {error}"})
+
+
+def _note(code: Reason, product: Any, values: Values) -> Note:
+    named = {"ifc_class": product.is_a(), "element": product.Name or ""}
+    return Note(code=code, subject=about(SubjectKind.ELEMENT, product.GlobalId), values={**named, **values})
 
 
 def _by_type(file: Any, name: str) -> list[Any]:
@@ -172,16 +179,17 @@ def _body_of(product: Any, bodies: dict[int, Body], member: Member) -> Body | No
     return Body(mesh=merged(tuple(body.mesh for body in inner)), world_from_local=world_from_local)
 
 
-def _element(product: Any, body: Body, units: Units, number: int) -> BimElement:
+def _element(product: Any, body: Body, units: Units, number: int) -> BimElement | Note:
     kind: ElementClass = "column" if product.is_a("IfcColumn") else "wall"
     mesh = merged(tuple(turned_outwards(piece) for piece in pieces(body.mesh)))
     preferred: FloatArray | None = body.world_from_local[:2, 0] if kind == "wall" else None
     axis_from_world, extents = axes(mesh, preferred)
     if extents.max() > MAX_SIZE_M:
-        raise ValueError(f"it is {extents.max():.0f} m long (limit {MAX_SIZE_M:.0f} m): check the file's length unit")
+        sizes = {"length_m": float(extents.max()), "limit_m": MAX_SIZE_M}
+        return _note(Reason.ELEMENT_TOO_LONG, product, sizes)
     faces = design_faces(mesh, product.GlobalId, kind, axis_from_world, inverse(_rigid(body.world_from_local)))
     if not faces:
-        raise ValueError("its body has no upright face")
+        return _note(Reason.NO_UPRIGHT_FACE, product, {})
     return BimElement(
         global_id=product.GlobalId,
         ifc_class=product.is_a(),

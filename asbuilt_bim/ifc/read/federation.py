@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement, Storey
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import inverse
 from asbuilt_bim.ifc.read.georeference import Georeference, read_georeference
@@ -33,7 +34,7 @@ class Member:
     georeference: Georeference | None
     world_from_file: FloatArray
     storeys: tuple[Storey, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def member(path: Path, file: Any, first: Member | None) -> Member:
@@ -57,7 +58,7 @@ def member(path: Path, file: Any, first: Member | None) -> Member:
     )
 
 
-def _place(path: Path, own: Georeference | None, first: Member | None) -> tuple[FloatArray, tuple[str, ...]]:
+def _place(path: Path, own: Georeference | None, first: Member | None) -> tuple[FloatArray, tuple[Note, ...]]:
     """Return where a file's world lies in the first one's: by their maps, else they are taken to be the same."""
     if first is None:
         return np.eye(4), ()
@@ -67,9 +68,9 @@ def _place(path: Path, own: Georeference | None, first: Member | None) -> tuple[
         return (np.eye(4) if np.abs(place - np.eye(4)).max() < _NOTHING_M else place), ()
     if own is None and other is None:
         return np.eye(4), ()
-    maps = [georeference.crs if georeference else "no map" for georeference in (own, other)]
-    said = f"{path.name} ({maps[0]}) and {first.path.name} ({maps[1]}) are not on one map: taken to share coordinates"
-    return np.eye(4), (said,)
+    maps = [georeference.crs if georeference else "" for georeference in (own, other)]
+    values: Values = {"map": maps[0], "other_file": first.path.name, "other_map": maps[1]}
+    return np.eye(4), (Note(code=Reason.NOT_ON_ONE_MAP, subject=about(SubjectKind.FILE, path.name), values=values),)
 
 
 def same_storeys(

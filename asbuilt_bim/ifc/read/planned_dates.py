@@ -8,6 +8,7 @@ from typing import Any
 
 import ifcopenshell.util.date
 
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.ifc.read.work_calendar import worked_out_finish
 
 
@@ -17,7 +18,7 @@ class PlannedDates:
 
     start: datetime | None = None
     finish: datetime | None = None
-    fault: str = ""
+    fault: Note | None = None
     worked_out: bool = False
 
 
@@ -25,9 +26,7 @@ def planned_dates(task: Any) -> PlannedDates:
     """Return when a task is planned."""
     all_times = task_times(task)
     if len({(moment(times.ScheduleStart), moment(times.ScheduleFinish)) for times in all_times}) > 1:
-        return PlannedDates(
-            fault=f"it stands in {len(all_times)} schedules with other dates in each; it has no plan here"
-        )
+        return PlannedDates(fault=_fault(Reason.PLANS_DIFFER, task, {"schedules": len(all_times)}))
     if not all_times:
         return PlannedDates()
     times = all_times[0]
@@ -35,11 +34,11 @@ def planned_dates(task: Any) -> PlannedDates:
     start, finish = (moment(one) for one in written)
     for name, one, found in (("start", written[0], start), ("finish", written[1], finish)):
         if one is not None and found is None:
-            text = f"its {name} {str(one)[:40]!r} is no date; it has no plan here: correct the schedule"
-            return PlannedDates(fault=text)
+            values: Values = {"end": name, "written": str(one)[:40]}
+            return PlannedDates(fault=_fault(Reason.DATE_UNREADABLE, task, values))
     if start and finish and finish < start:
-        days = f"its finish {finish.date()} is before its start {start.date()}"
-        return PlannedDates(fault=f"{days}; it has no plan here: correct the schedule")
+        days = {"start": start.date().isoformat(), "finish": finish.date().isoformat()}
+        return PlannedDates(fault=_fault(Reason.FINISH_BEFORE_START, task, days))
     if start and written[1] is None and getattr(times, "ScheduleDuration", None):
         return _by_duration(task, times, start)
     return PlannedDates(start=start, finish=finish)
@@ -72,12 +71,13 @@ def _by_duration(task: Any, times: Any, start: datetime) -> PlannedDates:
     finish = worked_out_finish(task, times, start)
     if finish is not None:
         return PlannedDates(start=start, finish=finish, worked_out=True)
-    lasts = str(times.ScheduleDuration)[:40]
-    return PlannedDates(
-        start=start,
-        fault=f"it has a start and a duration ({lasts}) and no finish, and no calendar says for sure when that ends; "
-        "it has no planned finish here: write the finish into the schedule",
-    )
+    lasts = {"duration": str(times.ScheduleDuration)[:40]}
+    return PlannedDates(start=start, fault=_fault(Reason.FINISH_UNKNOWN, task, lasts))
+
+
+def _fault(code: Reason, task: Any, values: Values) -> Note:
+    subject = about(SubjectKind.TASK, str(task.GlobalId))
+    return Note(code=code, subject=subject, values={"task": str(task.Name or task.GlobalId), **values})
 
 
 def _date_and_time(day: Any, clock: Any) -> datetime:

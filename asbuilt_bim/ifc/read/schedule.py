@@ -9,7 +9,8 @@ import ifcopenshell.util.date
 
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
-from asbuilt_bim.ifc.identity import id_fault, with_ids
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.ifc.identity import has_id, with_ids
 from asbuilt_bim.ifc.read.assignments import tied
 from asbuilt_bim.ifc.read.planned_dates import planned_dates
 
@@ -24,21 +25,21 @@ MAX_OUTLINE = 50
 MAX_NAMED = 5
 
 
-def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[str, ...]]:
+def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[Note, ...]]:
     """Return the tasks that are tied to elements of the design, in the file's order, and notes on the rest.
 
     Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
     (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
-    tasks, faults, worked_out = [], [], list[str]()
+    tasks, faults, worked_out = [], list[Note](), list[str]()
     making = ((task, tied(_products(task), elements)) for task in file.by_type("IfcTask"))
     found = {task: made for task, made in making if made.elements}
-    known, strangers = with_ids(found, each_once=True)
+    known, strangers = with_ids(found, SubjectKind.TASK, each_once=True)
     for task in known:
         made = found[task]
         planned = planned_dates(task)
-        if planned.fault:
-            faults.append(f"task {task.Name or task.GlobalId}: {planned.fault}")
+        if planned.fault is not None:
+            faults.append(planned.fault)
         if planned.worked_out and planned.finish:
             worked_out.append(f"{task.Name or task.GlobalId} {planned.finish:%Y-%m-%d %H:%M}")
         tasks.append(
@@ -54,29 +55,29 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
                 links=tuple(_links(task)),
             )
         )
-    stand = _standing(found)
-    more = [f"and {len(faults) - MAX_NAMED} more tasks whose dates don't count"] if len(faults) > MAX_NAMED else []
-    return tuple(tasks), (*strangers, *stand, *_said_of(worked_out), *faults[:MAX_NAMED], *more)
+    notes = (*_several_schedules(found), *_worked_out(worked_out), *faults[:MAX_NAMED])
+    left = len(faults) - MAX_NAMED
+    more = Note(code=Reason.TASK_DATES_MORE, subject=about(SubjectKind.DESIGN), values={"count": left})
+    return tuple(tasks), (*strangers, *notes, *((more,) if left > 0 else ()))
 
 
-def _said_of(worked_out: list[str]) -> list[str]:
+def _worked_out(tasks: list[str]) -> list[Note]:
     """Say which planned finishes the file doesn't hold."""
-    if not worked_out:
+    if not tasks:
         return []
-    named = ", ".join(worked_out[:MAX_NAMED]) + (", ..." if len(worked_out) > MAX_NAMED else "")
-    count = "1 task has" if len(worked_out) == 1 else f"{len(worked_out)} tasks have"
-    return [f"{count} a start and a duration and no finish: it is worked out by the calendar ({named})"]
+    values: Values = {"count": len(tasks), "tasks": tuple(tasks[:MAX_NAMED])}
+    return [Note(code=Reason.FINISH_WORKED_OUT, subject=about(SubjectKind.DESIGN), values=values)]
 
 
-def _standing(tasks: Iterable[Any]) -> list[str]:
+def _several_schedules(tasks: Iterable[Any]) -> list[Note]:
     """Say which work schedules the tasks stand in where that are several: a baseline beside a plan counts like it."""
     schedules = {one.id(): one for task in tasks for one in _schedules_of(task)}
     if len(schedules) < 2:
         return []
     kinds = [(one.Name or one.GlobalId, getattr(one, "PredefinedType", None)) for one in schedules.values()]
-    names = ", ".join(f"{name} ({kind})" if kind else str(name) for name, kind in kinds[:MAX_NAMED])
-    said = f"tasks stand in {len(schedules)} work schedules ({names}{', ...' if len(kinds) > MAX_NAMED else ''})"
-    return [f"{said}: all of them are told, and an element is due when the last of its tasks is"]
+    names = tuple(f"{name} ({kind})" if kind else str(name) for name, kind in kinds[:MAX_NAMED])
+    values: Values = {"count": len(schedules), "schedules": names}
+    return [Note(code=Reason.WORK_SCHEDULES_SEVERAL, subject=about(SubjectKind.DESIGN), values=values)]
 
 
 def _schedules_of(task: Any) -> Iterable[Any]:
@@ -113,7 +114,7 @@ def _links(task: Any) -> Iterable[TaskLink]:
     """Yield a task's predecessors; a lag that is a share of a duration counts as none."""
     for relation in task.IsSuccessorFrom or ():
         other = relation.RelatingProcess
-        if other is None or not other.is_a("IfcTask") or id_fault(other):
+        if other is None or not other.is_a("IfcTask") or not has_id(other):
             continue
         kind = _LINKS.get(relation.SequenceType or "", "FS")
         yield TaskLink(predecessor=other.GlobalId, kind=kind, lag_h=_lag_h(relation.TimeLag))

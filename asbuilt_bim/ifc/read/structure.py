@@ -11,7 +11,8 @@ import ifcopenshell.util.placement
 import numpy as np
 
 from asbuilt_bim.bim.model import Storey
-from asbuilt_bim.ifc.identity import id_fault, with_ids
+from asbuilt_bim.codes import Note, SubjectKind
+from asbuilt_bim.ifc.identity import has_id, with_ids
 from asbuilt_bim.ifc.units import Units
 
 _MAX_DEPTH = 32  # a file may tie a knot in its tree
@@ -26,13 +27,13 @@ _BLOCKS = re.compile(
 )
 
 
-def read_storeys(file: Any, units: Units) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
+def read_storeys(file: Any, units: Units) -> tuple[tuple[Storey, ...], tuple[Note, ...]]:
     """Return the storeys from below, and notes on those without a GlobalId of their own.
 
     The elevation is that of the placement, else of the attribute, in world metres.
     """
     storeys = []
-    found, notes = with_ids(file.by_type("IfcBuildingStorey"), each_once=True)
+    found, notes = with_ids(file.by_type("IfcBuildingStorey"), SubjectKind.STOREY, each_once=True)
     for storey in found:
         elevation = units.length(storey.Elevation or 0.0)
         if storey.ObjectPlacement is not None:
@@ -61,7 +62,7 @@ def storey_of(product: Any) -> str:
 
 def _counts(storey: Any) -> bool:
     """Say whether a storey is one of those that `read_storeys` returns: no other before it has its GlobalId."""
-    if id_fault(storey):
+    if not has_id(storey):
         return False
     first = next(one for one in storey.file.by_type("IfcBuildingStorey") if one.GlobalId == storey.GlobalId)
     return bool(first == storey)

@@ -15,7 +15,7 @@ from asbuilt_bim.ifc.names import PHOTO
 from asbuilt_bim.ifc.read.source import open_ifc
 from asbuilt_bim.ifc.write.colours import Painter
 from asbuilt_bim.ifc.write.costs import write_costs
-from asbuilt_bim.ifc.write.entities import Marker
+from asbuilt_bim.ifc.write.entities import Marker, Words, bare
 from asbuilt_bim.ifc.write.history import HistoryWriter
 from asbuilt_bim.ifc.write.progress import mark_element, mark_storey, mark_task, observed
 from asbuilt_bim.ifc.write.strip import strip
@@ -34,11 +34,13 @@ def write_asbuilt(
     *,
     earlier: Sequence[ProgressReport] = (),
     colours: Mapping[State, str] | None = None,
+    words: Words = bare,
 ) -> None:
     """Write a copy of `source` to `target` that carries the report, and the visits before it as a history.
 
-    `colours` (state -> "#rrggbb") paints the observed elements by state. What an earlier run had written into `source`
-    is replaced, so writing twice gives the same file. The copy appears whole or not at all.
+    `colours` (state -> "#rrggbb") paints the observed elements by state, `words` makes the texts of notes. What an
+    earlier run had written into `source` is replaced, so writing twice gives the same file. The copy appears whole or
+    not at all.
 
     Raises:
         DesignError: the source can't be read.
@@ -49,7 +51,7 @@ def write_asbuilt(
     if target.resolve() == source.resolve():
         raise OutputError(f"{target}: would overwrite the design itself; give another name")
     file = open_ifc(source)
-    mark_file(file, report, earlier=earlier, colours=colours, name=str(source))
+    mark_file(file, report, earlier=earlier, colours=colours, words=words, name=str(source))
     save(file, target)
 
 
@@ -59,6 +61,7 @@ def mark_file(
     *,
     earlier: Sequence[ProgressReport] = (),
     colours: Mapping[State, str] | None = None,
+    words: Words = bare,
     name: str = "the IFC file",
 ) -> None:
     """Write the result into an open file; `write_asbuilt` says what, `name` is what errors call the file.
@@ -67,7 +70,7 @@ def mark_file(
         ResultError: the report names an element that the file doesn't hold.
     """
     strip(file)
-    marker = Marker(file)
+    marker = Marker(file, words)
     visits = (*(one for one in earlier if one.visit_date < report.visit_date), report)
     history = HistoryWriter(marker, visits)
     painter = Painter(marker, colours) if colours else None

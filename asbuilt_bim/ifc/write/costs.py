@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from datetime import date
 from typing import Any
 
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.ifc.names import AS_BUILT
 from asbuilt_bim.ifc.write.entities import LABEL_LENGTH, Marker
 from asbuilt_bim.progress.report import CostProgress
@@ -76,10 +77,6 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     products = [product for name in line.elements if (product := marker.find(name)) is not None]
     if products:
         marker.rooted("IfcRelAssignsToControl", f"{key}/rel", RelatedObjects=products, RelatingControl=item)
-    planned = f"{line.planned_quantity:g} {line.unit}"
-    bound, way = ("upper bound (it takes money off)", "up") if line.takes_off else ("lower bound", "down")
-    whole = f" ({line.as_built_lower:g}, rounded {way} to whole pieces)" if count != line.as_built_lower else ""
-    best = "not known" if line.as_built_best is None else f"{line.as_built_best:g} {line.unit}"
     marker.properties(
         item,
         {
@@ -87,10 +84,24 @@ def _item(marker: Marker, line: CostProgress) -> Any:
             "CompletionLower": line.completion.lower,
             "CompletionUpper": line.completion.upper,
             "Coverage": line.completion.coverage,
-            "Basis": f"{bound} of the as-built quantity{whole}; best {best} of {planned}",
+            "Basis": _basis(line, rounded=count != line.as_built_lower),
         },
     )
     return item
+
+
+def _basis(line: CostProgress, *, rounded: bool) -> Note:
+    """Say which bound of the as-built quantity an item holds."""
+    best: Values = {} if line.as_built_best is None else {"best": line.as_built_best}
+    values: Values = {
+        **best,
+        "takes_off": line.takes_off,
+        "certain": line.as_built_lower,
+        "rounded": rounded,
+        "planned": line.planned_quantity,
+        "unit": line.unit,
+    }
+    return Note(code=Reason.BASIS_COST, subject=about(SubjectKind.COST_LINE, line.global_id), values=values)
 
 
 def _unit_of(planned: Any) -> Any:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
 import ifcopenshell.util.unit
 
+from asbuilt_bim.codes import Note
 from asbuilt_bim.ifc.names import (
     KIND_OF,
     METHOD,
@@ -21,15 +22,27 @@ from asbuilt_bim.ifc.names import (
 )
 from asbuilt_bim.ifc.units import Units, read_units
 
+DESCRIPTION = 1
+"""Place of a property's attribute Description, which IFC4X3 calls Specification."""
 LABEL_LENGTH = 255
 """What an IfcLabel holds."""
 
 
-class Marker:
-    """Makes our entities in one open file."""
+Words = Callable[[Note], str]
+"""Makes the sentence of a note."""
 
-    def __init__(self, file: Any) -> None:
+
+def bare(note: Note) -> str:
+    """Return a note's code alone: what is written where nobody gives words."""
+    return str(note.code)
+
+
+class Marker:
+    """Makes our entities in one open file; `words` makes the texts that stand in its properties."""
+
+    def __init__(self, file: Any, words: Words = bare) -> None:
         self.file = file
+        self.words = words
         self.schema: str = file.schema  # asking the file each time costs more than making an entity
         self.units: Units = read_units(file)
         self.angle_scale = float(ifcopenshell.util.unit.calculate_unit_scale(file, "PLANEANGLEUNIT")) or 1.0
@@ -54,14 +67,19 @@ class Marker:
 
         `references` are entities of the file (IFC2X3 keeps its dates as such), kept by reference.
         """
-        made = [
-            self.single(name, self.measure(KIND_OF[name], value)) for name, value in values.items() if value is not None
-        ]
+        made = [self._property(name, value) for name, value in values.items() if value is not None]
         made += [
             self.file.create_entity("IfcPropertyReferenceValue", Name=name, PropertyReference=entity)
             for name, entity in (references or {}).items()
         ]
         self.add_set(thing, PROGRESS_SET, made)
+
+    def _property(self, name: str, value: Value) -> Any:
+        if not isinstance(value, Note):
+            return self.single(name, self.measure(KIND_OF[name], value))
+        made = self.single(name, self.measure(KIND_OF[name], self.words(value)))
+        made[DESCRIPTION] = str(value.code)
+        return made
 
     def single(self, name: str, value: Any) -> Any:
         """Return a property of one value."""

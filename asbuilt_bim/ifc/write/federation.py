@@ -10,6 +10,7 @@ from typing import Any
 from asbuilt_bim.errors import ResultError
 from asbuilt_bim.ifc.read.source import open_ifc
 from asbuilt_bim.ifc.write.copy import mark_file, save, write_asbuilt
+from asbuilt_bim.ifc.write.entities import Words, bare
 from asbuilt_bim.progress.report import ProgressReport, State
 
 
@@ -20,10 +21,11 @@ def write_copies(
     *,
     earlier: Sequence[ProgressReport] = (),
     colours: Mapping[State, str] | None = None,
+    words: Words = bare,
 ) -> tuple[Path, ...]:
     """Write `<name>.asbuilt.ifc` into `folder` for each source that owns an element of the report; return the paths.
 
-    What two sources hold is written into the one named first, as it is read.
+    What two sources hold is written into the one named first, as it is read. `words` makes the texts of notes.
 
     Raises:
         DesignError: a source can't be read.
@@ -32,7 +34,7 @@ def write_copies(
     """
     targets = _targets(sources, folder)
     if len(sources) == 1:
-        write_asbuilt(sources[0], report, targets[0], earlier=earlier, colours=colours)
+        write_asbuilt(sources[0], report, targets[0], earlier=earlier, colours=colours, words=words)
         return targets
     left = {element.global_id for element in report.elements}
     written = []
@@ -40,7 +42,8 @@ def write_copies(
         file = open_ifc(source)
         own = {key for key in left if _holds(file, key, "IfcProduct")}
         if own:
-            mark_file(file, _part(report, file, own), earlier=earlier, colours=colours, name=str(source))
+            part = _part(report, file, own)
+            mark_file(file, part, earlier=earlier, colours=colours, words=words, name=str(source))
             save(file, target)
             written.append(target)
             left -= own

@@ -63,8 +63,8 @@ def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: Progr
 
 def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
     """Write a task's measured time, and our set with what was overwritten."""
-    said = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report) | said.values, said.dates)
+    kept = write_task(marker, thing, task, report.visit_date)
+    marker.properties(thing, _group_values(task.progress, report) | kept.values, kept.dates)
 
 
 def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> None:

@@ -6,64 +6,69 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import Any
 
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about
 from asbuilt_bim.ifc.names import Value
 from asbuilt_bim.ifc.read.planned_dates import task_times
-from asbuilt_bim.ifc.write.entities import Marker
-from asbuilt_bim.progress.completion.planned import TaskVerdict, percent_down, verdict
+from asbuilt_bim.ifc.write.entities import DESCRIPTION, Marker
+from asbuilt_bim.progress.completion.planned import TaskVerdict, verdict
 from asbuilt_bim.progress.report import TaskProgress
 
 FIELDS = ("DataOrigin", "StatusTime", "ActualStart", "ActualFinish", "Completion")
 """The attributes of a task's time that are overwritten; each old value is kept in our set."""
 _ORIGINAL = "Original"
 _NO_TIME = f"{_ORIGINAL}TaskTime"
+_OVERWRITTEN = (Reason.BASIS_COMPLETE, Reason.BASIS_LOWER)
+"""What our set says of a task whose own time was overwritten."""
+_BEFORE_CODES = "Completion"
+"""How it said so in copies that were written before there were codes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TaskSaid:
-    """What our set has to say of a task: values, and the IFC2X3 dates that were overwritten, by reference."""
+class TaskValues:
+    """What our set holds of a task: values, and the IFC2X3 dates that were overwritten, by reference."""
 
     values: dict[str, Value | None]
     dates: dict[str, Any] = field(default_factory=dict)
 
 
-def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -> TaskSaid:
-    """Write what was measured into a task's time; return what our set has to say about it.
+def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -> TaskValues:
+    """Write what was measured into a task's time; return what our set holds of it.
 
-    Completion is what every schedule is told: the lower bound, of a finished task 1. Where that is 0 it stays empty,
+    Completion is what every schedule gets: the lower bound, of a finished task 1. Where that is 0 it stays empty,
     because an IfcPositiveRatioMeasure can't be 0, with origin and status time. Unknown: nothing on the task.
     """
-    told = verdict(progress)
-    if told.share is None:
-        return TaskSaid(values={"Basis": "too little was seen to say: the task's own time is as it was"})
-    holder, why = _holder(task)
-    if why:
-        return TaskSaid(values={"Basis": why})
-    said = TaskSaid(values={})
+    known, subject = verdict(progress), about(SubjectKind.TASK, progress.progress.key)
+    if known.share is None:
+        return TaskValues(values={"Basis": Note(code=Reason.BASIS_UNKNOWN, subject=subject)})
+    holder, why = _holder(task, subject)
+    if why is not None:
+        return TaskValues(values={"Basis": why})
+    kept = TaskValues(values={})
     if holder is None:
         holder = task.TaskTime = marker.file.create_entity("IfcTaskTime")
-        said.values[_NO_TIME] = "NONE"
+        kept.values[_NO_TIME] = "NONE"
     for name in FIELDS:
-        _keep(said, name, getattr(holder, name, None))
+        _keep(kept, name, getattr(holder, name, None))
     if hasattr(holder, "DataOrigin"):
         holder.DataOrigin = "MEASURED"
     holder.StatusTime = marker.moment(visit)
     holder.ActualStart = marker.moment(progress.actual_start)
     holder.ActualFinish = marker.moment(progress.actual_finish)
-    holder.Completion = told.share if told.share > 0.0 else None
-    said.values["Basis"] = _basis(told, told.share, progress)
-    return said
+    holder.Completion = known.share if known.share > 0.0 else None
+    kept.values["Basis"] = _basis(known, known.share, progress, subject)
+    return kept
 
 
-def put_back(task: Any, said: Any) -> None:
-    """Give a task's time the values it had before, as our property set tells them.
+def put_back(task: Any, our_set: Any) -> None:
+    """Give a task's time the values it had before, as our property set holds them.
 
     What was never overwritten stays, and so does a time that somebody has exchanged since.
     """
     kept = {
         one.Name: one.PropertyReference if one.is_a("IfcPropertyReferenceValue") else one.NominalValue.wrappedValue
-        for one in said.HasProperties or ()
+        for one in our_set.HasProperties or ()
     }
-    if not str(kept.get("Basis", "")).startswith("Completion"):
+    if not any(_says_overwritten(one) for one in our_set.HasProperties or () if one.Name == "Basis"):
         return
     times = task_times(task)
     if kept.get(_NO_TIME) == "NONE":
@@ -72,22 +77,29 @@ def put_back(task: Any, said: Any) -> None:
     elif len(times) == 1:
         for name in FIELDS:
             if hasattr(times[0], name):
-                ours = getattr(times[0], name)
+                written = getattr(times[0], name)
                 old = kept.get(f"{_ORIGINAL}{name}")
                 setattr(times[0], name, float(old) if name == "Completion" and old is not None else old)
-                _remove_unused(task.file, [ours])
+                _remove_unused(task.file, [written])
 
 
-def _holder(task: Any) -> tuple[Any, str]:
+def _says_overwritten(basis: Any) -> bool:
+    code = basis[DESCRIPTION]
+    if code:
+        return code in _OVERWRITTEN
+    return str(basis.NominalValue.wrappedValue).startswith(_BEFORE_CODES)
+
+
+def _holder(task: Any, subject: Subject) -> tuple[Any, Note | None]:
     """Return what holds a task's time (None: it has to be made), or why nothing can."""
     times = task_times(task)
     if not times and task.file.schema == "IFC2X3":
-        return None, "the task has no schedule time control that could hold its completion"
+        return None, Note(code=Reason.BASIS_NO_TIME, subject=subject)
     if len(times) > 1:
-        return None, f"the task stands in {len(times)} schedules with a time each: none was chosen"
+        return None, Note(code=Reason.BASIS_SEVERAL_TIMES, subject=subject, values={"count": len(times)})
     if times and task.file.get_total_inverses(times[0]) > 1 and _shared(times[0]):
-        return None, "the task shares its time with another one: it was left as it was"
-    return (times[0] if times else None), ""
+        return None, Note(code=Reason.BASIS_SHARED_TIME, subject=subject)
+    return (times[0] if times else None), None
 
 
 def _shared(time: Any) -> bool:
@@ -100,22 +112,21 @@ def _shared(time: Any) -> bool:
     return len(users) > 1
 
 
-def _keep(said: TaskSaid, name: str, value: Any) -> None:
+def _keep(kept: TaskValues, name: str, value: Any) -> None:
     if hasattr(value, "is_a"):
-        said.dates[f"{_ORIGINAL}{name}"] = value
+        kept.dates[f"{_ORIGINAL}{name}"] = value
     elif value is not None:
-        said.values[f"{_ORIGINAL}{name}"] = repr(float(value)) if name == "Completion" else value
+        kept.values[f"{_ORIGINAL}{name}"] = repr(float(value)) if name == "Completion" else value
 
 
-def _basis(told: TaskVerdict, share: float, progress: TaskProgress) -> str:
+def _basis(known: TaskVerdict, share: float, progress: TaskProgress, subject: Subject) -> Note:
+    """Say which number is the task's completion."""
     group, best = progress.progress, progress.progress.completion.best
-    if told.finished:
-        return f"Completion is 1: seen complete; at least {percent_down(group.completion.lower)} % is certain"
-    why = [f"{group.unknown} of its elements are unknown"] if group.unknown else []
-    why += [f"{progress.others} more not measured here"] if progress.others else []
-    why += [f"the best estimate is {best * 100:.1f} %"] if best is not None else []
-    empty = "" if share > 0.0 else "; it is 0, which the schedule can't hold and leaves empty"
-    return f"Completion is the lower bound{': ' if why else ''}{', '.join(why)}{empty}"
+    if known.finished:
+        return Note(code=Reason.BASIS_COMPLETE, subject=subject, values={"lower": group.completion.lower})
+    estimate: Values = {} if best is None else {"best": best}
+    values: Values = {**estimate, "unknown": group.unknown, "others": progress.others, "left_empty": share <= 0.0}
+    return Note(code=Reason.BASIS_LOWER, subject=subject, values=values)
 
 
 def _remove_unused(file: Any, things: Any) -> None:

@@ -9,6 +9,7 @@ from datetime import date
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, each_once
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.progress.history import VisitHistory
@@ -58,14 +59,22 @@ def progress_of(
     if not stations and state != "complete" and completion.best is not None:
         # what was open when it was last seen is forgotten, since it may have been built: what is left isn't all of it
         completion = replace(completion, best=None)
-        why = ["it wasn't finished when it was last seen, and this visit didn't see it"]
+        why = Reason.NOT_SEEN_AGAIN
     elif state != "complete":
         completion = _as_last_seen(element, surfaces, cells, completion, options)
     seen_unfinished = bool(stations) and state in ("part", "not started")
     doubts = list(doubts_of(element, surfaces, state, options))
-    notes = [*why, *doubts, *(note for surface in surfaces for note in surface.notes)]
+    subject = about(SubjectKind.ELEMENT, element.global_id)
+    because = [Note(code=why, subject=subject, values={"coverage": completion.coverage})] if why else []
+    notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
-        notes.append(f"{conflict:.0f} cells are seen built from one side and open from another: look at the pictures")
+        values: Values = {
+            "kind": element.kind,
+            "element": element.name,
+            "cells": int(conflict),
+            "stations": tuple(stations),
+        }
+        notes.append(Note(code=Reason.PHOTOS_DISAGREE, subject=subject, values=values))
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)
@@ -93,8 +102,8 @@ def progress_of(
         tilt_rad=max(tilts, key=abs) if tilts else None,
         stations=tuple(stations),
         last_seen=visit_date if stations else history.last_seen.get(element.global_id),
-        notes=tuple(dict.fromkeys(notes)),
-        doubts=tuple(dict.fromkeys(doubts)),
+        notes=each_once(notes),
+        doubts=each_once(doubts),
         best_when_seen=history.best_when_seen.get(element.global_id) if completion.best is None else completion.best,
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
@@ -135,8 +144,8 @@ def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | N
 
 def _state(
     cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions, *, is_measured: bool
-) -> tuple[State, list[str]]:
-    """Name the state, and say why where it isn't plain.
+) -> tuple[State, Reason | None]:
+    """Name the state, and the reason where it isn't plain.
 
     Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built, and of an element that
     was seen by less than half a face that was measured on it: something else may stand there. "Not started" needs the
@@ -146,28 +155,27 @@ def _state(
     """
     best = completion.best
     if best is None:
-        return "unknown", []
-    seen = f"{completion.coverage:.0%} of it was seen"
+        return "unknown", None
     if best >= options.complete_from:
         if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
             if completion.coverage >= options.enough_coverage:
-                return "complete", []
+                return "complete", None
             if is_measured:
-                return "complete", [f"{seen}, up to its top"]
-            return "unknown", [f"{seen}, up to its top, but no face that was measured fits it"]
-        return "unknown", [f"{seen}, and that is built; its top was not seen"]
+                return "complete", Reason.SEEN_TO_TOP
+            return "unknown", Reason.NO_FACE_FITS
+        return "unknown", Reason.TOP_NOT_SEEN
     if best <= options.not_started_to or cells.least.sum() <= 1.0:
         near_foot = float(np.min(cells.height, where=cells.open, initial=1.0)) * height_m <= options.starter_bars_m
         if (near_foot and completion.coverage >= options.enough_coverage) or _end_is(
             cells.open, cells, options, top=False
         ):
-            return "not started", [] if completion.coverage >= options.enough_coverage else [f"{seen}, with its foot"]
-        return "unknown", [f"{seen}, and that is open; its foot was not seen"]
-    return "part", []
+            return "not started", None if completion.coverage >= options.enough_coverage else Reason.SEEN_WITH_FOOT
+        return "unknown", Reason.FOOT_NOT_SEEN
+    return "part", None
 
 
-def _end_is(said: BoolArray, cells: CellStates, options: ProgressOptions, top: bool) -> bool:
-    """Say whether of the topmost (or lowest) tenth of the cells enough was seen, and all that was seen says so."""
+def _end_is(wanted: BoolArray, cells: CellStates, options: ProgressOptions, top: bool) -> bool:
+    """Say whether of the topmost (or lowest) tenth of the cells enough was seen, and all of that is as wanted."""
     decided = cells.built | cells.open
     end = cells.height >= 0.9 * cells.height.max() if top else cells.height <= cells.height.min() + 0.1
-    return bool(np.mean(decided[end]) >= options.known_from and np.all(said[decided & end]))
+    return bool(np.mean(decided[end]) >= options.known_from and np.all(wanted[decided & end]))

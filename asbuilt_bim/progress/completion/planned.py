@@ -9,6 +9,7 @@ from datetime import date, datetime, timedelta
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
 
 _EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
@@ -18,12 +19,12 @@ Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskVerdict:
-    """What a schedule is told of a task: `share` is None where it is told nothing."""
+    """What a schedule gets for a task: `share` is None where it gets nothing."""
 
     knowledge: Knowledge
     share: float | None  # 0..1
     finished: bool  # all its elements are complete
-    note: str
+    note: Note
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,29 +38,34 @@ class LateElement:
 
 
 def verdict(task: TaskProgress) -> TaskVerdict:
-    """Return what a schedule may be told of a task: the lower bound, of every task; in the IFC copy the same.
+    """Return what a schedule gets for a task: the lower bound, for every task; the IFC copy gets the same.
 
     A best estimate beside a lower bound in one column would be read as the same thing. A finished task is whole.
-    Nothing is told of an unknown task: what the schedule holds of it stays as it is.
+    An unknown task gets nothing: what the schedule holds of it stays as it is.
     """
     progress, done = task.progress, task.progress.completion
     if done.best is None and not (task.others and done.coverage > 0.0):
-        return TaskVerdict(knowledge="unknown", share=None, finished=False, note=_unknown_note(task))
+        begun = {"begun": task.actual_start.isoformat() if task.actual_start else ""}
+        note = _note(Reason.TASK_UNKNOWN, task, begun)
+        return TaskVerdict(knowledge="unknown", share=None, finished=False, note=note)
     if task.actual_finish is not None and done.best is not None:
-        seen = f"Seen complete: all {len(progress.elements)} elements. "
-        seen += f"Best estimate {done.best * 100:.1f} %, at least {percent_down(done.lower)} %."
-        return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=seen)
+        seen = {"elements": len(progress.elements), "best": done.best, "lower": done.lower}
+        note = _note(Reason.TASK_COMPLETE, task, seen)
+        return TaskVerdict(knowledge="measured", share=1.0, finished=True, note=note)
     if done.best is not None and done.best <= 0.0 and not progress.unknown:
-        return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note="Measured: nothing is built yet.")
-    bounds = f"at least {percent_down(done.lower)} % (lower bound), possibly {percent_up(done.upper)} %"
+        note = _note(Reason.TASK_NOTHING_BUILT, task, {})
+        return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note=note)
+    bounds = {"lower": done.lower, "upper": done.upper}
     if done.best is not None and not progress.unknown:
-        text = f"Measured: {bounds}; best estimate {done.best * 100:.1f} %."
-        return TaskVerdict(knowledge="measured", share=done.lower, finished=False, note=text)
-    count = len(progress.elements) + task.others
-    why = [f"{progress.unknown} of {count} elements are unknown"] if progress.unknown else []
-    why += [f"{task.others} of {count} are not measured here"] if task.others else []
-    text = f"Part measured: {bounds}; {', '.join(why)}."
-    return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=text)
+        note = _note(Reason.TASK_MEASURED, task, {**bounds, "best": done.best})
+        return TaskVerdict(knowledge="measured", share=done.lower, finished=False, note=note)
+    counts = {"unknown": progress.unknown, "others": task.others, "of": len(progress.elements) + task.others}
+    note = _note(Reason.TASK_PART_MEASURED, task, {**bounds, **counts})
+    return TaskVerdict(knowledge="part measured", share=done.lower, finished=False, note=note)
+
+
+def _note(code: Reason, task: TaskProgress, values: Values) -> Note:
+    return Note(code=code, subject=about(SubjectKind.TASK, task.progress.key), values=values)
 
 
 def percent_down(share: float) -> str:
@@ -70,11 +76,6 @@ def percent_down(share: float) -> str:
 def percent_up(share: float) -> str:
     """Return an upper bound in percent, to a tenth, never less than it is."""
     return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
-
-
-def _unknown_note(task: TaskProgress) -> str:
-    begun = f" Something of it was seen built by {task.actual_start.isoformat()}." if task.actual_start else ""
-    return f"Unknown: too little was seen to say.{begun}"
 
 
 def planned_share(
@@ -121,7 +122,7 @@ def days_late(
     most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
     if task.late is None and passed:
         return None, seen, most
-    if start is None:  # only whether the finish has passed can be told
+    if start is None:  # only whether the finish has passed is known
         return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else seen), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
     least = 0 if completion.upper >= 1.0 else _behind(start, finish, completion.upper, day, calendar)

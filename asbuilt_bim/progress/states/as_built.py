@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.bim.model import DesignFace
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
@@ -31,7 +32,7 @@ class AsBuilt:
     offset_m: float | None
     offset_sigma_m: float | None
     tilt_rad: float | None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     whole: bool = False  # the area is that of stations which saw it whole, now or earlier
 
 
@@ -63,15 +64,15 @@ class _Area:
 
 def _area(
     outline: Region, matches: Sequence[FaceMatch], earlier: SurfaceState | None, design: DesignFace
-) -> tuple[_Area, tuple[str, ...], bool]:
-    """Return the area, what is said of it, and whether stations saw it whole: these count while no more is outlined.
+) -> tuple[_Area, tuple[Note, ...], bool]:
+    """Return the area, what to note of it, and whether stations saw it whole: these count while no more is outlined.
 
     Seen whole, the rest adds its border noise only, unless it is clearly more: then "whole" was mistaken.
     """
     union = _union_area(outline, matches)
     relative, image = _calibration_share(matches), _joint_sigma(matches, union)
     seen_whole = [match for match in matches if match.whole]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if seen_whole:
         mean, sigma, notes = _combined(seen_whole)
         was = earlier.as_built_sigma_image_m2 if earlier is not None else 0.0  # of what it outlined in the union
@@ -117,14 +118,18 @@ def _union_area(outline: Region, matches: Sequence[FaceMatch]) -> float:
     return polygon.area(outline) * own / max(projected, 1e-9)
 
 
-def _combined(whole: Sequence[FaceMatch]) -> tuple[float, float, tuple[str, ...]]:
+def _combined(whole: Sequence[FaceMatch]) -> tuple[float, float, tuple[Note, ...]]:
     areas = np.array([match.area_m2 for match in whole])
     sigmas = np.maximum([match.area_sigma_image_m2 for match in whole], 1e-4 * areas)
     weights = 1.0 / sigmas**2
     mean = float(weights @ areas / weights.sum())
     apart = np.abs(areas - mean) > APART_SIGMAS * sigmas
     notes = tuple(
-        f"station {match.station}: {match.area_m2:.3f} m2, over {APART_SIGMAS:.0f} sigma from the mean {mean:.3f} m2"
+        Note(
+            code=Reason.AREAS_APART,
+            subject=about(SubjectKind.FACE, match.face_id, match.station),
+            values={"area_m2": match.area_m2, "mean_m2": mean, "sigmas": APART_SIGMAS},
+        )
         for match, far in zip(whole, apart, strict=True)
         if far
     )

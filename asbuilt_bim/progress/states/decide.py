@@ -10,6 +10,7 @@ import numpy as np
 from asbuilt_bim.bim.border_boxes import border_boxes
 from asbuilt_bim.bim.cells import CellSamples, cell_samples
 from asbuilt_bim.bim.model import BimElement, DesignFace
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
@@ -143,7 +144,7 @@ def _face_state(
             *doubts,
             *checked.notes,
             *measured.notes,
-            *_notes(samples, own, votes, built | opened, gone_m2, matches, options),
+            *_notes(face, samples, own, votes, built | opened, gone_m2, matches, options),
         ),
         parts=checked.parts,
         doubts=doubts,
@@ -185,6 +186,7 @@ def _region(samples: CellSamples, chosen: BoolArray, face: DesignFace) -> Region
 
 
 def _notes(
+    face: DesignFace,
     samples: CellSamples,
     own: BoolArray,
     votes: Votes,
@@ -192,24 +194,24 @@ def _notes(
     gone_m2: float,
     matches: Sequence[FaceMatch],
     options: ProgressOptions,
-) -> list[str]:
-    notes = []
+) -> list[Note]:
+    notes: list[Note] = []
+    element = about(SubjectKind.ELEMENT, face.element)
     hidden = float(samples.area_m2[own & votes.before & ~decided].sum())
     if hidden >= 0.1:
-        notes.append("something stands before a part of it")
+        notes.append(Note(code=Reason.PARTLY_HIDDEN, subject=element))
     if 0.1 <= gone_m2 < GONE_M2:
-        notes.append(f"{gone_m2:.1f} m2 that an earlier visit saw built look open now")
-    for match in matches:
-        if match in votes.spoken:
-            continue
-        what = f"a surface of {match.area_m2:.2f} m2 isn't borne out by depth or colour"
-        if stands_off(match, options):
-            where = "before" if match.offset_m > 0.0 else "behind"
-            what = f"a surface stands {abs(match.offset_m) * 100:.0f} cm {where} it"
-        elif looks_like_bars(match, options):
-            what = f"a surface of {match.area_m2:.2f} m2 on it may be starter bars"
-        notes.append(f"station {match.station}: {what} and was not counted as built")
-    return notes
+        notes.append(Note(code=Reason.GONE_LITTLE, subject=element, values={"area_m2": gone_m2}))
+    return [*notes, *(_not_counted(match, options) for match in matches if match not in votes.spoken)]
+
+
+def _not_counted(match: FaceMatch, options: ProgressOptions) -> Note:
+    """Say why a measured face was not counted as built."""
+    subject = about(SubjectKind.FACE, match.face_id, match.station)
+    if stands_off(match, options):
+        return Note(code=Reason.STANDS_OFF, subject=subject, values={"offset_m": match.offset_m})
+    code = Reason.STARTER_BARS if looks_like_bars(match, options) else Reason.SURFACE_UNCLEAR
+    return Note(code=code, subject=subject, values={"area_m2": match.area_m2})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -218,7 +220,7 @@ class Checked:
 
     matches: tuple[FaceMatch, ...]
     parts: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def check_whole(
@@ -231,7 +233,7 @@ def check_whole(
     """
     kept: list[FaceMatch] = []
     parts: list[str] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     for match in matches:
         more_m2 = _past_outline(match, samples, own, built) if match.whole and len(own) else 0.0
         allowed_m2 = OF_AREA * match.area_m2 + options.sigmas * match.area_sigma_image_m2
@@ -240,9 +242,9 @@ def check_whole(
             continue
         kept.append(replace(match, whole=False))
         parts.append(match.face_id)
-        notes.append(
-            f"station {match.station}: {more_m2:.2f} m2 go on past the {match.area_m2:.2f} m2 that it outlined"
-        )
+        subject = about(SubjectKind.FACE, match.face_id, match.station)
+        values: Values = {"more_m2": more_m2, "area_m2": match.area_m2}
+        notes.append(Note(code=Reason.PAST_OUTLINE, subject=subject, values=values))
     return Checked(matches=tuple(kept), parts=tuple(parts), notes=tuple(notes))
 
 

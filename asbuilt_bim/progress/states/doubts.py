@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement, DesignFace
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
@@ -21,33 +22,32 @@ OTHER_SIZE = 0.05
 """A face this much smaller or larger than its design is another one: 2 cm of a column's side of 0.4 m."""
 
 
-def past_design(matches: Sequence[FaceMatch], options: ProgressOptions) -> Iterator[str]:
+def past_design(matches: Sequence[FaceMatch], options: ProgressOptions) -> Iterator[Note]:
     """Yield where a measured face goes on past its design by more than a mask and a joint err by."""
     for match in matches:
         past_m2 = match.past_design_m2
         allowed_m2 = max(PAST_M2, PAST_SHARE * match.area_m2, options.sigmas * match.area_sigma_image_m2)
         if past_m2 > allowed_m2:
-            yield (
-                f"station {match.station}: concrete goes on {past_m2:.1f} m2 past the design's border: an opening that "
-                "isn't there, more than was designed, or a neighbour that isn't in the IFC file"
-            )
+            subject = about(SubjectKind.FACE, match.face_id, match.station)
+            yield Note(code=Reason.PAST_DESIGN, subject=subject, values={"area_m2": past_m2})
 
 
 def doubts_of(
     element: BimElement, surfaces: Sequence[SurfaceState], state: State, options: ProgressOptions
-) -> Iterator[str]:
+) -> Iterator[Note]:
     """Yield what is doubtful of an element, by its faces."""
     gone_m2 = sum(surface.gone_area_m2 for surface in surfaces if surface.gone_area_m2 >= GONE_M2)
     if gone_m2:
-        yield f"{gone_m2:.1f} m2 that an earlier visit saw built look open now: taken away, or one of both is mistaken"
+        subject = about(SubjectKind.ELEMENT, element.global_id)
+        yield Note(code=Reason.GONE, subject=subject, values={"area_m2": gone_m2})
     for face, surface in zip(element.faces, surfaces, strict=True):
         yield from surface.doubts
         size = other_size(face, surface, options) if state == "complete" else None
-        if size:
+        if size is not None:
             yield size
 
 
-def other_size(face: DesignFace, surface: SurfaceState, options: ProgressOptions) -> str | None:
+def other_size(face: DesignFace, surface: SurfaceState, options: ProgressOptions) -> Note | None:
     """Say of a face of a complete element that it was seen whole and measures something else than designed."""
     if not surface.whole or surface.as_built_area_m2 is None or isinstance(face.frame, CylinderFrame):
         return None
@@ -57,6 +57,5 @@ def other_size(face: DesignFace, surface: SurfaceState, options: ProgressOptions
     in_pieces = surface.built_area_m2 > surface.as_built_area_m2 + allowed_m2  # a door parts it: one piece was measured
     if abs(other_m2) <= allowed_m2 or in_pieces:
         return None
-    share, than = abs(other_m2) / face.exposed_area_m2, "larger" if other_m2 > 0.0 else "smaller"
-    measured = f"{surface.as_built_area_m2:.2f} ± {sigma_m2:.2f} m2"
-    return f"a face measures {measured}, {share:.0%} {than} than its {face.exposed_area_m2:.2f} m2 in the design"
+    values: Values = {"area_m2": surface.as_built_area_m2, "sigma_m2": sigma_m2, "design_m2": face.exposed_area_m2}
+    return Note(code=Reason.OTHER_SIZE, subject=about(SubjectKind.FACE, face.face_id), values=values)

@@ -13,6 +13,7 @@ from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
 from asbuilt_bim.storage.atomic_write import replace_bytes, writing
@@ -35,7 +36,7 @@ class Verdict:
 
 def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[LengthCheck, ...]) -> Verdict:
     """Judge a calibration by what it does to an area, and by every check that gave a warning."""
-    reasons = list(calibration.checks.warnings)
+    reasons = [note_words(warning) for warning in calibration.checks.warnings]
     if not checks:
         wrong = "points measured in another unit" if calibration.from_control_points else "a board of another size"
         reasons.append(
@@ -44,14 +45,14 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
     unsure = [check for check in checks if abs(check.off) > SCALE_LIMIT]
     reasons += [_unsure(check) for check in unsure]
     sigma = effect.sigma if effect is not None else 1.0
+    adds = f"Calibration adds ±{_share(sigma)} to an area at 5 m"
     if sigma > USABLE_AREA:
-        sentence = f"Don't measure with this rig: the calibration alone leaves an area at 5 m open by {_share(sigma)}."
+        sentence = f"Don't measure with this rig. {adds}."
         return Verdict(grade="doubtful", sentence=sentence, reasons=tuple(reasons))
-    begin = f"An area at 5 m is known to {_share(sigma)} by this calibration (one sigma)"
     if calibration.checks.warnings or unsure or sigma > GOOD_AREA:
-        return Verdict(grade="usable", sentence=f"Usable with care. {begin}.", reasons=tuple(reasons))
-    scale = " and a known length came out right" if checks else ""
-    return Verdict(grade="good", sentence=f"Good. {begin}{scale}.", reasons=tuple(reasons))
+        return Verdict(grade="usable", sentence=f"Usable with care. {adds}.", reasons=tuple(reasons))
+    scale = ". A known length came out right" if checks else ""
+    return Verdict(grade="good", sentence=f"Good. {adds}{scale}.", reasons=tuple(reasons))
 
 
 def _unsure(check: LengthCheck) -> str:

@@ -30,7 +30,9 @@ from asbuilt_bim.report.tables import (
 )
 from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.surface_notes import photos_disagree
 from asbuilt_bim.storage.atomic_write import writing
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -75,7 +77,7 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: Pro
             unmatched=[words_of(rejection) for rejection in report.unmatched],
             survey_doubts=[words_of(doubt) for doubt in report.survey_doubts],
             doubted=[element for element in report.elements if element.doubts],
-            conflicts=[element for element in report.elements if element.cells_conflict > 0],
+            conflicts=[photos_disagree(e.kind, e.name, e.stations) for e in report.elements if e.cells_conflict > 0],
             tasks=task_rows(report),
             late=late_rows(report),
             plan_words=plan_words(report),
@@ -125,6 +127,7 @@ def _environment() -> Environment:
         "day": wording.day,
         "unit": wording.unit_sign,
         "plain": wording.plain,
+        "words": note_words,
     }
     environment.filters.update(filters)
     environment.globals["percent_range"] = wording.percent_range

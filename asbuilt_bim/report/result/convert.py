@@ -13,9 +13,11 @@ from cattrs.errors import BaseValidationError
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 from cattrs.v import format_exception
 
+from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressReport
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
+from asbuilt_bim.report.result.notes_json import note_fields, note_from_plain, with_codes, with_words
 from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection_to_plain
 from asbuilt_bim.report.result.terms import SHARES
 from asbuilt_bim.report.wording.of_faces import source_of
@@ -47,6 +49,7 @@ def _converter() -> Converter:
     converter.register_unstructure_hook(datetime, lambda moment: moment.isoformat())
     converter.register_structure_hook(date, lambda text, _: date.fromisoformat(text))
     converter.register_structure_hook(datetime, lambda text, _: datetime.fromisoformat(text))
+    converter.register_structure_hook(Note, lambda plain, _: note_from_plain(plain))
     converter.register_unstructure_hook_factory(is_dataclass, lambda cls: _unstructure(cls, converter))
     converter.register_structure_hook_factory(is_dataclass, lambda cls: _structure(cls, converter))
     converter.register_unstructure_hook(Rejection, rejection_to_plain)
@@ -76,7 +79,9 @@ def _unstructure(cls: type[Any], converter: Converter) -> Callable[[Any], dict[s
     }
     shares = [field.name for field in fields(cls) if field.name in SHARES]
     overrides |= {name: override(unstruct_hook=_rounded_share) for name in shares}
-    return make_dict_unstructure_fn(cls, converter, **overrides)
+    plain_of: Callable[[Any], dict[str, Any]] = make_dict_unstructure_fn(cls, converter, **overrides)
+    noted = note_fields(cls)
+    return (lambda value: with_words(plain_of(value), value, noted)) if noted else plain_of
 
 
 def _structure(cls: type[Any], converter: Converter) -> Callable[[Any, Any], Any]:
@@ -84,7 +89,9 @@ def _structure(cls: type[Any], converter: Converter) -> Callable[[Any, Any], Any
     overrides: dict[str, Any] = {
         name: override(struct_hook=reader_of(ARRAY_FORMS[name])) for name in _array_fields(cls)
     }
-    return make_dict_structure_fn(cls, converter, **overrides)
+    build: Callable[[Any, Any], Any] = make_dict_structure_fn(cls, converter, **overrides)
+    noted = note_fields(cls)
+    return (lambda plain, kind: build(with_codes(plain, noted), kind)) if noted else build
 
 
 def _in_words(error: BaseException, kind: type[Any] | None) -> str:

@@ -15,10 +15,12 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
 from asbuilt_bim.report.result.document import FORMAT, VERSION
+from asbuilt_bim.report.result.notes_json import CODES, note_fields
 from asbuilt_bim.report.result.terms import SHARES, describe, describe_class
 from asbuilt_bim.report.wording.unstated import TEXTS
 
@@ -58,6 +60,7 @@ def result_schema() -> dict[str, Any]:
 def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of one dataclass; those it holds go into `definitions`."""
     hints = get_type_hints(cls)
+    noted = note_fields(cls)
     properties: dict[str, Any] = {}
     required: list[str] = []
     for field in fields(cls):
@@ -67,6 +70,10 @@ def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
             part = _schema_of(hints[field.name], definitions)
         if field.name in SHARES:
             part = part | {"minimum": 0, "maximum": 1}
+        if field.name in noted:
+            codes = {"type": "array", "items": _schema_of(Note, definitions)}
+            properties[CODES[field.name]] = codes | {"description": describe(cls.__name__, CODES[field.name])}
+            part = {"type": "array", "items": {"type": "string"}}
         properties[field.name] = part | {"description": describe(cls.__name__, field.name)}
         if field.default is MISSING and field.default_factory is MISSING:
             required.append(field.name)

@@ -119,37 +119,37 @@ def _summary_line(name: str, number: str, lines: list[ScheduleLine]) -> Schedule
 
 
 def _task_line(task: TaskProgress, number: str, report: ProgressReport) -> ScheduleLine:
-    calendar, told = calendar_of(report), verdict(task)
+    calendar, known = calendar_of(report), verdict(task)
     planned = planned_hours(task, calendar)
     return ScheduleLine(
         number=number,
         name=task.progress.name or task.progress.key,
         task=task,
-        verdict=told,
-        times=_times(task, told, planned, calendar, status_moment(report)),
+        verdict=known,
+        times=_times(task, known, planned, calendar, status_moment(report)),
         planned_h=planned,
     )
 
 
 def _times(
-    task: TaskProgress, told: TaskVerdict, planned_h: float | None, calendar: WorkCalendar, status: datetime
+    task: TaskProgress, known: TaskVerdict, planned_h: float | None, calendar: WorkCalendar, status: datetime
 ) -> ScheduleTimes:
     """Return the dates as they are now. A task that has begun starts when it was first seen, and keeps its duration."""
-    share = told.share
+    share = known.share
     if share is None or (share <= 0.0 and task.actual_start is None):  # nothing is known, or nothing is there
-        known = planned_h if share is not None else None
+        left_h = planned_h if share is not None else None
         return ScheduleTimes(
             start=task.schedule_start,
             finish=task.schedule_finish,
             duration_h=planned_h,
             actual_start=None,
             actual_finish=None,
-            done_h=None if known is None else 0.0,
-            remaining_h=known,
+            done_h=None if left_h is None else 0.0,
+            remaining_h=left_h,
             forecast=task.schedule_finish,
         )
     begun = datetime.combine(task.actual_start or status.date(), MORNING)
-    ended = datetime.combine(task.actual_finish, EVENING) if told.finished and task.actual_finish else None
+    ended = datetime.combine(task.actual_finish, EVENING) if known.finished and task.actual_finish else None
     elapsed = _hours(calendar, begun, ended or status)
     duration = elapsed if ended else planned_h
     remaining = None if duration is None else (1.0 - share) * duration

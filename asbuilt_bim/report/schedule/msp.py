@@ -19,6 +19,7 @@ from asbuilt_bim.progress.completion.planned import calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.schedule.lines import ScheduleLine, ifc_ids, one_line, schedule_lines, status_moment
 from asbuilt_bim.report.schedule.xml_file import add, add_all, write_xml
+from asbuilt_bim.report.wording.notes import note_words
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 KNOWLEDGE = ("188744015", "Text29", "AsBuilt")
@@ -54,10 +55,10 @@ def write_msp(report: ProgressReport, path: Path) -> None:
 
 def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_key: dict[str, int]) -> None:
     """Write a task's own elements, in the schema's order."""
-    times, told = line.times, line.verdict
-    if told is None:
+    times, known = line.times, line.verdict
+    if known is None:
         return
-    percent = None if told.share is None else whole_percent(told.share)
+    percent = None if known.share is None else whole_percent(known.share)
     planned_start = _moment(task.schedule_start) if times.actual_start is None else None
     add_all(
         element,
@@ -76,7 +77,7 @@ def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_
         ConstraintType=_NOT_BEFORE if planned_start else None,  # else it would move to the project's beginning
         CalendarUID=-1,
         ConstraintDate=planned_start,
-        Notes=f"{told.note} ({told.knowledge}; asbuilt-bim)",
+        Notes=f"{note_words(known.note)} ({known.knowledge}; asbuilt-bim)",
         PhysicalPercentComplete=percent,
         EarnedValueMethod=_PHYSICAL,
     )
@@ -86,7 +87,7 @@ def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_
             tenths = round(link.lag_h * 600)
             add_all(other, PredecessorUID=by_key[link.predecessor], Type=_LINKS[link.kind], CrossProject=0)
             add_all(other, LinkLag=tenths, LagFormat=_HOURS)
-    for (field, _, _), value in ((KNOWLEDGE, told.knowledge), (GLOBAL_ID, ifc_ids(task, _NAME))):
+    for (field, _, _), value in ((KNOWLEDGE, known.knowledge), (GLOBAL_ID, ifc_ids(task, _NAME))):
         if value:
             add_all(ET.SubElement(element, "ExtendedAttribute"), FieldID=field, Value=value)
     if task.schedule_start and task.schedule_finish:

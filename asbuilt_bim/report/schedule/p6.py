@@ -25,6 +25,7 @@ from asbuilt_bim.report.schedule.lines import (
     status_moment,
 )
 from asbuilt_bim.report.schedule.xml_file import XSI, add, add_all, add_nil, write_xml
+from asbuilt_bim.report.wording.notes import note_words
 
 NAMESPACE = "http://xmlns.oracle.com/Primavera/P6/V18.8/API/BusinessObjects"
 """Later versions of P6 read earlier ones' files, not the other way round."""
@@ -90,10 +91,10 @@ def _add_above(element: ET.Element, name: str, line: ScheduleLine, objects: dict
 def _write_activity(
     project: ET.Element, line: ScheduleLine, task: TaskProgress, key: str, objects: dict[str, int]
 ) -> None:
-    told, times = line.verdict, line.times
-    if told is None:
+    known, times = line.verdict, line.times
+    if known is None:
         return
-    share = None if told.share is None else min(told.share, 1.0 if told.finished else 0.9999)
+    share = None if known.share is None else min(known.share, 1.0 if known.finished else 0.9999)
     percent = None if share is None else f"{int(share * 10_000 + 1e-6) / 10_000:g}"
     element = ET.SubElement(project, "Activity")
     add_all(
@@ -117,11 +118,11 @@ def _write_activity(
         ProjectObjectId=1,
         RemainingDuration=_hours(times.remaining_h),
         StartDate=_moment(times.start),
-        Status=_status(told, times),
+        Status=_status(known, times),
         Type="Task Dependent",
     )
     _add_above(element, "WBSObjectId", line, objects)
-    for (field, _), value in zip(FIELDS, (told.knowledge, told.note, ifc_ids(task, _UDF)), strict=True):
+    for (field, _), value in zip(FIELDS, (known.knowledge, note_words(known.note), ifc_ids(task, _UDF)), strict=True):
         if value:
             add_all(ET.SubElement(element, "UDF"), TypeObjectId=field, TextValue=one_line(value, _UDF))
 
@@ -133,11 +134,11 @@ def _at_completion(times: ScheduleTimes) -> float | None:
     return None if times.elapsed_h is None or times.remaining_h is None else times.elapsed_h + times.remaining_h
 
 
-def _status(told: TaskVerdict, times: ScheduleTimes) -> str | None:
+def _status(known: TaskVerdict, times: ScheduleTimes) -> str | None:
     """Return how far an activity is: begun where something was seen built, though none of it may be certain yet."""
-    if told.share is None:
+    if known.share is None:
         return None
-    return "Completed" if told.finished else "In Progress" if times.actual_start is not None else "Not Started"
+    return "Completed" if known.finished else "In Progress" if times.actual_start is not None else "Not Started"
 
 
 def _write_links(project: ET.Element, lines: Sequence[ScheduleLine], objects: dict[str, int]) -> None:

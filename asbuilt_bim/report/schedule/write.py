@@ -62,7 +62,7 @@ COLUMNS: dict[str, Callable[[TaskRow], str]] = {
     "CompletionLower": lambda row: share_bounds(row.completion.lower, row.completion.upper)[0],
     "CompletionUpper": lambda row: share_bounds(row.completion.lower, row.completion.upper)[1],
     "Coverage": lambda row: number(row.completion.coverage),
-    "CompletionTold": lambda row: "" if row.told is None else share_bounds(row.told, row.told)[0],
+    "CompletionTold": lambda row: "" if row.certain is None else share_bounds(row.certain, row.certain)[0],
     "PlannedShare": lambda row: number(row.planned),
     "DaysLate": lambda row: _days(row.days_late),
     "DaysLateAtLeast": lambda row: _days(row.days_late_least),

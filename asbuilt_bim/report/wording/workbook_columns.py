@@ -132,10 +132,13 @@ TASKS = (
         "Share that the plan wants by the end of the visit's day; empty without a plan.",
     ),
     _column(
-        "Days behind", "count", 8, "Days behind the plan by the best estimate; negative: ahead; empty without a plan."
+        "Days behind plan",
+        "count",
+        8,
+        "Days behind plan by the best estimate; negative: ahead; empty without a plan.",
     ),
-    _column("Days behind at least", "count", 9, "Days behind the plan at least, whatever was not seen."),
-    _column("Days behind at most", "count", 9, "Days behind the plan at most: what was not seen counts as not built."),
+    _column("Days behind plan, best case", "count", 9, "Best case: what was not seen counts as built."),
+    _column("Days behind plan, worst case", "count", 9, "Worst case: what was not seen counts as not built."),
     _column(
         "Late",
         "text",

@@ -21,6 +21,7 @@ from asbuilt_bim.report.tables import (
     storey_names,
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.report.wording.workbook_columns import (
@@ -106,7 +107,7 @@ def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
         write_row(sheet, row + 1 + index, _group(name, group), STOREYS, styles, role)
     row += len(groups) + 2
     for note in report.notes:
-        write_cell(sheet, row, 0, note, "text", styles)
+        write_cell(sheet, row, 0, note_words(note), "text", styles)
         row += 1
     page_setup(sheet)
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.vision.stereo.rig_effect import AREA_DISTANCE_M
 from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, SIGNIFICANT, RigVerdict
 
 RIG = Subject(kind=SubjectKind.RIG)
@@ -24,7 +24,7 @@ def rig_rejection(
     values = turn_values(verdict) | {
         "area_effect": verdict.area_effect,
         "area_sigma": verdict.area_sigma,
-        "area_distance_m": AREA_DISTANCE_M,
+        "area_distance_m": DISTANCE_M,
         "rows_px": verdict.rows_px,
         "matches": verdict.matches,
         "limit_share": AREA_LIMIT,

@@ -7,6 +7,7 @@ from asbuilt_bim.camera.calibration.adjust import adjust
 from asbuilt_bim.camera.calibration.checks import check_calibration
 from asbuilt_bim.camera.calibration.parameters import pack
 from asbuilt_bim.camera.lens import COEFFICIENTS, LensModel
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from tests.camera.virtual import SIZE, rig, views
 
@@ -27,4 +28,6 @@ def test_a_lens_that_its_model_does_not_hold_is_named_with_the_model_that_does(
         shared = np.concatenate([*begun, shared[-6:]])
     checks = check_calibration(seen, adjust(frozen(shared), poses, seen), SIZE)
     assert (checks.lens_left_px > 0.03) is left
-    assert any("--lens rational" in warning for warning in checks.warnings) is left
+    assert (
+        "rational" in [one.values["model"] for one in checks.warnings if one.code == Reason.CALIBRATION_LENS]
+    ) is left

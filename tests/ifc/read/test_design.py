@@ -11,10 +11,13 @@ import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.bim.schedule import TaskLink
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import bounds
 from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import SCHEMAS, ModelBuilder
+from tests.notes import codes, the
 
 
 def _named(design: BimModel, name: str) -> BimElement:
@@ -104,7 +107,8 @@ def test_an_element_without_a_body_is_named_in_the_notes(tmp_path: Path) -> None
     design = read_design(builder.write(tmp_path / "g.ifc"))
     assert [element.name for element in design.elements] == ["solid"]
     (note,) = design.notes
-    assert "no usable body" in note and "ghost 0" in note and note.endswith("and 2 more")
+    assert note.code == Reason.NO_BODY and note.values["count"] == 7
+    assert "ghost 0" in note_words(note) and note_words(note).endswith("and 2 more")
 
 
 def test_a_wall_assigned_to_a_space_still_finds_its_storey(tmp_path: Path) -> None:
@@ -144,7 +148,7 @@ def test_a_file_without_a_storey_is_read_and_says_that_its_elements_count_in_the
     builder.box("IfcWall", "W", (0.0, 0.0, 0.0), (2.0, 0.2, 3.0))
     design = read_design(builder.write(tmp_path / "flat.ifc"))
     assert (design.storeys, design.elements[0].storey) == ((), "")
-    assert any("no IfcBuildingStorey" in note and "in the whole only" in note for note in design.notes)
+    assert the(design.notes, Reason.NO_STOREY).values == {"count": 1, "storeys": 0}
 
 
 @pytest.mark.parametrize(
@@ -278,7 +282,7 @@ def test_task_dates_that_cannot_be_are_left_out_and_said(start: str, finish: str
     design = read_design(builder.write(tmp_path / "plan.ifc"))
     dates = {task.name: (task.schedule_start, task.schedule_finish) for task in design.tasks}
     assert dates == {"rebar": (None, None), "pour": (datetime(2026, 2, 1), datetime(2026, 2, 14))}
-    assert [note for note in design.notes if says in note and note.startswith("task rebar: ")]
+    assert any(words.startswith(f"task rebar: {says}") for words in map(note_words, design.notes))
 
 
 def test_an_ifc2x3_time_without_its_minute_and_second_is_one(tmp_path: Path) -> None:
@@ -289,7 +293,7 @@ def test_an_ifc2x3_time_without_its_minute_and_second_is_one(tmp_path: Path) -> 
     clock.HourComponent, clock.MinuteComponent, clock.SecondComponent = 7, None, None
     design = read_design(builder.write(tmp_path / "plan.ifc"))
     assert [task.schedule_start for task in design.tasks] == [datetime(2026, 2, 1, 7)]
-    assert not [note for note in design.notes if "is no date" in note]
+    assert Reason.DATE_UNREADABLE not in codes(design.notes)
 
 
 def test_tasks_of_a_baseline_beside_the_plan_are_said_to_count_like_it(tmp_path: Path) -> None:
@@ -300,11 +304,10 @@ def test_tasks_of_a_baseline_beside_the_plan_are_said_to_count_like_it(tmp_path:
         summary = builder.task(f"all of {name}", [])
         builder.rooted("IfcRelNests", RelatingObject=summary, RelatedObjects=[builder.task(name, [column])])
         builder.rooted("IfcRelAssignsToControl", RelatedObjects=[summary], RelatingControl=schedule)
-        notes = [note for note in read_design(builder.write(tmp_path / "m.ifc")).notes if "work schedules" in note]
-    assert len(notes) == 1  # one of a single schedule there was none
-    assert notes[0].startswith(
-        "tasks stand in 2 work schedules (Plan (PLANNED), Tender (BASELINE)): all of them are told"
-    )
+        design = read_design(builder.write(tmp_path / "m.ifc"))
+        assert (Reason.WORK_SCHEDULES_SEVERAL in codes(design.notes)) is (name == "Tender")
+    values = the(design.notes, Reason.WORK_SCHEDULES_SEVERAL).values
+    assert values == {"count": 2, "schedules": ("Plan (PLANNED)", "Tender (BASELINE)")}
 
 
 def test_a_task_with_other_dates_in_each_of_its_schedules_has_no_plan(tmp_path: Path) -> None:
@@ -318,8 +321,8 @@ def test_a_task_with_other_dates_in_each_of_its_schedules_has_no_plan(tmp_path: 
         "IfcRelAssignsTasks", RelatedObjects=[task], RelatingControl=relation.RelatingControl, TimeForTask=again
     )
     same = read_design(builder.write(tmp_path / "m.ifc"))
-    assert same.tasks[0].schedule_start == datetime(2026, 2, 1) and not any("pour" in note for note in same.notes)
+    assert same.tasks[0].schedule_start == datetime(2026, 2, 1) and Reason.PLANS_DIFFER not in codes(same.notes)
     again.ScheduleStart = None
     other = read_design(builder.write(tmp_path / "m.ifc"))
     assert other.tasks[0].schedule_start is None
-    assert "task pour: it stands in 2 schedules with other dates in each; it has no plan here" in other.notes
+    assert the(other.notes, Reason.PLANS_DIFFER).values == {"task": "pour", "schedules": 2}

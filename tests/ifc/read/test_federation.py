@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.model import BimElement, BimModel
+from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import DesignError, ResultError
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.write.federation import write_copies
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
+from tests.notes import codes, the
 
 
 def _named(design: BimModel, name: str) -> BimElement:
@@ -60,7 +63,8 @@ def test_two_files_of_other_schemas_and_units_are_one_design_that_touches_itself
     assert [task.elements for task in design.tasks] == [(wall.global_id,)]
     assert [line.elements for line in design.cost_lines] == [(column.global_id,)]
     assert (design.file_name, design.schema) == ("structure.ifc, architecture.ifc", "IFC2X3, IFC4")
-    assert design.notes == ("walls and columns in no task: 1 of 2", "walls and columns in no cost line: 1 of 2")
+    assert codes(design.notes) == [Reason.NOT_IN_TASKS, Reason.NOT_IN_COST_LINES]
+    assert note_words(design.notes[0]) == "walls and columns in no task: 1 of 2"
 
 
 def test_a_task_and_a_cost_line_of_two_files_have_the_elements_of_both(tmp_path: Path) -> None:
@@ -92,7 +96,8 @@ def test_what_two_files_hold_counts_for_the_one_named_first_and_does_not_touch_i
     design = read_design([structure, tmp_path / "copy.ifc", architecture])
     assert sorted(element.name for element in design.elements) == ["C", "W"]
     assert _named(design, "W").exposed_area_m2 > 20.0
-    assert any("1 walls or columns of copy.ifc are in an earlier file too" in note for note in design.notes)
+    note = the(design.notes, Reason.IN_EARLIER_FILE)
+    assert note.subject == about(SubjectKind.FILE, "copy.ifc") and note.values == {"count": 1}
 
 
 def test_files_on_one_map_meet_in_the_first_ones_world(tmp_path: Path) -> None:
@@ -119,7 +124,7 @@ def test_files_on_two_maps_are_taken_to_share_coordinates_and_say_so(crs: str, t
     second.box("IfcColumn", "B", (5.0, 0.0, 0.0), (0.4, 0.4, 3.0))
     design = read_design([first.write(tmp_path / "a.ifc"), second.write(tmp_path / "b.ifc")])
     assert _named(design, "B").vertices_m[:, 0].min() == pytest.approx(5.0)
-    assert any("not on one map" in note and "b.ifc" in note for note in design.notes)
+    assert the(design.notes, Reason.NOT_ON_ONE_MAP).subject == about(SubjectKind.FILE, "b.ifc")
 
 
 def test_a_file_that_cannot_be_read_is_named_among_several(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
 
@@ -45,7 +46,11 @@ def read(builder: ModelBuilder, tmp_path: Path) -> tuple[BimModel, datetime | No
     design = read_design(builder.write(tmp_path / "plan.ifc"))
     (made,) = design.tasks
     assert made.schedule_start == datetime(2026, 3, 5, 8)
-    return design, made.schedule_finish, [note for note in design.notes if "duration" in note]
+    return (
+        design,
+        made.schedule_finish,
+        [note for note in design.notes if note.code in (Reason.FINISH_WORKED_OUT, Reason.FINISH_UNKNOWN)],
+    )
 
 
 @pytest.mark.parametrize("schema", ["IFC4", "IFC4X3"])
@@ -67,10 +72,8 @@ def test_working_time_is_counted_by_the_tasks_calendar_and_said(
     _, found, notes = read(builder, tmp_path)
     assert found == finish
     (note,) = notes
-    assert (
-        f"1 task has a start and a duration and no finish: it is worked out by the calendar (pour {finish:%Y-%m-%d}"
-        in note
-    )
+    assert note.code == Reason.FINISH_WORKED_OUT
+    assert note.values == {"count": 1, "tasks": (f"pour {finish:%Y-%m-%d %H:%M}",)}
 
 
 def test_elapsed_time_needs_no_calendar(tmp_path: Path) -> None:
@@ -112,9 +115,8 @@ def test_a_duration_that_may_mean_two_things_gives_no_finish_and_is_named(
     controlled(builder, task(builder, duration, kind), calendar(builder, hours, **more))
     _, found, notes = read(builder, tmp_path)
     assert found is None
-    assert [
-        note.startswith(f"task pour: it has a start and a duration ({duration}) and no finish") for note in notes
-    ] == [True]
+    assert [note.code for note in notes] == [Reason.FINISH_UNKNOWN]
+    assert notes[0].values == {"task": "pour", "duration": duration}
 
 
 def test_two_calendars_or_none_give_no_finish(tmp_path: Path) -> None:

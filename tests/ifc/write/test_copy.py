@@ -13,10 +13,12 @@ import ifcopenshell.util.element
 import ifcopenshell.validate
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.write.copy import strip_asbuilt, write_asbuilt
 from asbuilt_bim.progress.completion.planned import verdict
+from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import SCHEMAS, ModelBuilder
 from tests.ifc.reports import report_on
 
@@ -121,6 +123,27 @@ def test_strip_gives_the_design_back(schema: str, tmp_path: Path) -> None:
     assert _without_ids(ifcopenshell.open(str(bare))) == _without_ids(ifcopenshell.open(str(source)))
 
 
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_strip_gives_the_design_back_from_a_copy_of_before_there_were_codes(schema: str, tmp_path: Path) -> None:
+    source, target = _written(schema, tmp_path)
+    old = ifcopenshell.open(str(target))
+    texts = {
+        Reason.BASIS_COMPLETE: "Completion is 1: seen complete; at least 90.0 % is certain",
+        Reason.BASIS_LOWER: "Completion is the lower bound: the best estimate is 50.0 %",
+        Reason.BASIS_UNKNOWN: "too little was seen to say: the task's own time is as it was",
+    }
+    basis = [one for one in old.by_type("IfcPropertySingleValue") if one.Name == "Basis"]
+    assert {one[1] for one in basis} >= set(texts)
+    for one in basis:
+        if one[1] in texts:
+            one.NominalValue = old.create_entity("IfcText", texts[Reason(one[1])])
+        one[1] = None
+    old.write(str(target))
+    strip_asbuilt(target, tmp_path / "bare.ifc")
+    bare = ifcopenshell.open(str(tmp_path / "bare.ifc"))
+    assert _without_ids(bare) == _without_ids(ifcopenshell.open(str(source)))
+
+
 @pytest.mark.parametrize("schema", ["IFC4", "IFC4X3"])
 def test_measured_zero_unknown_and_part_measured_are_three_things(schema: str, tmp_path: Path) -> None:
     file = ifcopenshell.open(str(_written(schema, tmp_path)[1]))
@@ -128,7 +151,7 @@ def test_measured_zero_unknown_and_part_measured_are_three_things(schema: str, t
     assert times["pour full"].Completion == 1.0  # finished, as in every other schedule
     assert times["pour full"].ActualFinish is not None
     said = _psets(file, "IfcTask", "pour full")["AsBuilt_Progress"]
-    assert said["Basis"] == "Completion is 1: seen complete; at least 90.0 % is certain"
+    assert said["Basis"] == Reason.BASIS_COMPLETE  # no words were given
     assert said["CompletionLower"] == pytest.approx(0.9)
     assert times["pour full"].ActualFinish == "2026-03-02T00:00:00"
     assert times["pour full"].ScheduleStart == "2026-02-01T00:00:00"
@@ -138,7 +161,7 @@ def test_measured_zero_unknown_and_part_measured_are_three_things(schema: str, t
     hidden = _psets(file, "IfcTask", "pour hidden")["AsBuilt_Progress"]
     assert hidden["State"] == "unknown" and "CompletionBest" not in hidden
     assert times["pour some"].Completion == pytest.approx(0.45)  # the lower bound: one element was not seen
-    assert "lower bound: 1 of its elements" in _psets(file, "IfcTask", "pour some")["AsBuilt_Progress"]["Basis"]
+    assert _psets(file, "IfcTask", "pour some")["AsBuilt_Progress"]["Basis"] == Reason.BASIS_LOWER
     assert times["pour some"].ActualFinish is None
 
 
@@ -148,7 +171,7 @@ def test_a_task_that_makes_a_slab_too_holds_its_lower_bound_as_all_other_schedul
     half = next(task for task in report.tasks if task.progress.name == "pour half")
     done = replace(half.progress.completion, best=None, lower=0.2, upper=0.8)
     mixed = replace(half, others=1, progress=replace(half.progress, completion=done))
-    write_asbuilt(source, replace(report, tasks=(mixed,)), tmp_path / "w.ifc")
+    write_asbuilt(source, replace(report, tasks=(mixed,)), tmp_path / "w.ifc", words=note_words)
     file = ifcopenshell.open(str(tmp_path / "w.ifc"))
     (time,) = [task.TaskTime for task in file.by_type("IfcTask") if task.Name == "pour half"]
     assert time.Completion == verdict(mixed).share == 0.2
@@ -243,7 +266,7 @@ def test_pieces_are_counted_whole_where_the_schema_wants_it_upwards_only_where_t
     columns = [builder.box("IfcColumn", f"{i}", (2.0 * i, 0.0, 0.0), (0.4, 0.4, 3.0)) for i in range(7)]
     builder.cost("columns", columns, "IfcQuantityCount", 7, rate)
     source, target = builder.write(tmp_path / "m.ifc"), tmp_path / "w.ifc"
-    write_asbuilt(source, report_on(read_design(source), {}), target)
+    write_asbuilt(source, report_on(read_design(source), {}), target, words=note_words)
     written = ifcopenshell.open(str(target))
     ours = next(one for one in written.by_type("IfcCostItem") if one.ObjectType == "ASBUILT")
     assert ours.CostQuantities[0].CountValue == (whole if schema == "IFC4X3" else pytest.approx(2.8))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.completion.element import completion_of, progress_of
@@ -16,6 +17,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ElementProgress
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 from tests.match.small_site import box, element
+from tests.notes import codes, the
 
 WALL = element("W", "wall", box(0, 0, 0, 4.0, 0.25, 3.0))
 COLUMN = element("C", "column", box(0, 0, 0, 0.4, 0.4, 3.0))
@@ -56,14 +58,15 @@ def test_built_from_one_side_and_open_from_the_other_is_a_conflict_and_undecided
     one = progress(says(0, built=polygon.box(0, 0, 4, 3)), says(2, opened=polygon.box(0, 0, 4, 3)))
     assert one.cells_conflict == one.cells_conflict + one.cells_built + one.cells_open > 0
     assert one.completion.best is None and one.completion.upper == 1.0 and one.completion.lower == 0.0
-    assert any("look at the pictures" in note for note in one.notes)
+    note = the(one.notes, Reason.PHOTOS_DISAGREE)
+    assert note.values["cells"] == one.cells_conflict and note.subject.name == one.global_id
 
 
 def test_a_column_of_which_only_the_foot_was_seen_is_not_called_complete() -> None:
     one = progress(says(0, built=polygon.box(0, 0, 0.4, 1.0), of=COLUMN), of=COLUMN)
     assert one.state == "unknown"
     assert one.completion.best == 1.0 and one.completion.lower == pytest.approx(1 / 3, abs=0.04)
-    assert any("top was not seen" in note for note in one.notes)
+    assert the(one.notes, Reason.TOP_NOT_SEEN).values["coverage"] == one.completion.coverage
 
 
 def test_a_column_whose_top_was_seen_built_is_complete() -> None:
@@ -74,7 +77,7 @@ def test_a_column_whose_top_was_seen_built_is_complete() -> None:
 
 def test_a_top_that_something_else_may_be_since_no_measured_face_fits_it_leaves_a_column_unknown() -> None:
     one = progress(says(0, built=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN), of=COLUMN)
-    assert one.state == "unknown" and any("no face that was measured fits it" in note for note in one.notes)
+    assert one.state == "unknown" and codes(one.notes) == [Reason.NO_FACE_FITS]
     assert progress(says(0, built=polygon.box(0, 0.0, 0.4, 3.0), of=COLUMN), of=COLUMN).state == "complete"
 
 
@@ -132,7 +135,7 @@ def test_a_column_open_down_to_its_starter_bars_is_not_started_and_one_open_in_i
     assert bars.state == "not started" and bars.completion.upper == pytest.approx(0.3, abs=0.04)
     upper = progress(says(0, opened=polygon.box(0, 1.4, 0.4, 3.0), of=COLUMN), of=COLUMN)
     assert upper.completion.coverage > 0.5 and upper.state == "unknown"
-    assert any("foot was not seen" in note for note in upper.notes)
+    assert codes(upper.notes) == [Reason.FOOT_NOT_SEEN]
 
 
 def test_one_cell_of_a_long_foot_is_no_look_at_it() -> None:

@@ -6,8 +6,10 @@ from datetime import date, datetime
 import pytest
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar, weekday
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.completion.planned import days_late, due_but_unknown, late_elements, planned_share, verdict
 from asbuilt_bim.progress.report import Completion, TaskProgress
+from asbuilt_bim.report.wording.notes import note_words
 from tests.report.sample_report import sample_report
 
 START, FINISH = datetime(2026, 3, 2, 0), datetime(2026, 3, 12, 0)  # ten days
@@ -103,18 +105,22 @@ def test_measured_0_part_measured_unknown_and_finished_are_four_different_things
     assert (zero.knowledge, zero.share) == ("measured 0", 0.0)
     assert (unknown.knowledge, unknown.share) == ("unknown", None)
     assert (part.knowledge, part.share) == ("part measured", 0.35)
-    assert "at least 35.0 % (lower bound)" in part.note
+    assert part.note.code == Reason.TASK_PART_MEASURED and part.note.values["lower"] == 0.35
+    assert "at least 35.0 % (lower bound)" in note_words(part.note)
     assert (whole.knowledge, whole.share) == ("measured", 0.6)
     finished = verdict(task(done(0.985), actual_finish=date(2026, 3, 16)))
     assert (finished.share, finished.finished) == (1.0, True)
-    assert finished.note.endswith("Best estimate 98.5 %, at least 98.5 %.")
+    assert note_words(finished.note).endswith("Best estimate 98.5 %, at least 98.5 %.")
 
 
 def test_bounds_in_a_note_are_rounded_outwards() -> None:
-    assert "at least 89.1 % (lower bound), possibly 92.6 %" in verdict(task(done(0.9, 0.89182, 0.92505))).note
-    assert "at least 80.0 % (lower bound), possibly 90.0 %" in verdict(task(done(0.85, 0.7 + 0.1, 3 * 0.3))).note
-    assert "possibly 30.0 %" in verdict(task(done(0.2, 0.1, 0.1 + 0.2))).note
-    assert verdict(task(done(1.0, 0.80227, 1.0), actual_finish=date(2026, 3, 16))).note.endswith("at least 80.2 %.")
+    def words(completion: Completion, actual_finish: date | None = None) -> str:
+        return note_words(verdict(task(completion, actual_finish=actual_finish)).note)
+
+    assert "at least 89.1 % (lower bound), possibly 92.6 %" in words(done(0.9, 0.89182, 0.92505))
+    assert "at least 80.0 % (lower bound), possibly 90.0 %" in words(done(0.85, 0.7 + 0.1, 3 * 0.3))
+    assert "possibly 30.0 %" in words(done(0.2, 0.1, 0.1 + 0.2))
+    assert words(done(1.0, 0.80227, 1.0), date(2026, 3, 16)).endswith("at least 80.2 %.")
 
 
 def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None:

@@ -7,10 +7,12 @@ from datetime import date
 
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ElementProgress
 from tests.match.small_site import box, measured, station
+from tests.notes import codes, the
 from tests.progress.test_surface import BACKDROP, FRONT, GROUND, POSE, WALL, only, see, visit
 
 LATER, LAST = date(2026, 3, 16), date(2026, 3, 30)
@@ -24,7 +26,7 @@ def test_a_wall_that_has_gone_is_not_certain_and_is_named_until_a_second_visit_s
     report, _ = visit(see([BACKDROP], name="B1"), history=history, day=LATER)
     gone = only(report)
     assert gone.completion.lower < 0.05 and gone.state != "complete"
-    assert any("look open now" in doubt for doubt in gone.doubts)
+    assert the(gone.doubts, Reason.GONE) in gone.notes
     assert gone.as_built_area_m2 is None
     history = remember(history, report)
     report, _ = visit(see([BACKDROP], name="C1"), history=history, day=LAST)
@@ -41,7 +43,10 @@ def taller(height_m: float) -> ElementProgress:
 def test_concrete_that_goes_on_past_the_design_is_named_with_its_area() -> None:
     one = taller(3.8)
     assert one.state == "complete"
-    assert any("goes on 2.7 m2 past the design" in doubt for doubt in one.doubts)  # the border of 0.10 m is allowed
+    past = the(one.doubts, Reason.PAST_DESIGN)
+    assert (
+        past.values["area_m2"] == pytest.approx(2.7, abs=0.05) and past.subject.station == "A1"
+    )  # the border of 0.10 m is allowed
     assert not taller(2.8).doubts
 
 
@@ -52,7 +57,11 @@ def test_a_complete_wall_that_was_measured_smaller_than_designed_is_named(less_m
     report, _ = visit(station("A1", POSE, [box(0, 0, 0, width_m, 0.25, height_m), BACKDROP, GROUND], [face]))
     one = only(report)
     assert one.state == "complete"
-    assert any("smaller than its 8.40 m2" in doubt for doubt in one.doubts) is named
+    assert (Reason.OTHER_SIZE in codes(one.doubts)) is named
+    if named:
+        values = the(one.doubts, Reason.OTHER_SIZE).values
+        assert values["design_m2"] == pytest.approx(8.4)
+        assert values["area_m2"] == pytest.approx(width_m * height_m, rel=1e-3)
 
 
 def test_a_face_seen_in_part_measures_no_more_than_its_design() -> None:

@@ -10,7 +10,9 @@ import pytest
 from asbuilt_bim.camera.calibration.area_effect import AreaEffect
 from asbuilt_bim.camera.calibration.calibrate import Calibration, calibrate_stereo
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
+from asbuilt_bim.camera.calibration.checks import warning
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.page.calibration import calibration_html, verdict, write_calibration_page
 from tests.camera.board_pictures import CHESS, pairs
@@ -68,9 +70,13 @@ def test_names_are_escaped_and_tags_close(made: Calibration) -> None:
 
 def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Calibration) -> None:
     clean = replace(made, checks=replace(made.checks, warnings=()))
-    careful = replace(made, checks=replace(made.checks, warnings=("the boards cover 40 % of the frame only",)))
+    careful = replace(
+        made, checks=replace(made.checks, warnings=(warning(Reason.CALIBRATION_COVERAGE, {"share": 0.4}),))
+    )
     assert verdict(clean, effect(0.002), (CHECK,)).grade == "good"
-    assert verdict(careful, effect(0.002), (CHECK,)).grade == "usable"
+    judged = verdict(careful, effect(0.002), (CHECK,))
+    assert judged.grade == "usable" and judged.reasons == ("the boards cover only 40 % of the frame",)
+    assert judged.sentence == "Usable with care. Calibration adds ±0.20 % to an area at 5 m."
     assert verdict(clean, effect(0.02), (CHECK,)).grade == "usable"
     bad = verdict(clean, effect(0.05), (CHECK,))
     assert bad.grade == "doubtful" and "5.0 %" in bad.sentence

@@ -12,6 +12,7 @@ from asbuilt_bim.report.outputs import read_pictures, write_outputs
 from asbuilt_bim.report.page.plan import storey_plans
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.values import area, millimetres, percent, percent_certain, percent_range
+from tests.notes import unstated
 from tests.report.sample_report import GROUND, HOSTILE_MARKUP, renamed, sample_picture, sample_report
 
 
@@ -232,7 +233,7 @@ def test_control_characters_in_names_never_reach_the_page():
     evil = "A\x1b[2J\x07B"
     report = renamed(sample_report(), 0, name=evil)
     storeys = tuple(replace(storey, name=evil) for storey in report.storeys)
-    notes = (*report.notes, evil)
+    notes = (*report.notes, unstated(evil))
     html = page_html(replace(report, project_name=evil, storeys=storeys, notes=notes), {})
     assert html.count("A[2JB") >= 4 and "\x1b" not in html and "\x07" not in html
 

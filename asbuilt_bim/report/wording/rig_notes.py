@@ -1,0 +1,52 @@
+"""Sentences on the rig and on its calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.report.wording.template import Template, filled
+
+NO_MEANING = 1.0
+"""An area that errs by as much as itself: its error says nothing more."""
+
+
+def _turn(note: Note, key: str) -> str:
+    """Return a turn with its sigma: `pitch +0.000° ± 0.010°, yaw +0.200° ± 0.010°, roll ...`."""
+    turn, sigma = (np.rad2deg(np.asarray(note.values[f"{key}{end}"], dtype=float)) for end in ("_rad", "_sigma_rad"))
+    parts = zip(("pitch", "yaw", "roll"), turn, sigma, strict=True)
+    return ", ".join(f"{name} {angle:+.3f}° ± {one:.3f}°" for name, angle, one in parts)
+
+
+def _refined(note: Note) -> str:
+    stations = note.values["stations"]
+    names = [str(name) for name in stations] if isinstance(stations, tuple) else []
+    which = f"stations {names[0]} to {names[-1]}" if len(names) > 1 else f"station {''.join(names)}"
+    effect = float(str(note.values["area_effect"]))
+    wrong = f"an area at 5 m would be {100 * effect:+.1f} % ± {{area_effect_sigma:tenth %}} wrong"
+    if not abs(effect) < NO_MEANING:
+        wrong = "no area could be trusted"
+    text = f"Rig, {which}: refined from {{matches}} matches. Its right camera is turned by {_turn(note, 'turn')}. "
+    return filled(text + f"Unrefined, {wrong}, and rows would lie {{rows_px:.1f}} px apart", note)
+
+
+def _knocked(note: Note) -> str:
+    where = "The rig was knocked between stations {last_before} and {first_after}. "
+    return filled(f"{where}Before: {_turn(note, 'turn_before')}. After: {_turn(note, 'turn_after')}", note)
+
+
+RIG_NOTES: Mapping[Reason, Template] = {
+    Reason.RIG_USED_REFINED: _refined,
+    Reason.RIG_KNOCKED_BETWEEN: _knocked,
+    Reason.CALIBRATION_COVERAGE: "the boards cover only {share:%} of the frame",
+    Reason.CALIBRATION_HOLD_OUT: "views kept back miss by {hold_out_px:px}, the others by {rms_px:px}",
+    Reason.CALIBRATION_LENGTH: "the boards' diagonals come out {share:hundredth %} wrong",
+    Reason.CALIBRATION_SCALE: "focal length and baseline are known only to {share:hundredth %}",
+    Reason.CALIBRATION_LENS: "another lens model fits {left_px:px} better. Calibrate with --lens {model} "
+    "(rig.boards.distortion: {model})",
+    Reason.CONTROL_POINTS_FEW: "fewer than {fewest} points in a photo: the lens was taken to be straight",
+    Reason.CONTROL_POINTS_REACH: "the points reach over only {share:%} of a photo. Outside them the lens is a guess",
+    Reason.CONTROL_POINTS_HOLD_OUT: "points kept back miss by {hold_out_px:px}, the others by {rms_px:px}",
+}

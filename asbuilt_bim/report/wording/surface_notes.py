@@ -1,0 +1,74 @@
+"""Sentences on surfaces, elements and stations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.report.wording.template import Template, filled
+from asbuilt_bim.report.wording.values import percent
+
+_SEEN = "{coverage:%} of it was seen, "
+
+
+def photos_disagree(kind: str, name: str, stations: Sequence[str]) -> str:
+    """Return the sentence on an element that photos show built and open in the same place."""
+    what = f"Photos disagree about part of {kind.capitalize()} {name or '(no name)'}"
+    if not stations:
+        return f"{what}: check its pictures"
+    *first, last = stations
+    return f"{what}: check picture{'s' if first else ''} {', '.join(first)}{' and ' if first else ''}{last}"
+
+
+def _disagree(note: Note) -> str:
+    values = note.values
+    stations = values["stations"]
+    names = [str(name) for name in stations] if isinstance(stations, tuple) else []
+    return photos_disagree(str(values["kind"]), str(values["element"]), names)
+
+
+def _stands_off(note: Note) -> str:
+    offset_m = float(str(note.values["offset_m"]))
+    where = "in front of" if offset_m > 0.0 else "behind"
+    text = f"A surface in photo {{subject.station}} stands {abs(offset_m) * 100:.0f} cm {where} the design"
+    return filled(f"{text} and was not counted", note)
+
+
+def _other_size(note: Note) -> str:
+    area_m2, design_m2 = (float(str(note.values[key])) for key in ("area_m2", "design_m2"))
+    than = "larger" if area_m2 > design_m2 else "smaller"
+    share = percent(abs(area_m2 - design_m2) / design_m2)
+    text = f"One face measures {{area_m2:.2f}} ± {{sigma_m2:m²}}, {share} {than} than its design of {{design_m2:m²}}"
+    return filled(text, note)
+
+
+def _not_used(note: Note) -> str:
+    stations = note.values["stations"]
+    count = len(stations) if isinstance(stations, tuple) else 1
+    text = "{stations:list} of the visit of {subject.name} could not be used and "
+    return filled(f"Station{'' if count == 1 else 's'} {text}count{'s' if count == 1 else ''} for nothing here", note)
+
+
+SURFACE_NOTES: Mapping[Reason, Template] = {
+    Reason.PARTLY_HIDDEN: "Something stands in front of part of it",
+    Reason.STANDS_OFF: _stands_off,
+    Reason.STARTER_BARS: "{area_m2:m²} in photo {subject.station} may be starter bars and was not counted",
+    Reason.SURFACE_UNCLEAR: "{area_m2:m²} in photo {subject.station} was unclear and not counted",
+    Reason.PAST_OUTLINE: "Photo {subject.station}: concrete goes on {more_m2:m²} past the {area_m2:m²} outlined",
+    Reason.AREAS_APART: "Photo {subject.station} gives {area_m2:.3f} m², over {sigmas:.0f} sigma from the mean of "
+    "{mean_m2:.3f} m²",
+    Reason.PAST_DESIGN: "Photo {subject.station}: concrete goes on {area_m2:tenth m²} past the design. Look for a "
+    "missing opening, extra concrete, or a neighbour that isn't in the IFC file",
+    Reason.GONE: "{area_m2:tenth m²} looks open now; an earlier visit saw it built. It was taken away, or one of the "
+    "two is wrong",
+    Reason.GONE_LITTLE: "{area_m2:tenth m²} looks open now; an earlier visit saw it built",
+    Reason.OTHER_SIZE: _other_size,
+    Reason.NOT_SEEN_AGAIN: "It wasn't finished when it was last seen, and this visit didn't see it",
+    Reason.SEEN_TO_TOP: f"{_SEEN}up to its top",
+    Reason.NO_FACE_FITS: f"{_SEEN}up to its top, but no measured face fits it",
+    Reason.TOP_NOT_SEEN: f"{_SEEN}all of that built; its top was not seen",
+    Reason.SEEN_WITH_FOOT: f"{_SEEN}with its foot",
+    Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
+    Reason.PHOTOS_DISAGREE: _disagree,
+    Reason.STATIONS_NOT_USED: _not_used,
+}

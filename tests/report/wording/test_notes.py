@@ -1,0 +1,114 @@
+"""Every code has words, and every place in them is filled by the file that gives the code."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import asbuilt_bim
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.report.wording.notes import NOTES, note_words
+from tests.notes import unstated
+
+PACKAGE = Path(asbuilt_bim.__file__).parent
+CODES = (PACKAGE / "codes.py").read_text(encoding="utf-8")
+OF_NOTES = [Reason[name] for name in re.findall(r"^    ([A-Z0-9_]+) = ", CODES.split("# Notes.")[1], re.MULTILINE)]
+ANGLES = (0.0, 0.0035, -0.0002)
+SAMPLES: Values = {
+    **dict.fromkeys(("count", "of", "storeys", "others", "unknown", "linked", "cells", "fewest"), 1),
+    **dict.fromkeys(("characters", "matches"), 7),
+    **dict.fromkeys(("area_m2", "more_m2", "mean_m2", "sigma_m2", "design_m2", "length_m", "limit_m"), 1.25),
+    **dict.fromkeys(("share", "coverage", "best", "lower", "upper", "area_effect", "area_effect_sigma"), 0.25),
+    **dict.fromkeys(("hold_out_px", "rms_px", "rows_px", "left_px", "amount", "limit", "unit_scale"), 1.25),
+    **dict.fromkeys(("certain", "planned", "sigmas"), 3.0),
+    **dict.fromkeys(("ifc_class", "element", "thing", "global_id", "other", "error", "map", "other_file"), "Mauer"),
+    **dict.fromkeys(
+        ("other_map", "task", "end", "written", "duration", "item", "currency", "measure", "unit"), "Mauer"
+    ),
+    **dict.fromkeys(("column", "given", "missing", "kind", "model", "last_before", "first_after", "unit"), "Mauer"),
+    **dict.fromkeys(("start", "finish", "since", "begun"), "2026-03-02"),
+    **dict.fromkeys(("ifc_dates", "takes_off", "rounded", "left_empty"), True),
+    **dict.fromkeys(("elements", "tasks", "schedules", "stations"), ("A3",)),
+    **dict.fromkeys(("turn_rad", "turn_before_rad", "turn_after_rad"), ANGLES),
+    **dict.fromkeys(("turn_sigma_rad", "turn_before_sigma_rad", "turn_after_sigma_rad"), ANGLES),
+    "text": "Mauer",
+    "offset_m": -0.12,
+    "years": (1950, 2200),
+}
+
+
+def sample(code: Reason, values: Values = SAMPLES) -> Note:
+    return Note(code=code, subject=about(SubjectKind.FACE, "A3/2", "A3"), values=values)
+
+
+def places(code: Reason) -> set[str]:
+    """Return the values that a code's words need: those without which they fail or read otherwise."""
+    whole, found = note_words(sample(code)), set()
+    for key in SAMPLES:
+        try:
+            words = note_words(sample(code, {name: value for name, value in SAMPLES.items() if name != key}))
+        except KeyError:
+            words = ""
+        if words != whole:
+            found.add(key)
+    return found
+
+
+def test_every_code_of_a_note_has_words_and_no_other_code_is_among_them() -> None:
+    assert set(NOTES) == {Reason.UNSTATED, *OF_NOTES}
+
+
+@pytest.mark.parametrize("code", OF_NOTES)
+def test_every_value_in_a_sentence_is_given_by_the_files_that_give_its_code(code: Reason) -> None:
+    given: set[str] = set()
+    for path in PACKAGE.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        if "wording" not in path.parts and path.name != "codes.py" and re.search(rf"\bReason\.{code.name}\b", text):
+            dicts = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Dict)]
+            given |= {key.value for one in dicts for key in one.keys if isinstance(key, ast.Constant)}
+            assert dicts or not places(code)
+    assert places(code) - {"ifc_dates"} <= given  # the link to the IFC's task says whose dates stand
+
+
+@pytest.mark.parametrize("code", OF_NOTES)
+def test_sentences_are_short(code: Reason) -> None:
+    sentences = re.split(r"(?<=[.;:]) ", note_words(sample(code)))
+    assert max(len(sentence.split()) for sentence in sentences) <= 30
+
+
+@pytest.mark.parametrize(
+    ("code", "values", "words"),
+    [
+        (Reason.SURFACE_UNCLEAR, {"area_m2": 3.5391}, "3.54 m² in photo G1 was unclear and not counted"),
+        (Reason.STARTER_BARS, {"area_m2": 0.404}, "0.40 m² in photo G1 may be starter bars and was not counted"),
+        (
+            Reason.PHOTOS_DISAGREE,
+            {"kind": "column", "element": "B1/1F", "cells": 2, "stations": ("G1", "U4")},
+            "Photos disagree about part of Column B1/1F: check pictures G1 and U4",
+        ),
+        (
+            Reason.PHOTOS_DISAGREE,
+            {"kind": "wall", "element": "W", "cells": 1, "stations": ("G1",)},
+            "Photos disagree about part of Wall W: check picture G1",
+        ),
+        (
+            Reason.STATIONS_NOT_USED,
+            {"stations": ("A1", "A2")},
+            "Stations A1, A2 of the visit of 2026-03-02 could not be used and count for nothing here",
+        ),
+        (Reason.NO_BODY, {"elements": ("a", "b"), "count": 5}, "no usable body, so not measured: a, b and 3 more"),
+    ],
+)
+def test_notes_read_as_one_would_say_them_on_site(code: Reason, values: Values, words: str) -> None:
+    subject = about(SubjectKind.FACE, "2026-03-02" if code == Reason.STATIONS_NOT_USED else "G1/2", "G1")
+    assert note_words(Note(code=code, subject=subject, values=values)) == words
+
+
+def test_braces_in_a_name_from_a_file_are_no_places_to_fill() -> None:
+    values: Values = {**SAMPLES, "element": "{subject.__class__}", "tasks": ("{count}",)}
+    assert "{subject.__class__}" in note_words(sample(Reason.TOUCHED_ALL_OVER, values))
+    assert "'{count}'" in note_words(sample(Reason.SCHEDULE_AMBIGUOUS, values))
+    assert note_words(unstated("{text} {0}")) == "{text} {0}"
