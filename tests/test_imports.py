@@ -46,10 +46,10 @@ CONFINED = {
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],
     "distributed": ["scale/executor.py"],
+    "scipy": ["geometry/"],
     "cattrs": ["scale/codec.py", "report/result/"],
 }
 NEVER = {
-    "scipy",
     "trimesh",
     "matplotlib",
     "PIL",

@@ -1,0 +1,147 @@
+"""Least squares that bear gross errors: lines and planes by reweighting, every other model by SciPy.
+
+A problem keeps its own model and Jacobian. How far a point may be off and when to stop is set here, once for all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from asbuilt_bim.geometry.arrays import FloatArray, median
+
+Model = Callable[[FloatArray], FloatArray]
+"""What goes with parameters (P,): residuals (N,), or their Jacobian (N, P)."""
+Loss = Callable[[FloatArray], FloatArray]
+"""Weights (N,) in 0..1 that go with residuals (N,) in sigmas."""
+
+MEDIAN_TO_SIGMA = 1.4826  # of Gaussian noise
+TUKEY, CAUCHY = 4.685, 2.385
+"""Sigmas: each keeps 95 % of the precision on Gaussian noise.
+
+Reference: Holland & Welsch 1977, robust regression using iteratively reweighted least squares.
+"""
+_ROUNDS = 20
+_SETTLED = 1e-3  # of a weight, and of a scale
+_STILL = 1e-10  # relative, of parameters, cost and gradient
+_RIDGE = 1e-12  # of the information: what the data leave open stays at zero
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fit:
+    """Parameters (P,) at the least sum of squares; what is left over there (N,), its Jacobian (N, P), the weights (N,).
+
+    `scale` is how many of the given sigmas the residuals scatter by, 1 where they aren't judged.
+    """
+
+    parameters: FloatArray
+    residuals: FloatArray
+    jacobian: FloatArray
+    weights: FloatArray
+    scale: float
+    converged: bool
+
+    @property
+    def cost(self) -> float:
+        """Return the weighted sum of squares."""
+        return float(self.weights @ np.square(self.residuals))
+
+    @property
+    def information(self) -> FloatArray:
+        """Return the inverse of the covariance (P, P)."""
+        result: FloatArray = (self.jacobian * self.weights[:, None]).T @ self.jacobian / self.scale**2
+        return result
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Return the parameters' covariance (P, P), for points that err each by itself."""
+        return np.asarray(np.linalg.inv(self.information), dtype=np.float64)
+
+
+def robust_sigma(residuals: FloatArray) -> float:
+    """Return the standard deviation of residuals (N,) by their median, so that up to half of them may be anything."""
+    return MEDIAN_TO_SIGMA * median(np.abs(residuals))
+
+
+def tukey(sigmas: FloatArray) -> FloatArray:
+    """Return Tukey's weights: none for what is far off."""
+    result: FloatArray = np.square(np.clip(1.0 - np.square(sigmas / TUKEY), 0.0, None))
+    return result
+
+
+def cauchy(sigmas: FloatArray) -> FloatArray:
+    """Return Cauchy's weights: less and less, and never none."""
+    result: FloatArray = 1.0 / (1.0 + np.square(sigmas / CAUCHY))
+    return result
+
+
+def reweighted_linear(
+    design: FloatArray,
+    target: FloatArray,
+    sigma: FloatArray | float,
+    weights: FloatArray | None = None,
+    loss: Loss = tukey,
+) -> Fit:
+    """Fit `design @ parameters = target` (N, P), (N,), and weigh points by how far they are off, until that settles.
+
+    `sigma` is the least that a point errs by; the scale of all of them is estimated, and never under 1. `weights` (N,)
+    say what points count before that, 1 / sigma^2 where they aren't given.
+    """
+    least = np.broadcast_to(np.asarray(sigma, dtype=np.float64), target.shape)
+    own = 1.0 / np.square(least) if weights is None else weights
+    trust, converged = np.ones(len(target)), False
+    for _ in range(_ROUNDS):
+        weighted = design * (own * trust)[:, None]
+        normal = weighted.T @ design
+        normal.flat[:: len(normal) + 1] += _RIDGE * max(float(np.trace(normal)), _RIDGE)
+        parameters = np.linalg.solve(normal, weighted.T @ target)
+        residuals = target - design @ parameters
+        scale = max(1.0, robust_sigma(residuals / least))
+        before, trust = trust, loss(residuals / (least * scale))
+        if converged := bool(np.max(np.abs(trust - before), initial=0.0) < _SETTLED):
+            break
+    return Fit(
+        parameters=parameters, residuals=residuals, jacobian=design, weights=own * trust, scale=scale,
+        converged=converged,
+    )  # fmt: skip
+
+
+def fit(residuals: Model, start: FloatArray, jacobian: Model) -> Fit:
+    """Find the parameters (P,) at the least sum of squared residuals (N,), which are in sigmas.
+
+    A step to where a residual isn't finite is taken back and halved, so that NaN fences a model in.
+
+    Raises: ValueError where residuals aren't finite at the start.
+    """
+    found = least_squares(residuals, start, jacobian, x_scale="jac", ftol=_STILL, xtol=_STILL, gtol=_STILL)
+    return Fit(
+        parameters=found.x, residuals=found.fun, jacobian=found.jac, weights=np.ones(len(found.fun)), scale=1.0,
+        converged=bool(found.success),
+    )  # fmt: skip
+
+
+def robust_fit(residuals: Model, start: FloatArray, jacobian: Model, prior: FloatArray) -> Fit:
+    """Find the parameters (P,) that most residuals (N,) agree on: foreign ones count less and less (Tukey).
+
+    Residuals are in the least sigma of one. Their scale is estimated and only ever falls, so that it settles. `prior`
+    (P,) is 1 / sigma of each parameter about zero.
+    """
+    at, scale, trust, converged = start, np.inf, np.zeros(0), False
+    for _ in range(_ROUNDS):
+        left_over, before = residuals(at), trust
+        scale = min(scale, max(1.0, robust_sigma(left_over)))
+        trust = tukey(left_over / scale)
+        if converged := len(before) > 0 and float(np.max(np.abs(trust - before))) < _SETTLED:
+            break
+        root = np.sqrt(trust) / scale
+        at = fit(
+            lambda p, root=root: np.append(root * residuals(p), prior * p),  # type: ignore[misc]
+            at,
+            lambda p, root=root: np.append(root[:, None] * jacobian(p), np.diag(prior), axis=0),  # type: ignore[misc]
+        ).parameters
+    return Fit(
+        parameters=at, residuals=left_over, jacobian=jacobian(at), weights=trust, scale=scale, converged=converged
+    )
