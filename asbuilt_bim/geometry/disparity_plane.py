@@ -31,9 +31,7 @@ def q_of(plane: Plane, focal_baseline: float) -> FloatArray:
     return np.asarray(plane.normal * (focal_baseline / plane.offset_m), dtype=np.float64)
 
 
-def fit_q(
-    rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray | float
-) -> tuple[FloatArray, FloatArray]:
+def fit_q(rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray | float) -> tuple[FloatArray, FloatArray]:
     """Fit q to rays (N, 3) and disparities (N,) robustly; returns q and its covariance.
 
     The scale of the residuals is estimated (never under the given sigma), so the covariance holds for the data as

@@ -19,15 +19,15 @@ Loss = Callable[[FloatArray], FloatArray]
 """Weights (N,) in 0..1 that go with residuals (N,) in sigmas."""
 
 MEDIAN_TO_SIGMA = 1.4826  # of Gaussian noise
-TUKEY, CAUCHY = 4.685, 2.385
+TUKEY, CAUCHY = 4.0, 1.5
 """Sigmas: each keeps 95 % of the precision on Gaussian noise.
 
 Reference: Holland & Welsch 1977, robust regression using iteratively reweighted least squares.
 """
-_ROUNDS = 20
+_ROUNDS = 6
 _SETTLED = 1e-3  # of a weight, and of a scale
 _STILL = 1e-10  # relative, of parameters, cost and gradient
-_RIDGE = 1e-12  # of the information: what the data leave open stays at zero
+_RIDGE = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,9 +66,9 @@ def robust_sigma(residuals: FloatArray) -> float:
     return MEDIAN_TO_SIGMA * median(np.abs(residuals))
 
 
-def tukey(sigmas: FloatArray) -> FloatArray:
+def tukey(sigmas: FloatArray, reach: float = TUKEY) -> FloatArray:
     """Return Tukey's weights: none for what is far off."""
-    result: FloatArray = np.square(np.clip(1.0 - np.square(sigmas / TUKEY), 0.0, None))
+    result: FloatArray = np.square(np.clip(1.0 - np.square(sigmas / reach), 0.0, None))
     return result
 
 
@@ -84,11 +84,13 @@ def reweighted_linear(
     sigma: FloatArray | float,
     weights: FloatArray | None = None,
     loss: Loss = tukey,
+    ridge: float = _RIDGE,
 ) -> Fit:
     """Fit `design @ parameters = target` (N, P), (N,), and weigh points by how far they are off, until that settles.
 
     `sigma` is the least that a point errs by; the scale of all of them is estimated, and never under 1. `weights` (N,)
-    say what points count before that, 1 / sigma^2 where they aren't given.
+    say what points count before that, 1 / sigma^2 where they aren't given. `ridge` draws parameters to zero by that
+    share of the information: what points leave open stays there.
     """
     least = np.broadcast_to(np.asarray(sigma, dtype=np.float64), target.shape)
     own = 1.0 / np.square(least) if weights is None else weights
@@ -96,7 +98,7 @@ def reweighted_linear(
     for _ in range(_ROUNDS):
         weighted = design * (own * trust)[:, None]
         normal = weighted.T @ design
-        normal.flat[:: len(normal) + 1] += _RIDGE * max(float(np.trace(normal)), _RIDGE)
+        normal.flat[:: len(normal) + 1] += ridge * max(float(np.trace(normal)), _RIDGE)
         parameters = np.linalg.solve(normal, weighted.T @ target)
         residuals = target - design @ parameters
         scale = max(1.0, robust_sigma(residuals / least))

@@ -36,11 +36,11 @@ def flatten(value: Any, path: str = "") -> Iterator[tuple[str, Plain]]:
         if not {"reason", "remedy"} <= {field.name for field in fields(value)} and type(value).__name__ != "Rejection":
             for field in fields(value):
                 if field.name not in LEFT_OUT:
-                    yield from flatten(getattr(value, field.name), f"{path}/{field.name}")
+                    yield from _named(field.name, getattr(value, field.name), f"{path}/{field.name}")
     elif isinstance(value, dict):
         for key in sorted(map(str, value)):
             if key not in LEFT_OUT:
-                yield from flatten(value.get(key, value.get(_key_of(value, key))), f"{path}/{key}")
+                yield from _named(key, value.get(key, value.get(_key_of(value, key))), f"{path}/{key}")
     elif isinstance(value, list | tuple | set | frozenset):
         items = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
         yield f"{path}#", len(items)
@@ -54,6 +54,32 @@ def flatten(value: Any, path: str = "") -> Iterator[tuple[str, Plain]]:
         yield from ((f"{path}({number})", float(item)) for number, item in enumerate(value.ravel()))
     else:
         yield from _plain(value, path)
+
+
+def _named(name: str, value: Any, path: str) -> Iterator[tuple[str, Plain]]:
+    """Flatten a field; of regions only their area, since where a ring begins depends on the last digit."""
+    if name.endswith("_uv_m") and isinstance(value, list | tuple):
+        yield f"{path}@area", float(sum(_ring_area(ring) for ring in _rings(value)))
+    elif name not in ("outline_px", "outline_world_m"):
+        yield from flatten(value, path)
+
+
+def _rings(value: Any) -> Iterator[Any]:
+    """Yield the rings (N, 2) in nested tuples, lists or arrays."""
+    if isinstance(value, np.ndarray) or (value and isinstance(value[0], list | tuple) and _is_point(value[0])):
+        yield np.asarray(value, dtype=np.float64)
+    else:
+        for item in value:
+            yield from _rings(item)
+
+
+def _is_point(value: Any) -> bool:
+    return len(value) == 2 and all(isinstance(number, int | float) for number in value)
+
+
+def _ring_area(ring: Any) -> float:
+    u, v = ring[:, 0], ring[:, 1]
+    return float(abs(u @ np.roll(v, -1) - v @ np.roll(u, -1)) / 2.0)
 
 
 def _plain(value: Any, path: str) -> Iterator[tuple[str, Plain]]:

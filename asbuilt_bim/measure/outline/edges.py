@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
-from asbuilt_bim.geometry.robust_least_squares import reweighted_linear
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, tukey
 from asbuilt_bim.vision.stereo.warp import sample
 
 STEP_PX = 0.25
@@ -23,6 +24,10 @@ EDGE_FLOOR_PX = 0.12
 """What blur, tone curve and chamfer move a whole edge by: a tenth of a pixel however long it is."""
 LEAST_SCATTER_PX = 0.15
 """Of single profiles about their line: less would be chance."""
+SHORT_TUKEY = partial(tukey, reach=3.0)
+"""A neighbouring edge is never far."""
+FEW_PROFILES = 1e-3
+"""What holds the line where few profiles are left, as a share of all of them."""
 MOST_SAMPLES = 400
 TURN_STEPS = 13
 TURNED_SIGN = 0.7
@@ -254,7 +259,8 @@ def _subpixel(
     if len(weight) < 6 or weight.sum() < 1e-2:
         return None
     s = along[inner] / length - 0.5
-    fit = reweighted_linear(np.stack([s, np.ones_like(s)], axis=-1), (place - centre)[inner], LEAST_SCATTER_PX, weight)
+    line = np.stack([s, np.ones_like(s)], axis=-1)
+    fit = reweighted_linear(line, (place - centre)[inner], LEAST_SCATTER_PX, weight, SHORT_TUKEY, FEW_PROFILES)
     slope, shift = fit.parameters.tolist()
     total = float(fit.weights.sum())
     # neighbouring profiles share texture over about 3 px
