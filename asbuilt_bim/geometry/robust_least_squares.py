@@ -24,7 +24,7 @@ TUKEY, CAUCHY = 4.0, 1.5
 
 Reference: Holland & Welsch 1977, robust regression using iteratively reweighted least squares.
 """
-_ROUNDS = 6
+_ROUNDS, _MOST_ROUNDS = 5, 25  # of a linear fit, of any other
 _SETTLED = 1e-3  # of a weight, and of a scale
 _STILL = 1e-10  # relative, of parameters, cost and gradient
 _RIDGE = 1e-12
@@ -132,7 +132,7 @@ def robust_fit(residuals: Model, start: FloatArray, jacobian: Model, prior: Floa
     (P,) is 1 / sigma of each parameter about zero.
     """
     at, scale, trust, converged = start, np.inf, np.zeros(0), False
-    for _ in range(_ROUNDS):
+    for _ in range(_MOST_ROUNDS):
         left_over, before = residuals(at), trust
         scale = min(scale, max(1.0, robust_sigma(left_over)))
         trust = tukey(left_over / scale)
