@@ -25,7 +25,7 @@ TUKEY, CAUCHY = 4.0, 1.5
 Reference: Holland & Welsch 1977, robust regression using iteratively reweighted least squares.
 """
 _ROUNDS, _MOST_ROUNDS = 5, 25  # of a linear fit, of any other
-_SETTLED = 1e-3  # of a weight, and of a scale
+_SETTLED = 1e-4  # of a weight, and of a scale
 _STILL = 1e-10  # relative, of parameters, cost and gradient
 _RIDGE = 1e-12
 
@@ -78,6 +78,11 @@ def cauchy(sigmas: FloatArray) -> FloatArray:
     return result
 
 
+def by_differences(model: Model, at: FloatArray, steps: FloatArray) -> FloatArray:
+    """Return a model's Jacobian (N, P) by central differences, with a step for each parameter (P,)."""
+    return np.stack([(model(at + step) - model(at - step)) / (2.0 * step.sum()) for step in np.diag(steps)], axis=-1)
+
+
 def reweighted_linear(
     design: FloatArray,
     target: FloatArray,
@@ -106,7 +111,7 @@ def reweighted_linear(
         if converged := bool(np.max(np.abs(trust - before), initial=0.0) < _SETTLED):
             break
     return Fit(
-        parameters=parameters, residuals=residuals, jacobian=design, weights=own * trust, scale=scale,
+        parameters=np.asarray(parameters, dtype=np.float64), residuals=residuals, jacobian=design, weights=own * trust, scale=scale,
         converged=converged,
     )  # fmt: skip
 
@@ -125,25 +130,24 @@ def fit(residuals: Model, start: FloatArray, jacobian: Model) -> Fit:
     )  # fmt: skip
 
 
-def robust_fit(residuals: Model, start: FloatArray, jacobian: Model, prior: FloatArray) -> Fit:
+def robust_fit(residuals: Model, start: FloatArray, steps: FloatArray, prior: FloatArray) -> Fit:
     """Find the parameters (P,) that most residuals (N,) agree on: foreign ones count less and less (Tukey).
 
-    Residuals are in the least sigma of one. Their scale is estimated and only ever falls, so that it settles. `prior`
-    (P,) is 1 / sigma of each parameter about zero.
+    Residuals are in the least sigma of one. Their scale is estimated and only ever falls, so that it settles. `steps`
+    (P,) are for `by_differences`; `prior` (P,) is 1 / sigma of each parameter about zero.
     """
-    at, scale, trust, converged = start, np.inf, np.zeros(0), False
+    at, scale, trust, converged = start, np.inf, np.full(len(residuals(start)), np.inf), False
     for _ in range(_MOST_ROUNDS):
         left_over, before = residuals(at), trust
         scale = min(scale, max(1.0, robust_sigma(left_over)))
         trust = tukey(left_over / scale)
-        if converged := len(before) > 0 and float(np.max(np.abs(trust - before))) < _SETTLED:
+        if converged := bool(np.max(np.abs(trust - before)) < _SETTLED):
             break
         root = np.sqrt(trust) / scale
-        at = fit(
-            lambda p, root=root: np.append(root * residuals(p), prior * p),  # type: ignore[misc]
-            at,
-            lambda p, root=root: np.append(root[:, None] * jacobian(p), np.diag(prior), axis=0),  # type: ignore[misc]
-        ).parameters
-    return Fit(
-        parameters=at, residuals=left_over, jacobian=jacobian(at), weights=trust, scale=scale, converged=converged
-    )
+
+        def weighted(p: FloatArray, root: FloatArray = root) -> FloatArray:
+            return np.append(root * residuals(p), prior * p)
+
+        at = fit(weighted, at, lambda p, model=weighted: by_differences(model, p, steps)).parameters  # type: ignore[misc]
+    jacobian = by_differences(residuals, at, steps)
+    return Fit(parameters=at, residuals=left_over, jacobian=jacobian, weights=trust, scale=scale, converged=converged)

@@ -54,14 +54,9 @@ def solve_pose(camera: RectifiedCamera, seen: Sequence[Sighted]) -> Solution | N
     The covariance holds picture noise and survey noise, and grows where the residuals say more than the sigmas.
     """
     pose = _start(camera, seen)
-    if pose is None:
-        return None
     for _ in range(_NOISE_ROUNDS):
-        here = _settled(camera, pose, seen)
-        if here is None:
-            return None
-        pose = here
-    return _finish(camera, pose, seen)
+        pose = None if pose is None else _settled(camera, pose, seen)
+    return None if pose is None else _finish(camera, pose, seen)
 
 
 def _settled(camera: RectifiedCamera, pose: FloatArray, seen: Sequence[Sighted]) -> FloatArray | None:
@@ -142,11 +137,12 @@ def whitened(
     residual, by_point = residuals(camera, world_from_left, group)
     jacobian = pose_jacobian(world_from_left, group.world_m, by_point).reshape(-1, 6)
     factor = _factor(camera, world_from_left, group) if factor is None else factor
-    return np.linalg.solve(factor, np.column_stack([residual.ravel(), jacobian]))
+    rows: FloatArray = np.linalg.solve(factor, np.column_stack([residual.ravel(), jacobian]))
+    return rows
 
 
 def _factor(camera: RectifiedCamera, world_from_left: FloatArray, group: Sighted) -> FloatArray:
-    return np.linalg.cholesky(noise(group, residuals(camera, world_from_left, group)[1]))
+    return np.asarray(np.linalg.cholesky(noise(group, residuals(camera, world_from_left, group)[1])), dtype=np.float64)
 
 
 def disagreement(camera: RectifiedCamera, solution: Solution, group: Sighted) -> float:

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.robust_least_squares import fit
-from asbuilt_bim.geometry.transform import unit
 
 PLUMB_SIGMA_RAD = np.radians(0.25)
 """EN 13670 lets a storey-high wall lean by h / 300, 0.19 degrees; plus what an edge detector errs."""
@@ -25,6 +23,8 @@ TOUCH_SIGMA_PX = 0.1
 EDGE_SIGMA_PX = 0.08
 """Least sigma of an edge's own disparity: what the two cameras' different backgrounds behind it can pull."""
 MOST_MISS_SIGMA = 3.0
+STEPS = 3
+"""The constraints are nearly linear in q: the third step moves nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,38 +92,42 @@ def adjust_planes(
     down_sigma_rad: float,
     upright: Sequence[bool],
 ) -> Adjusted:
-    """Solve all planes and the vertical together, dropping constraints that the photos contradict."""
+    """Solve all planes and the vertical together by Gauss-Newton, dropping constraints that the photos contradict."""
     count = len(sights)
+    q = np.array([s.q_px for s in sights], dtype=np.float64).reshape(count, 3)
     whiteners = [np.linalg.cholesky(np.linalg.inv(s.covariance + 1e-12 * np.eye(3))).T for s in sights]
-    axes, dropped = _axes(down), set[str]()
-
-    def rows_at(unknowns: FloatArray) -> list[_Row]:
-        q, tilt = unknowns[:-2].reshape(count, 3), unknowns[-2:]
-        plumb, tilts = unit(down + tilt @ axes), tilt / down_sigma_rad
-        rows = _rows(sights, whiteners, edges, touches, q, plumb, axes, tilts, down_sigma_rad, upright)
-        return [row for row in rows if row.name not in dropped]
-
-    def jacobian(unknowns: FloatArray) -> FloatArray:
-        rows = rows_at(unknowns)
-        matrix = np.zeros((len(rows), len(unknowns)))
-        for i, row in enumerate(rows):
-            matrix[i, row.columns] = row.derivatives
-        return matrix
-
-    start = np.concatenate([*(s.q_px for s in sights), np.zeros(2)])
+    plumb = np.array(down, dtype=np.float64)
+    dropped: set[str] = set()
+    normal = np.eye(3 * count + 2)
     while True:
-        found = fit(lambda at: np.array([row.residual for row in rows_at(at)]), start, jacobian)
-        tested = [row for row in rows_at(found.parameters) if row.tested]
-        worst = max(tested, key=lambda row: abs(row.residual), default=None)
+        rows: list[_Row] = []
+        tilt = np.zeros(2)
+        axes = _axes(plumb)
+        start = plumb
+        for _ in range(STEPS):
+            plumb = start + tilt @ axes
+            plumb = plumb / np.linalg.norm(plumb)
+            rows = _rows(
+                sights, whiteners, edges, touches, q, plumb, axes, tilt / down_sigma_rad, down_sigma_rad, upright
+            )
+            rows = [row for row in rows if row.name not in dropped]
+            matrix = np.zeros((len(rows), 3 * count + 2))
+            for i, row in enumerate(rows):
+                matrix[i, row.columns] = row.derivatives
+            residual = np.array([row.residual for row in rows])
+            normal = matrix.T @ matrix + 1e-12 * np.eye(matrix.shape[1])
+            change = -np.linalg.solve(normal, matrix.T @ residual)
+            q = q + change[: 3 * count].reshape(count, 3)
+            tilt = tilt + change[3 * count :]
+        worst = max((row for row in rows if row.tested), key=lambda row: abs(row.residual), default=None)
         if worst is None or abs(worst.residual) <= MOST_MISS_SIGMA:
             break
         dropped.add(worst.name)
-    joint = found.covariance[:-2, :-2]
+        q = np.array([s.q_px for s in sights], dtype=np.float64).reshape(count, 3)
+        plumb = np.array(down, dtype=np.float64)
+    joint = np.asarray(np.linalg.inv(normal)[: 3 * count, : 3 * count], dtype=np.float64)
     blocks = np.array([joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(count)]).reshape(count, 3, 3)
-    return Adjusted(
-        q_px=found.parameters[:-2].reshape(count, 3), covariance=blocks, joint=joint,
-        down=unit(down + found.parameters[-2:] @ axes), dropped=tuple(sorted(dropped)),
-    )  # fmt: skip
+    return Adjusted(q_px=q, covariance=blocks, joint=joint, down=plumb, dropped=tuple(sorted(dropped)))
 
 
 def _axes(plumb: FloatArray) -> FloatArray:

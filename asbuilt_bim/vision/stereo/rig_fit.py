@@ -13,12 +13,12 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.robust_least_squares import robust_fit
+from asbuilt_bim.geometry.robust_least_squares import by_differences, robust_fit
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, unit, vector_from_rotation
 
 PRIOR_RAD = 0.1
 """Of each number: a rig knocked by more than about six degrees is another rig; it keeps a poor fit finite."""
-_STEP_RAD = 1e-6
+_STEP_PX, _STEP_RAD = 1e-2, 1e-6  # and of a metre
 _LEAST_SIGMA_PX = 0.02
 LENS_CELLS = (6, 4)
 """Of the frame: what a lens model leaves changes over about a quarter of the photo."""
@@ -53,13 +53,12 @@ def fit_rig(
     Foreign matches count less and less as the fit closes in (Tukey's weights on a robust sigma).
     """
     a, b = _rays(left_px, camera), _rays(right_px, camera)
-    per_px = camera.f_px / _LEAST_SIGMA_PX
-    fit = robust_fit(
-        lambda at: per_px * _misfit(a, b, at),
-        np.zeros(5),
-        lambda at: _jacobian(a, b, at, per_px),
-        np.full(5, 1.0 / PRIOR_RAD),
-    )
+
+    def misfit(correction: FloatArray) -> FloatArray:
+        essential = rotation_from_vector(correction[:3]) @ skew(_along(correction))
+        return camera.f_px / _LEAST_SIGMA_PX * _sampson(a, b, essential)
+
+    fit = robust_fit(misfit, np.zeros(5), np.full(5, _STEP_RAD), np.full(5, 1.0 / PRIOR_RAD))
     used = int(np.sum(fit.weights > 0.1))
     if used < 8:
         return None
@@ -117,10 +116,6 @@ def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     return rays
 
 
-def _misfit(a: FloatArray, b: FloatArray, correction: FloatArray) -> FloatArray:
-    return _sampson(a, b, rotation_from_vector(correction[:3]) @ skew(_along(correction)))
-
-
 def _sampson(a: FloatArray, b: FloatArray, essential: FloatArray) -> FloatArray:
     """Return the signed distance (N,) of ray pairs (N, 3) from `b E a = 0`, in units of z = 1.
 
@@ -131,15 +126,6 @@ def _sampson(a: FloatArray, b: FloatArray, essential: FloatArray) -> FloatArray:
     slope = np.sqrt((forward[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1))
     distance: FloatArray = np.sqrt(2.0) * np.sum(b * forward, axis=1) / np.maximum(slope, 1e-12)
     return distance
-
-
-def _jacobian(a: FloatArray, b: FloatArray, correction: FloatArray, scale: float) -> FloatArray:
-    columns = []
-    for k in range(5):
-        step = np.zeros(5)
-        step[k] = _STEP_RAD
-        columns.append((_misfit(a, b, correction + step) - _misfit(a, b, correction - step)) * scale / (2 * _STEP_RAD))
-    return np.stack(columns, axis=-1)
 
 
 def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: RectifiedCamera) -> FloatArray:
@@ -157,9 +143,4 @@ def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: Rectifie
         turn = rotation_from_vector(at[8:11])
         return camera.f_px * _sampson(rays[0], rays[1], turn @ skew(unit(-turn.T @ at[11:14])))
 
-    columns = []
-    for k, size in enumerate([*[1e-2] * 8, *[1e-6] * 3, *[1e-6] * 3]):
-        step = np.zeros(14)
-        step[k] = size
-        columns.append((misfit(numbers + step) - misfit(numbers - step)) / (2 * size))
-    return np.stack(columns, axis=-1)
+    return by_differences(misfit, numbers, np.repeat([_STEP_PX, _STEP_RAD], [8, 6]))
