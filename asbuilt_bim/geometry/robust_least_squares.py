@@ -111,19 +111,19 @@ def reweighted_linear(
         if converged := bool(np.max(np.abs(trust - before), initial=0.0) < _SETTLED):
             break
     return Fit(
-        parameters=np.asarray(parameters, dtype=np.float64), residuals=residuals, jacobian=design, weights=own * trust, scale=scale,
-        converged=converged,
+        parameters=np.asarray(parameters, dtype=np.float64), residuals=residuals, jacobian=design,
+        weights=own * trust, scale=scale, converged=converged,
     )  # fmt: skip
 
 
-def fit(residuals: Model, start: FloatArray, jacobian: Model) -> Fit:
+def fit(residuals: Model, start: FloatArray, jacobian: Model | None = None) -> Fit:
     """Find the parameters (P,) at the least sum of squared residuals (N,), which are in sigmas.
 
     A step to where a residual isn't finite is taken back and halved, so that NaN fences a model in.
 
     Raises: ValueError where residuals aren't finite at the start.
     """
-    found = least_squares(residuals, start, jacobian, x_scale="jac", ftol=_STILL, xtol=_STILL, gtol=_STILL)
+    found = least_squares(residuals, start, jacobian or "3-point", x_scale="jac", ftol=_STILL, xtol=_STILL, gtol=_STILL)
     return Fit(
         parameters=found.x, residuals=found.fun, jacobian=found.jac, weights=np.ones(len(found.fun)), scale=1.0,
         converged=bool(found.success),
@@ -148,6 +148,6 @@ def robust_fit(residuals: Model, start: FloatArray, steps: FloatArray, prior: Fl
         def weighted(p: FloatArray, root: FloatArray = root) -> FloatArray:
             return np.append(root * residuals(p), prior * p)
 
-        at = fit(weighted, at, lambda p, model=weighted: by_differences(model, p, steps)).parameters  # type: ignore[misc]
+        at = fit(weighted, at).parameters
     jacobian = by_differences(residuals, at, steps)
     return Fit(parameters=at, residuals=left_over, jacobian=jacobian, weights=trust, scale=scale, converged=converged)

@@ -137,8 +137,7 @@ def whitened(
     residual, by_point = residuals(camera, world_from_left, group)
     jacobian = pose_jacobian(world_from_left, group.world_m, by_point).reshape(-1, 6)
     factor = _factor(camera, world_from_left, group) if factor is None else factor
-    rows: FloatArray = np.linalg.solve(factor, np.column_stack([residual.ravel(), jacobian]))
-    return rows
+    return np.asarray(np.linalg.solve(factor, np.column_stack([residual.ravel(), jacobian])), dtype=np.float64)
 
 
 def _factor(camera: RectifiedCamera, world_from_left: FloatArray, group: Sighted) -> FloatArray:
