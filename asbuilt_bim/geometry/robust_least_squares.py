@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from asbuilt_bim.geometry.arrays import FloatArray, median
 
@@ -123,7 +122,9 @@ def fit(residuals: Model, start: FloatArray, jacobian: Model | None = None) -> F
 
     Raises: ValueError where residuals aren't finite at the start.
     """
-    found = least_squares(residuals, start, jacobian or "3-point", x_scale="jac", ftol=_STILL, xtol=_STILL, gtol=_STILL)
+    from scipy.optimize import least_squares  # 0.4 s to load, for which no report need wait
+
+    found = least_squares(residuals, start, jacobian or "2-point", x_scale="jac", ftol=_STILL, xtol=_STILL, gtol=_STILL)
     return Fit(
         parameters=found.x, residuals=found.fun, jacobian=found.jac, weights=np.ones(len(found.fun)), scale=1.0,
         converged=bool(found.success),
