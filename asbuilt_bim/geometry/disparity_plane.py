@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.plane import Plane
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear
 from asbuilt_bim.geometry.transform import unit
 
 
@@ -30,10 +31,8 @@ def q_of(plane: Plane, focal_baseline: float) -> FloatArray:
     return np.asarray(plane.normal * (focal_baseline / plane.offset_m), dtype=np.float64)
 
 
-def fit_q(
-    rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray, steps: int = 6
-) -> tuple[FloatArray, FloatArray]:
-    """Fit q to rays (N, 3) and disparities (N,) by reweighted least squares (Tukey, 4 sigma); returns q, covariance.
+def fit_q(rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """Fit q to rays (N, 3) and disparities (N,) robustly; returns q and its covariance.
 
     The scale of the residuals is estimated (never under the given sigma), so the covariance holds for the data as
     they scatter, if not for what neighbours share.
@@ -42,17 +41,5 @@ def fit_q(
     """
     if len(rays) < 3:
         raise ValueError(f"a plane needs 3 points, not {len(rays)}")
-    weight: FloatArray = 1.0 / np.square(sigma_px)
-    q: FloatArray = np.zeros(3)
-    normal_matrix: FloatArray = np.eye(3)
-    scale = 1.0
-    tukey: FloatArray = np.ones_like(weight)
-    for _ in range(steps):
-        weighted = rays * (weight * tukey)[:, None]
-        normal_matrix = weighted.T @ rays + 1e-9 * np.eye(3)
-        q = np.asarray(np.linalg.solve(normal_matrix, weighted.T @ disparity_px))
-        residual = (disparity_px - rays @ q) / sigma_px
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual))))
-        tukey = np.asarray(np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None)), np.float64)
-    covariance: FloatArray = np.asarray(np.linalg.inv(normal_matrix), np.float64) * scale**2
-    return q, covariance
+    fit = reweighted_linear(rays, disparity_px, sigma_px)
+    return fit.parameters, fit.covariance

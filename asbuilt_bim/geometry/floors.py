@@ -53,7 +53,7 @@ def grow_floors(level: LevelledMap, slope: Float32Array) -> list[Floor]:
         picked = spots[near & free]
         picked = picked[:: max(1, len(picked) // SAMPLES)]
         rays = level.rays.reshape(-1, 3)[picked]
-        q, _ = fit_q(rays, level.disparity_px.ravel()[picked], np.full(len(picked), 0.3))
+        q, _ = fit_q(rays, level.disparity_px.ravel()[picked], 0.3)
         floors.append(Floor(q_px=q, below_m=height))
         free &= ~near
     return floors

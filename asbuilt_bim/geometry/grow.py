@@ -144,7 +144,7 @@ def _straightened(built: list[Piece], chain: Chain, options: GrowOptions, f_px: 
             one = done.pop()
             inside = (chain.x_px >= one.x0_px) & (chain.x_px <= piece.x1_px)
             x, d = chain.x_px[inside], chain.d_px[inside]
-            slope, offset, rms = fit_line(x, d, np.full(len(x), options.mode_sigma_px))
+            slope, offset, rms = fit_line(x, d, options.mode_sigma_px)
             piece = replace(one, x1_px=piece.x1_px, slope=slope, offset_px=offset, rms_px=rms)
         done.append(piece)
     return done

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import FloatArray, median
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear
 
 
 def straight_pieces(
@@ -48,23 +49,12 @@ def _costs(x: FloatArray, y: FloatArray, sigma: FloatArray) -> FloatArray:
     return cost
 
 
-def fit_line(x: FloatArray, y: FloatArray, sigma: FloatArray, steps: int = 5) -> tuple[float, float, float]:
-    """Fit y = slope x + offset robustly (Tukey, 4 sigma); returns slope, offset and the residuals' rms."""
-    weight = np.ones_like(x)
-    slope = offset = 0.0
-    residual = np.zeros_like(x)
-    for _ in range(steps):
-        w = weight / np.square(sigma)
-        total = float(w.sum())
-        mean_x, mean_y = float(w @ x) / total, float(w @ y) / total
-        aside = w * (x - mean_x)
-        spread = float(aside @ (x - mean_x))
-        slope = float(aside @ (y - mean_y)) / spread if spread > 0.0 else 0.0
-        offset = mean_y - slope * mean_x
-        residual = y - slope * x - offset
-        scale = max(1.0, 1.4826 * median(np.abs(residual / sigma)))
-        weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale * sigma)), 1e-6, None))
-    return slope, offset, float(np.sqrt(weight @ np.square(residual) / weight.sum()))
+def fit_line(x: FloatArray, y: FloatArray, sigma: FloatArray | float) -> tuple[float, float, float]:
+    """Fit y = slope x + offset robustly; returns slope, offset and the residuals' rms."""
+    middle = float(x.mean())
+    fit = reweighted_linear(np.stack([x - middle, np.ones_like(x)], axis=-1), y, sigma)
+    slope, level = fit.parameters.tolist()
+    return slope, level - slope * middle, float(np.sqrt(np.average(np.square(fit.residuals), weights=fit.weights)))
 
 
 def fit_circle(x: FloatArray, z: FloatArray, weight: FloatArray) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.polyline import fit_circle, fit_line
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma, tukey
 
 LEAST_RADIUS_M, MOST_RADIUS_M = 0.09, 0.65
 """Round concrete columns are cast from 0.2 to 1.2 m; beyond, a surface is a curved wall."""
@@ -98,9 +99,8 @@ def _circle(
         circle = Circle(x_m=centre_x, z_m=centre_z, radius_m=radius, f_px=f_px, baseline_m=baseline_m)
         residual = np.nan_to_num(d - disparity_of_circle(circle, x), nan=1.0)
         smeared = _smeared_sigma(circle, x, sigma)
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual / smeared))))
-        kept = np.square(np.clip(1 - np.square(residual / (4 * scale * smeared)), 1e-4, None))
-        weight = np.square(d**2 / smeared) * kept
+        scale = max(1.0, robust_sigma(residual / smeared))
+        weight = np.square(d**2 / smeared) * tukey(residual / (scale * smeared))
         weight = weight / weight.max()
     if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or centre_z < float(np.median(depth)):
         return None

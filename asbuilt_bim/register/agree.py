@@ -105,7 +105,7 @@ def _grow(
 def _explains(camera: RectifiedCamera, solution: Solution, used: Sequence[Sighted], looser: float) -> bool:
     """Say whether a solution leaves no group of its own over the limit: one wrong among many hides in their mean."""
     return all(
-        float(np.mean(whitened(camera, solution.world_from_left, group)[0] ** 2)) <= _limit(_count(group), looser)
+        float(np.mean(whitened(camera, solution.world_from_left, group)[:, 0] ** 2)) <= _limit(_count(group), looser)
         for group in used
     )
 

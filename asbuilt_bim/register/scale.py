@@ -13,6 +13,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, Subject, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, weighted_median
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import UNIT_MISTAKES
@@ -202,6 +203,6 @@ def _kind(kind: KnownLength, ratios: FloatArray, sigmas: FloatArray) -> ScaleOfK
     """Pool one kind by the median, weighted, so that one wrong print or survey row doesn't carry it."""
     logs, weights = np.log(ratios), 1.0 / np.maximum(sigmas, 1e-6) ** 2
     middle = weighted_median(logs, weights)
-    scatter = 1.4826 * float(np.median(np.abs(logs - middle) * np.sqrt(weights)))  # 1 where sigmas hold
+    scatter = robust_sigma((logs - middle) * np.sqrt(weights))  # 1 where sigmas hold
     sigma = float(np.hypot(_OF_MEDIAN * max(scatter, 1.0) * weights.sum() ** -0.5, KNOWN_TO[kind]))
     return ScaleOfKind(kind=kind, ratio=float(np.exp(middle)), sigma=sigma, count=len(logs))

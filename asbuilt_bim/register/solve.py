@@ -1,4 +1,4 @@
-"""A camera's pose from points of the world seen in one or both rectified photos: start, Gauss-Newton, covariance."""
+"""A camera's pose from points of the world seen in one or both rectified photos: start, least squares, covariance."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.robust_least_squares import fit
 from asbuilt_bim.geometry.transform import inverse, rigid, rotation_from_vector, skew
 
 COMMON_SHARE = 0.5
 """Share of a survey's variance that one marker's points have in common: set-up and prism err alike for all four."""
 
-ITERATIONS = 20
-STEP_DONE = 1e-9  # radians and metres
+_NOISE_ROUNDS = 2  # the survey's noise in the photo is the start's, then the pose's own
+_MOST_CONDITION = 1e14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,21 +54,23 @@ def solve_pose(camera: RectifiedCamera, seen: Sequence[Sighted]) -> Solution | N
     The covariance holds picture noise and survey noise, and grows where the residuals say more than the sigmas.
     """
     pose = _start(camera, seen)
-    if pose is None:
+    for _ in range(_NOISE_ROUNDS):
+        pose = None if pose is None else _settled(camera, pose, seen)
+    return None if pose is None else _finish(camera, pose, seen)
+
+
+def _settled(camera: RectifiedCamera, pose: FloatArray, seen: Sequence[Sighted]) -> FloatArray | None:
+    """Return the pose nearest to all sightings, with the noise seen from `pose`; None where they don't hold it."""
+    factors = [_factor(camera, pose, group) for group in seen]
+
+    def at(step: FloatArray) -> FloatArray:
+        there = moved(pose, step)
+        return np.concatenate([whitened(camera, there, *both) for both in zip(seen, factors, strict=True)])
+
+    if not np.all(np.isfinite(at(np.zeros(6)))):
         return None
-    for _ in range(ITERATIONS):
-        normal, gradient = np.zeros((6, 6)), np.zeros(6)
-        for group in seen:
-            residual, jacobian = whitened(camera, pose, group)
-            normal += jacobian.T @ jacobian
-            gradient += jacobian.T @ residual
-        if not np.all(np.isfinite(normal)) or np.linalg.cond(normal) > 1e14:
-            return None
-        step = np.asarray(np.linalg.solve(normal, gradient), dtype=np.float64)
-        pose = moved(pose, step)
-        if np.max(np.abs(step)) < STEP_DONE:
-            break
-    return _finish(camera, pose, seen)
+    found = fit(lambda step: at(step)[:, 0], np.zeros(6), lambda step: -at(step)[:, 1:])
+    return moved(pose, found.parameters) if np.linalg.cond(found.information) < _MOST_CONDITION else None
 
 
 def moved(world_from_left: FloatArray, step: FloatArray) -> FloatArray:
@@ -124,12 +127,21 @@ def noise(group: Sighted, by_point: FloatArray) -> FloatArray:
     return result
 
 
-def whitened(camera: RectifiedCamera, world_from_left: FloatArray, group: Sighted) -> tuple[FloatArray, FloatArray]:
-    """Return a group's residuals (m,) and pose Jacobian (m, 6), divided by their noise."""
+def whitened(
+    camera: RectifiedCamera, world_from_left: FloatArray, group: Sighted, factor: FloatArray | None = None
+) -> FloatArray:
+    """Return a group's residuals, and beside them its pose Jacobian (m, 1 + 6), both divided by their noise.
+
+    `factor` (m, m) is the root of the noise's covariance, where it isn't the one seen from here.
+    """
     residual, by_point = residuals(camera, world_from_left, group)
-    factor = np.linalg.cholesky(noise(group, by_point))
     jacobian = pose_jacobian(world_from_left, group.world_m, by_point).reshape(-1, 6)
-    return np.linalg.solve(factor, residual.ravel()), np.linalg.solve(factor, jacobian)
+    factor = _factor(camera, world_from_left, group) if factor is None else factor
+    return np.asarray(np.linalg.solve(factor, np.column_stack([residual.ravel(), jacobian])), dtype=np.float64)
+
+
+def _factor(camera: RectifiedCamera, world_from_left: FloatArray, group: Sighted) -> FloatArray:
+    return np.asarray(np.linalg.cholesky(noise(group, residuals(camera, world_from_left, group)[1])), dtype=np.float64)
 
 
 def disagreement(camera: RectifiedCamera, solution: Solution, group: Sighted) -> float:
@@ -165,22 +177,16 @@ def _start(camera: RectifiedCamera, seen: Sequence[Sighted]) -> FloatArray | Non
 
 
 def _finish(camera: RectifiedCamera, pose: FloatArray, seen: Sequence[Sighted]) -> Solution | None:
-    normal, total, count = np.zeros((6, 6)), 0.0, 0
-    left_over = []
-    for group in seen:
-        ahead = (group.world_m - pose[:3, 3]) @ pose[:3, 2]
-        residual, jacobian = whitened(camera, pose, group)
-        if not np.all(np.isfinite(residual)) or np.any(ahead <= 0.0):
-            return None
-        normal += jacobian.T @ jacobian
-        total += float(residual @ residual)
-        count += residual.size
-        left_over.append(residuals(camera, pose, group)[0].ravel())
-    factor = total / max(count - 6, 1)
-    covariance = np.linalg.inv(normal) * max(factor, 1.0)
+    ahead = [(group.world_m - pose[:3, 3]) @ pose[:3, 2] for group in seen]
+    rows = np.concatenate([whitened(camera, pose, group) for group in seen])
+    if not np.all(np.isfinite(rows)) or min(float(one.min()) for one in ahead) <= 0.0:
+        return None
+    factor = float(rows[:, 0] @ rows[:, 0]) / max(len(rows) - 6, 1)
+    covariance = np.linalg.inv(rows[:, 1:].T @ rows[:, 1:]) * max(factor, 1.0)
+    left_over = np.concatenate([residuals(camera, pose, group)[0].ravel() for group in seen])
     return Solution(
         world_from_left=pose,
         covariance=0.5 * (covariance + covariance.T),
-        residual_px=float(np.sqrt(np.mean(np.concatenate(left_over) ** 2))),
+        residual_px=float(np.sqrt(np.mean(left_over**2))),
         variance_factor=factor,
     )

@@ -8,18 +8,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, tukey
 from asbuilt_bim.vision.stereo.warp import sample
 
 STEP_PX = 0.25
 """Profile step: a quarter of the sensor's own blur."""
 EDGE_FLOOR_PX = 0.12
 """What blur, tone curve and chamfer move a whole edge by: a tenth of a pixel however long it is."""
+LEAST_SCATTER_PX = 0.15
+"""Of single profiles about their line: less would be chance."""
+SHORT_TUKEY = partial(tukey, reach=3.0)
+"""A neighbouring edge is never far."""
+FEW_PROFILES = 1e-3
+"""What holds the line where few profiles are left, as a share of all of them."""
 MOST_SAMPLES = 400
 TURN_STEPS = 13
 TURNED_SIGN = 0.7
@@ -247,33 +255,17 @@ def _subpixel(
     inner = (bend < -1e-9) & (np.abs(across[peak] - centre) < 1.45)
     with np.errstate(divide="ignore", invalid="ignore"):
         place = across[peak] + STEP_PX * np.where(inner, 0.5 * (before - after) / bend, 0.0)
-    weight = np.where(inner, votes[rows, peak] + 1e-3, 0.0)
-    if np.count_nonzero(inner) < 6 or weight.sum() < 1e-2:
+    weight = votes[rows, peak][inner] + 1e-3
+    if len(weight) < 6 or weight.sum() < 1e-2:
         return None
-    s = along / length - 0.5
-    off = place - centre
-    tukey = np.ones_like(s)
-    shift = slope = 0.0
-    for _ in range(5):
-        w = weight * tukey
-        total = float(w.sum())
-        if total > 1e-6:
-            ws = w * s
-            one, two, moment = float(ws.sum()), float(ws @ s) + 1e-3 * total, float(ws @ off)
-            mean = float(w @ off)
-            slope = (total * moment - one * mean) / (total * two - one * one)
-            shift = (mean - one * slope) / total
-        residual = off - shift - slope * s
-        scale = max(0.15, 1.4826 * median(np.abs(residual[inner])))
-        tukey = np.square(np.maximum(1.0 - np.square(residual / (3.0 * scale)), 0.0))
-    kept = weight * tukey
-    total = float(kept.sum())
-    if total < 1e-6:
-        return None
-    scatter = float(np.sqrt(np.sum(kept * residual**2) / total))
+    s = along[inner] / length - 0.5
+    line = np.stack([s, np.ones_like(s)], axis=-1)
+    fit = reweighted_linear(line, (place - centre)[inner], LEAST_SCATTER_PX, weight, SHORT_TUKEY, FEW_PROFILES)
+    slope, shift = fit.parameters.tolist()
+    total = float(fit.weights.sum())
     # neighbouring profiles share texture over about 3 px
-    independent = max(total**2 / float(np.sum(kept**2)) / 3.0, 2.0)
-    sigma = float(np.hypot(scatter / np.sqrt(independent), EDGE_FLOOR_PX))
+    independent = max(total**2 / float(fit.weights @ fit.weights) / 3.0, 2.0)
+    sigma = float(np.hypot(np.sqrt(fit.cost / total / independent), EDGE_FLOOR_PX))
     turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
     offset = float(centre[0] - turn * (along[0] - 0.5 * length) + shift)
     return offset, float(turn + slope / length), sigma, median(top[inner])

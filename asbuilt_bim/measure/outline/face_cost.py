@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, median
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 
 ON_PX, OFF_PX = 0.8, 1.0
 """Disparity nearer the face's plane is on it, further from it is off it."""
@@ -78,6 +79,6 @@ def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:
         return np.zeros(own.shape, np.float32)
     a, b = (channel - np.float32(median(channel[own])) for channel in (lab[..., 0], lab[..., 1]))
     apart = np.sqrt(a * a + b * b)
-    limit = 2.0 * 1.4826 * median(apart[own]) + SHADE_FREE_AB
+    limit = 2.0 * robust_sigma(apart[own]) + SHADE_FREE_AB
     strange: Float32Array = np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)
     return strange

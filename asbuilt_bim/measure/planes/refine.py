@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.geometry.masks import nonzero
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma, tukey
 from asbuilt_bim.vision.stereo.warp import sample_sharp, with_slope
 
 IndexArray = NDArray[np.intp]
@@ -123,8 +124,8 @@ def _gauss_newton(
         there, right_slope = _line(right, at, y)
         gain, offset = _exposure(seen, there, weight)
         residual = seen - gain * there - offset
-        scale = max(1.4826 * median(np.abs(residual)), 0.5)
-        weight = np.square(np.clip(1.0 - np.square(residual / (4.0 * scale)), 0.0, None))
+        scale = max(robust_sigma(residual), 0.5)
+        weight = tukey(residual / scale)
         # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
         weight /= np.maximum(1.0, np.square(left_slope / (MOST_STEEP * usual_slope + 1e-6)))
         # the left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.geometry.round_piece import LEAST_RADIUS_M, MOST_RADIUS_M, Circle, disparity_of_circle
 from asbuilt_bim.measure.round.lateral_surface import MantleEnd, mantle_end
 from asbuilt_bim.measure.round.silhouettes import (
@@ -118,7 +119,7 @@ def _distance(bench: Workbench, direction: float, sine: float, start_m: float, m
         return start_m, 0.02
     distances = at_one[inner] / d[inner]
     middle = float(np.median(distances))
-    scatter = 1.4826 * float(np.median(np.abs(distances - middle)))
+    scatter = robust_sigma(distances - middle)
     return middle, float(
         np.hypot(scatter / np.sqrt(max(inner.sum() / 150.0, 1.0)), 0.03 * middle / np.median(d[inner]))
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, median
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
 from asbuilt_bim.measure.outline.edges import Line, edge_share, pixel_plane
 from asbuilt_bim.measure.workbench import Workbench
@@ -110,7 +111,7 @@ def foreign_share(apart: FloatArray, core: BoolArray, band: int) -> FloatArray:
     inner = bands[-1][:, core]
     inner = inner[np.isfinite(inner)]
     middle = median(inner) if inner.size else 0.0
-    sigma = max(1.4826 * median(np.abs(inner - middle)) if inner.size else 0.0, LEAST_SIGMA_GREY)
+    sigma = max(robust_sigma(inner - middle) if inner.size else 0.0, LEAST_SIGMA_GREY)
     least = np.abs(bands - middle).min(axis=0)
     with np.errstate(invalid="ignore"):
         differ = least > FOREIGN_SIGMAS * sigma

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.robust_least_squares import fit
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure.outline.edges import Gradients, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline.fit import ALONE_SIGMA_PX, ALONE_STRENGTH, LEAST_STRENGTH, image_direction
@@ -18,7 +19,6 @@ MOST_AT_FRAME = 0.3
 """A side that the photo's end cuts on this share of its rows isn't seen."""
 FACE_GREY = 2.0
 """What an edge must stand out of: grain of concrete between two profiles."""
-STEPS = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,37 +105,33 @@ def touch_silhouettes(
 def _solve(
     start: Circle, seen: Sequence[Silhouette], distance_m: float, distance_sigma_m: float
 ) -> tuple[Circle, FloatArray, FloatArray]:
-    """Return the circle by Gauss-Newton, its covariance (3, 3), and misses over their own sigma (the distance last)."""
-    at = np.array([start.x_m, start.z_m, start.radius_m])
+    """Return the circle, its covariance (3, 3), and misses over their own sigma (the distance last)."""
     weights = 1.0 / np.array([*(one.sigma_rad for one in seen), distance_sigma_m])
-    for _ in range(STEPS):
-        jacobian = np.zeros((len(seen) + 1, 3))
-        misses = np.zeros(len(seen) + 1)
-        for k, one in enumerate(seen):
-            v = at[:2] - one.eye_m
-            far = float(np.hypot(*v))
-            tangent = np.sqrt(max(far**2 - at[2] ** 2, 1e-9))
-            misses[k] = np.arctan2(v[0], v[1]) + one.side * np.arcsin(min(at[2] / far, 0.99)) - one.bearing_rad
-            nearer = -one.side * at[2] / (far * tangent)  # of the half angle, by the distance
-            jacobian[k] = [
-                v[1] / far**2 + nearer * v[0] / far,
-                -v[0] / far**2 + nearer * v[1] / far,
-                one.side / tangent,
-            ]
-        far = float(np.hypot(at[0], at[1]))
-        misses[-1], jacobian[-1] = far - distance_m, [at[0] / far, at[1] / far, 0.0]
-        weighed = jacobian * weights[:, None]
-        normal = weighed.T @ weighed
-        change = -np.linalg.solve(normal, weighed.T @ (misses * weights))
-        at = at + change
-        if float(np.abs(change).max()) < 1e-7:
-            break
-    covariance = np.linalg.inv(normal)
-    residual = (misses + jacobian @ change) * weights
-    leverage = np.einsum("ik,kl,il->i", weighed, covariance, weighed)
-    own = residual / np.sqrt(np.clip(1.0 - leverage, 0.05, None))
-    circle = replace(start, x_m=float(at[0]), z_m=float(at[1]), radius_m=float(at[2]))
-    return circle, np.asarray(covariance, dtype=np.float64), np.asarray(own, dtype=np.float64)
+    found = fit(
+        lambda at: weights * _misses(at, seen, distance_m)[0],
+        np.array([start.x_m, start.z_m, start.radius_m]),
+        lambda at: weights[:, None] * _misses(at, seen, distance_m)[1],
+    )
+    covariance = found.covariance
+    leverage = np.einsum("ik,kl,il->i", found.jacobian, covariance, found.jacobian)
+    own: FloatArray = found.residuals / np.sqrt(np.clip(1.0 - leverage, 0.05, None))
+    x, z, radius = found.parameters.tolist()
+    return replace(start, x_m=x, z_m=z, radius_m=radius), covariance, own
+
+
+def _misses(at: FloatArray, seen: Sequence[Silhouette], distance_m: float) -> tuple[FloatArray, FloatArray]:
+    """Return by how much a circle (3,) of x, z, radius misses each ray and, last, the distance; and the Jacobian."""
+    misses, jacobian = np.zeros(len(seen) + 1), np.zeros((len(seen) + 1, 3))
+    for k, one in enumerate(seen):
+        v = at[:2] - one.eye_m
+        far = float(np.hypot(*v))
+        tangent = np.sqrt(max(far**2 - at[2] ** 2, 1e-9))
+        misses[k] = np.arctan2(v[0], v[1]) + one.side * np.arcsin(min(at[2] / far, 0.99)) - one.bearing_rad
+        nearer = -one.side * at[2] / (far * tangent)  # of the half angle, by the distance
+        jacobian[k] = [v[1] / far**2 + nearer * v[0] / far, -v[0] / far**2 + nearer * v[1] / far, one.side / tangent]
+    far = float(np.hypot(at[0], at[1]))
+    misses[-1], jacobian[-1] = far - distance_m, [at[0] / far, at[1] / far, 0.0]
+    return misses, jacobian
 
 
 def expected_side(bench: Workbench, circle: Circle, eye_m: FloatArray, mask: BoolArray, side: int) -> Line:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, median
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.geometry.robust_least_squares import cauchy, reweighted_linear
 from asbuilt_bim.vision.edges import edge_channels, find_edges
 
 SIGMA_FLOOR_PX = 0.03
 """Interpolation and lens residue that a line's own misfit doesn't show."""
 SIGMA_UNREFINED_PX = 0.3
 """Of corners as the detector gives them, where no edge could be followed."""
+_LEAST_SCATTER_PX = 0.02
 _FEWEST_POINTS = 6
 _LARGEST_MOVE_PX = 3.0
 
@@ -61,22 +63,13 @@ def _side(light: Float32Array, start: FloatArray, end: FloatArray, reach: float)
     if len(seen) < max(_FEWEST_POINTS, 0.5 * count):
         return None
     height = (seen - start) @ outward
-    weight = np.ones(len(seen))
-    level = slope = 0.0
-    for _ in range(4):
-        total = float(weight.sum())
-        middle = float(weight @ at) / total
-        aside = weight * (at - middle)
-        slope = float(aside @ height) / float(aside @ at)
-        level = float(weight @ height) / total - slope * middle
-        rest = height - level - slope * at
-        scale = max(1.4826 * median(np.abs(rest)), 0.02)
-        weight = 1.0 / (1.0 + (rest / (2.0 * scale)) ** 2)
+    fit = reweighted_linear(np.stack([np.ones_like(at), at], axis=-1), height, _LEAST_SCATTER_PX, loss=cauchy)
+    level, slope = fit.parameters
     ends = start + np.array([[0.0], [1.0]]) * (end - start) + (level + np.array([[-0.5], [0.5]]) * slope) * outward
     normal = np.array([ends[1, 1] - ends[0, 1], ends[0, 0] - ends[1, 0]])
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
     # n points of spread 1/sqrt(12) give a line to twice sigma / sqrt(n) at its end; neighbours share pixels.
-    sigma = 2.0 * scale * np.sqrt(2.0 / len(seen))
+    sigma = 2.0 * fit.scale * _LEAST_SCATTER_PX * np.sqrt(2.0 / len(seen))
     return np.array([*normal, -normal @ ends[0]]), float(sigma)
 
 

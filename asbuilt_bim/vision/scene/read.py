@@ -231,7 +231,7 @@ def flat_if_flatter(piece: Piece, level: LevelledMap, pair: RectifiedPair) -> Pi
     if rows.size < 100:
         return piece
     x, d = level.x_px[rows, columns], level.d_px[rows, columns]
-    slope, offset, rms = fit_line(x, d, np.full(len(x), 0.1))
+    slope, offset, rms = fit_line(x, d, 0.1)
     flat = replace(piece, circle=None, slope=slope, offset_px=offset, rms_px=rms)
     left, right = grey(pair.left), grey(pair.right)
     seen = left[rows, columns].astype(np.float64)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import grey
@@ -213,7 +214,7 @@ def _gradient(sky: BoolArray, colour: np.ndarray) -> _Gradient | None:
     known = colour[rows, columns].astype(np.float64)
     design = np.column_stack([rows / sky.shape[0], columns / sky.shape[1], np.ones(len(rows))])
     slope, *_ = np.linalg.lstsq(design, known, rcond=None)
-    spread = 1.4826 * np.median(np.abs(known - design @ slope), axis=0)
+    spread = np.array([robust_sigma(channel) for channel in (known - design @ slope).T])
     if np.any(spread > MOST_SPREAD_GREY):
         return None
     return _Gradient(colour=colour, slope=slope, most=3.0 * np.maximum(spread, LEAST_SPREAD_GREY))

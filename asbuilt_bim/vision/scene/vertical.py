@@ -10,6 +10,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.robust_least_squares import tukey
 from asbuilt_bim.geometry.transform import unit
 
 
@@ -49,7 +50,7 @@ def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -
     spread = 1.0
     for shrink in (1.0, 0.7, 0.5, 0.5):
         residual = normals @ up
-        weight = lengths * np.square(np.clip(1.0 - np.square(residual / (sine * shrink * 1.5)), 0.0, None))
+        weight = lengths * tukey(residual, reach=sine * shrink * 1.5)
         values, vectors = np.linalg.eigh((normals * weight[:, None]).T @ normals)
         up = vectors[:, 0] * -np.sign(vectors[1, 0])
         spread = float(values[1] / max(values.sum(), 1e-12))

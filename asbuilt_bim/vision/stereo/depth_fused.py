@@ -9,6 +9,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear
 from asbuilt_bim.vision.stereo.depth import DepthMap, RelativeDepth
 from asbuilt_bim.vision.stereo.depth_paper import checked_estimate, value_at
 from asbuilt_bim.vision.target.find import TargetSighting
@@ -23,7 +24,7 @@ MOST_DISTANCE_FACTOR = 2.0
 """Filled things may lie this much further than what stereo measured; beyond, a shift's error is all there is."""
 WINDOW_SHARE = 1.0 / 20.0
 """Of the photo's width: how near stereo must be to say how well the network does at a place."""
-_STEPS = 8
+_LEAST_SIGMA_PX = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,22 +101,13 @@ def _fitted(
 
 
 def _robust_line(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[float, float, float]:
-    """Fit y = scale x + shift by Tukey's biweight; returns the scatter's robust sigma too."""
-    keep = np.ones_like(x)
-    scale = shift = 0.0
-    sigma = 1.0
-    for _ in range(_STEPS):
-        w = weight * keep
-        mean_x, mean_y = np.average(x, weights=w), np.average(y, weights=w)
-        spread = float(np.sum(w * (x - mean_x) ** 2))
-        if spread <= 0.0:
-            raise ValueError("the network's map is the same everywhere that stereo measured")
-        scale = float(np.sum(w * (x - mean_x) * (y - mean_y))) / spread
-        shift = float(mean_y - scale * mean_x)
-        miss = y - scale * x - shift
-        sigma = max(1.4826 * float(np.median(np.abs(miss))), 1e-3)
-        keep = np.square(np.clip(1.0 - np.square(miss / (4.685 * sigma)), 1e-9, None))
-    return scale, shift, sigma
+    """Fit y = scale x + shift; returns the scatter's robust sigma too."""
+    middle = float(np.average(x, weights=weight))
+    if not float(np.ptp(x)) > 0.0:
+        raise ValueError("the network's map is the same everywhere that stereo measured")
+    fit = reweighted_linear(np.stack([x - middle, np.ones_like(x)], axis=-1), y, _LEAST_SIGMA_PX, weight)
+    scale, level = fit.parameters.tolist()
+    return scale, level - scale * middle, fit.scale * _LEAST_SIGMA_PX
 
 
 def _local_scatter(predicted: Float32Array, stereo: DepthMap) -> Float32Array:

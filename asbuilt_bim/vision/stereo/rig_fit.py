@@ -13,13 +13,12 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.robust_least_squares import by_differences, robust_fit
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, unit, vector_from_rotation
 
 PRIOR_RAD = 0.1
 """Of each number: a rig knocked by more than about six degrees is another rig; it keeps a poor fit finite."""
-_ROUNDS = 25
-_STEP_RAD = 1e-6
-_TUKEY = 4.685  # 95 % efficient on Gaussian noise (Beaton & Tukey 1974)
+_STEP_PX, _STEP_RAD = 1e-2, 1e-6  # and of a metre
 _LEAST_SIGMA_PX = 0.02
 LENS_CELLS = (6, 4)
 """Of the frame: what a lens model leaves changes over about a quarter of the photo."""
@@ -54,33 +53,24 @@ def fit_rig(
     Foreign matches count less and less as the fit closes in (Tukey's weights on a robust sigma).
     """
     a, b = _rays(left_px, camera), _rays(right_px, camera)
-    correction, sigma = np.zeros(5), np.inf
-    prior = np.eye(5) / PRIOR_RAD**2
-    weight = np.ones(len(a))
-    information, jacobian = prior, np.zeros((len(a), 5))
-    for _ in range(_ROUNDS):
-        residual = camera.f_px * _misfit(a, b, correction)
-        jacobian = _jacobian(a, b, correction, camera.f_px)
-        spread = max(1.4826 * float(np.median(np.abs(residual))), _LEAST_SIGMA_PX)
-        sigma = min(sigma, spread)  # only ever tighter, so that the rounds settle
-        weight = np.clip(1.0 - (residual / (_TUKEY * sigma)) ** 2, 0.0, None) ** 2
-        information = (jacobian * weight[:, None]).T @ jacobian / sigma**2
-        gradient = jacobian.T @ (weight * residual) / sigma**2 + prior @ correction
-        step = np.linalg.solve(information + prior, -gradient)
-        correction = correction + step
-        if float(np.abs(step).max()) < 1e-9:
-            break
-    used = int(np.sum(weight > 0.1))
-    if used < 8 or not np.all(np.isfinite(correction)):
+
+    def misfit(correction: FloatArray) -> FloatArray:
+        essential = rotation_from_vector(correction[:3]) @ skew(_along(correction))
+        return camera.f_px / _LEAST_SIGMA_PX * _sampson(a, b, essential)
+
+    fit = robust_fit(misfit, np.zeros(5), np.full(5, _STEP_RAD), np.full(5, 1.0 / PRIOR_RAD))
+    used = int(np.sum(fit.weights > 0.1))
+    if used < 8:
         return None
-    influence = (jacobian * weight[:, None]).T / (sigma**2 * pixels_per_point)
+    sigma_px = _LEAST_SIGMA_PX * fit.scale
+    influence = (fit.jacobian * fit.weights[:, None]).T / (fit.scale * sigma_px * pixels_per_point)
     return RigFit(
-        correction_rad=frozen(correction),
-        information=frozen(information / pixels_per_point),
+        correction_rad=frozen(fit.parameters),
+        information=frozen(fit.information / pixels_per_point),
         from_rig=frozen(influence @ _rig_jacobian(a, b, rig, camera) * relative_units(rig)),
         from_lens=frozen(influence @ _cells(left_px, camera)),
         matches=used,
-        sigma_px=sigma,
+        sigma_px=sigma_px,
     )
 
 
@@ -126,10 +116,6 @@ def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     return rays
 
 
-def _misfit(a: FloatArray, b: FloatArray, correction: FloatArray) -> FloatArray:
-    return _sampson(a, b, rotation_from_vector(correction[:3]) @ skew(_along(correction)))
-
-
 def _sampson(a: FloatArray, b: FloatArray, essential: FloatArray) -> FloatArray:
     """Return the signed distance (N,) of ray pairs (N, 3) from `b E a = 0`, in units of z = 1.
 
@@ -140,15 +126,6 @@ def _sampson(a: FloatArray, b: FloatArray, essential: FloatArray) -> FloatArray:
     slope = np.sqrt((forward[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1))
     distance: FloatArray = np.sqrt(2.0) * np.sum(b * forward, axis=1) / np.maximum(slope, 1e-12)
     return distance
-
-
-def _jacobian(a: FloatArray, b: FloatArray, correction: FloatArray, f_px: float) -> FloatArray:
-    columns = []
-    for k in range(5):
-        step = np.zeros(5)
-        step[k] = _STEP_RAD
-        columns.append((_misfit(a, b, correction + step) - _misfit(a, b, correction - step)) * f_px / (2 * _STEP_RAD))
-    return np.stack(columns, axis=-1)
 
 
 def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: RectifiedCamera) -> FloatArray:
@@ -166,9 +143,4 @@ def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: Rectifie
         turn = rotation_from_vector(at[8:11])
         return camera.f_px * _sampson(rays[0], rays[1], turn @ skew(unit(-turn.T @ at[11:14])))
 
-    columns = []
-    for k, size in enumerate([*[1e-2] * 8, *[1e-6] * 3, *[1e-6] * 3]):
-        step = np.zeros(14)
-        step[k] = size
-        columns.append((misfit(numbers + step) - misfit(numbers - step)) / (2 * size))
-    return np.stack(columns, axis=-1)
+    return by_differences(misfit, numbers, np.repeat([_STEP_PX, _STEP_RAD], [8, 6]))

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import Float32Array, FloatArray
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target.edge_model import (
     BETWEEN_PIXELS_PX,
@@ -45,7 +46,6 @@ _NEIGHBOURS = 2  # to both sides: as far as blur reaches
 _ANY_COLOUR = 1e4  # noise's variances: what a side's colour at the edge may be
 _LEAST_NOISE = 0.006  # of full scale: a sharp photo's, by daylight
 _READ_NOISE = 0.67  # of a pixel's noise is left where it is read between pixels
-_NORMAL_MEDIAN = 0.6745  # of a bell's sigma: half of it lies within
 _LEAST_LIGHT = 0.004  # linear: the tone curve's slope ends there
 _BGR_OF_PLANES = np.array([[1.0, 1.0, 1.0], [0.0, -0.714, 1.403], [1.773, -0.344, 0.0]])
 """What brightness and both colour differences (JPEG's Y, Cr, Cb) add to blue, green and red."""
@@ -161,7 +161,7 @@ def _unlikely(seen: _Seen, place_px: float, sigma_px: float) -> FloatArray:
 def _shown_noise(brightness: FloatArray) -> float:
     """Return the noise, of full scale, that samples (N, S) of a blurred side show: blur leaves it alone a bend."""
     bend = brightness[:, 2:] - 2.0 * brightness[:, 1:-1] + brightness[:, :-2]
-    spread = float(np.median(np.abs(bend))) / _NORMAL_MEDIAN / math.sqrt(6.0)
+    spread = robust_sigma(bend.ravel()) / math.sqrt(6.0)
     return max(spread / _READ_NOISE, _LEAST_NOISE)
 
 
