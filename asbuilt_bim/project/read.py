@@ -245,7 +245,7 @@ def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:
 
 
 def _check_photos(visits: list[Visit], problems: Problems) -> None:
-    """A photo belongs to one station; `check.same_photos` finds the same picture in two files."""
+    """A photo belongs to one station; the same picture in two files is found by `check.same_photos`."""
     seen: dict[Path, str] = {}
     for number, visit in enumerate(visits):
         for index, station in enumerate(visit.stations):
