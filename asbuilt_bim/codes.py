@@ -53,7 +53,7 @@ class Subject:
 
 
 class Reason(StrEnum):
-    """Why something was left out, or what has to be told. A value never changes its meaning; new ones are added."""
+    """Why something was left out, or what a person has to know. A value never changes its meaning; new ones are added."""
 
     UNSTATED = "unstated"  # read from a file that was written before there were codes
 
