@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import math
 import re
@@ -28,38 +27,66 @@ LEFT_OUT = {
 """Keys that hold times, versions, or wording: what may differ between two programs that give the same numbers."""
 IDENTIFIER = re.compile(r"[\w$./: -]{1,64}")
 SMALL_ARRAY = 16
-DECIMALS = 12
+SUMMARIES = {"mean": np.mean, "spread": np.std, "least": np.min, "most": np.max}
 
 
 def flatten(value: Any, path: str = "") -> Iterator[tuple[str, Plain]]:
-    """Yield every number, state and name of a value with its path; arrays by their shape and digest."""
+    """Yield every number, state and name of a value with its path; large arrays by their shape and spread."""
     if is_dataclass(value) and not isinstance(value, type):
         if not {"reason", "remedy"} <= {field.name for field in fields(value)} and type(value).__name__ != "Rejection":
             for field in fields(value):
                 if field.name not in LEFT_OUT:
-                    yield from flatten(getattr(value, field.name), f"{path}/{field.name}")
+                    yield from _named(field.name, getattr(value, field.name), f"{path}/{field.name}")
     elif isinstance(value, dict):
         for key in sorted(map(str, value)):
             if key not in LEFT_OUT:
-                yield from flatten(value.get(key, value.get(_key_of(value, key))), f"{path}/{key}")
+                yield from _named(key, value.get(key, value.get(_key_of(value, key))), f"{path}/{key}")
     elif isinstance(value, list | tuple | set | frozenset):
         items = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
         yield f"{path}#", len(items)
         for number, item in enumerate(items):
             yield from flatten(item, f"{path}[{number}]")
     elif isinstance(value, np.ndarray) and value.size > SMALL_ARRAY:
-        yield f"{path}@", f"{value.shape} {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()[:16]}"
+        yield f"{path}@shape", str(value.shape)
+        finite = np.where(np.isfinite(value), value, 0.0).astype(np.float64)
+        yield from ((f"{path}@{name}", float(reduce(finite))) for name, reduce in SUMMARIES.items())
     elif isinstance(value, np.ndarray):
         yield from ((f"{path}({number})", float(item)) for number, item in enumerate(value.ravel()))
     else:
         yield from _plain(value, path)
 
 
+def _named(name: str, value: Any, path: str) -> Iterator[tuple[str, Plain]]:
+    """Flatten a field; of regions only their area, since where a ring begins depends on the last digit."""
+    if name.endswith("_uv_m") and isinstance(value, list | tuple):
+        yield f"{path}@area", float(sum(_ring_area(ring) for ring in _rings(value)))
+    elif name not in ("outline_px", "outline_world_m"):
+        yield from flatten(value, path)
+
+
+def _rings(value: Any) -> Iterator[Any]:
+    """Yield the rings (N, 2) in nested tuples, lists or arrays."""
+    if isinstance(value, np.ndarray) or (value and isinstance(value[0], list | tuple) and _is_point(value[0])):
+        yield np.asarray(value, dtype=np.float64)
+    else:
+        for item in value:
+            yield from _rings(item)
+
+
+def _is_point(value: Any) -> bool:
+    return len(value) == 2 and all(isinstance(number, int | float) for number in value)
+
+
+def _ring_area(ring: Any) -> float:
+    u, v = ring[:, 0], ring[:, 1]
+    return float(abs(u @ np.roll(v, -1) - v @ np.roll(u, -1)) / 2.0)
+
+
 def _plain(value: Any, path: str) -> Iterator[tuple[str, Plain]]:
     if isinstance(value, Enum):
         value = value.value
     if isinstance(value, bytes):
-        yield f"{path}@", hashlib.sha256(value).hexdigest()[:16]
+        yield f"{path}@", len(value) > 0
     elif isinstance(value, np.generic):
         yield path, value.item()
     elif value is None or isinstance(value, bool | int | float):
@@ -102,13 +129,15 @@ def _xlsx(path: Path) -> Iterator[tuple[str, Plain]]:
 def _ifc(path: Path) -> Iterator[tuple[str, Plain]]:
     import ifcopenshell
 
-    rows: dict[str, Counter[str]] = {}
+    counts: Counter[str] = Counter()
+    sums: Counter[str] = Counter()
     for entity in ifcopenshell.open(str(path)):
         if not entity.is_a("IfcOwnerHistory"):
-            rows.setdefault(entity.is_a(), Counter())[repr(_numbers(list(entity)))] += 1
-    for kind, found in sorted(rows.items()):
-        yield f"{kind}#", found.total()
-        yield f"{kind}@", hashlib.sha256(repr(sorted(found.items())).encode()).hexdigest()[:16]
+            counts[entity.is_a()] += 1
+            sums[entity.is_a()] += sum(map(abs, _numbers(list(entity))))  # type: ignore[assignment]
+    for kind, count in sorted(counts.items()):
+        yield f"{kind}#", count
+        yield f"{kind}@sum", float(sums[kind])
 
 
 def _numbers(values: Any) -> list[float]:
@@ -117,7 +146,7 @@ def _numbers(values: Any) -> list[float]:
         if isinstance(value, list | tuple):
             found += _numbers(value)
         elif isinstance(number := getattr(value, "wrappedValue", value) if hasattr(value, "is_a") else value, float):
-            found.append(round(number, 6))
+            found.append(number)
     return found
 
 
