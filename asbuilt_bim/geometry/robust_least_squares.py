@@ -71,9 +71,9 @@ def tukey(sigmas: FloatArray, reach: float = TUKEY) -> FloatArray:
     return result
 
 
-def cauchy(sigmas: FloatArray) -> FloatArray:
+def cauchy(sigmas: FloatArray, reach: float = CAUCHY) -> FloatArray:
     """Return Cauchy's weights: less and less, and never none."""
-    result: FloatArray = 1.0 / (1.0 + np.square(sigmas / CAUCHY))
+    result: FloatArray = 1.0 / (1.0 + np.square(sigmas / reach))
     return result
 
 
@@ -88,13 +88,13 @@ def reweighted_linear(
     sigma: FloatArray | float,
     weights: FloatArray | None = None,
     loss: Loss = tukey,
-    ridge: float = _RIDGE,
+    ridge: FloatArray | float = _RIDGE,
 ) -> Fit:
     """Fit `design @ parameters = target` (N, P), (N,), and weigh points by how far they are off, until that settles.
 
     `sigma` is the least that a point errs by; the scale of all of them is estimated, and never under 1. `weights` (N,)
-    say what points count before that, 1 / sigma^2 where they aren't given. `ridge` draws parameters to zero by that
-    share of the information: what points leave open stays there.
+    say what points count before that, 1 / sigma^2 where they aren't given. `ridge`, of all
+    or of each (P,), draws parameters to zero by that share of the information: what points leave open stays there.
     """
     least = np.broadcast_to(np.asarray(sigma, dtype=np.float64), target.shape)
     own = 1.0 / np.square(least) if weights is None else weights

@@ -26,8 +26,8 @@ LEAST_SCATTER_PX = 0.15
 """Of single profiles about their line: less would be chance."""
 SHORT_TUKEY = partial(tukey, reach=3.0)
 """A neighbouring edge is never far."""
-FEW_PROFILES = 1e-3
-"""What holds the line where few profiles are left, as a share of all of them."""
+FEW_PROFILES = np.array([1e-3, 0.0])
+"""What holds the line's slope where few profiles are left, as a share of all of them."""
 MOST_SAMPLES = 400
 TURN_STEPS = 13
 TURNED_SIGN = 0.7

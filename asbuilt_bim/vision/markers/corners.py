@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
@@ -13,6 +15,7 @@ SIGMA_FLOOR_PX = 0.03
 SIGMA_UNREFINED_PX = 0.3
 """Of corners as the detector gives them, where no edge could be followed."""
 _LEAST_SCATTER_PX = 0.02
+_CLOSE_CAUCHY = partial(cauchy, reach=2.0)  # printed edges are straight: what is off lies close
 _FEWEST_POINTS = 6
 _LARGEST_MOVE_PX = 3.0
 
@@ -63,7 +66,7 @@ def _side(light: Float32Array, start: FloatArray, end: FloatArray, reach: float)
     if len(seen) < max(_FEWEST_POINTS, 0.5 * count):
         return None
     height = (seen - start) @ outward
-    fit = reweighted_linear(np.stack([np.ones_like(at), at], axis=-1), height, _LEAST_SCATTER_PX, loss=cauchy)
+    fit = reweighted_linear(np.stack([np.ones_like(at), at], axis=-1), height, _LEAST_SCATTER_PX, loss=_CLOSE_CAUCHY)
     level, slope = fit.parameters
     ends = start + np.array([[0.0], [1.0]]) * (end - start) + (level + np.array([[-0.5], [0.5]]) * slope) * outward
     normal = np.array([ends[1, 1] - ends[0, 1], ends[0, 0] - ends[1, 0]])
