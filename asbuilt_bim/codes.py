@@ -189,7 +189,7 @@ class Reason(StrEnum):
     COST_TAKES_OFF = "cost item takes off"
     COST_SCHEDULES_SEVERAL = "several cost schedules"
     COST_PAID_TWICE = "paid twice"
-    COST_ELSEWHERE = "cost items elsewhere"
+    COST_OF_OTHER_WORK = "cost items of other work"
 
     # On the schedule file beside the IFC.
     SCHEDULE_PROJECTS = "several projects in schedule"

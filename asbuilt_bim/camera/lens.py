@@ -74,14 +74,14 @@ def reach(distortion: FloatArray) -> float:
     """Return the tangent of the angle off the axis up to which the lens can be undone: where it folds back, or 88."""
     if len(distortion) == COEFFICIENTS["fisheye"]:
         angle = np.linspace(0.0, WIDEST_RAD, _REACH_STEPS)
-        return float(np.tan(_until_folded(angle, angle * _angle_scale(distortion, angle * angle))))
+        return float(np.tan(_until_it_turns(angle, angle * _angle_scale(distortion, angle * angle))))
     # Steps finest near the axis, where site lenses end.
     radius = np.tan(np.linspace(0.0, WIDEST_RAD, _REACH_STEPS))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _until_folded(radius, radius * _radial(distortion, radius * radius)[0])
+        return _until_it_turns(radius, radius * _radial(distortion, radius * radius)[0])
 
 
-def _until_folded(outward: FloatArray, bent: FloatArray) -> float:
+def _until_it_turns(outward: FloatArray, bent: FloatArray) -> float:
     back = np.nonzero(~(np.diff(bent) > 0.0))[0]
     return float(outward[back[0]] if len(back) else outward[-1])
 

@@ -9,7 +9,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.flow.measure_visit import Progress, StationJob, Workplace, options_of, read_pair
 from asbuilt_bim.measure.station import RejectedStation, measure_in_detail
-from asbuilt_bim.project.networks import identities, instruments_of
+from asbuilt_bim.project.networks import identities, load_models
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.coco import LabelledPhoto, labelled
 from asbuilt_bim.report.wording.reasons import words_of
@@ -60,7 +60,7 @@ def label_project(project: Project, rig: StereoRig, place: Workplace, progress: 
 def label_job(job: StationJob) -> LabelledPhoto | str:
     """Return a station's left photo with its instances, or why there are none. Runs in a worker process."""
     try:
-        detail = measure_in_detail(job.photos, job.rig, job.options, instruments=instruments_of(job.networks))
+        detail = measure_in_detail(job.photos, job.rig, job.options, models=load_models(job.networks))
     except AsBuiltError as problem:
         return str(problem)
     if isinstance(detail, RejectedStation):

@@ -14,7 +14,7 @@ from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import MeasureError, Rejection
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
-from asbuilt_bim.project.networks import NetworkChoice, instruments_of
+from asbuilt_bim.project.networks import NetworkChoice, load_models
 from asbuilt_bim.report.wording.reasons import reason_lines
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.vision.masks.file import read_masks
@@ -64,7 +64,7 @@ def measure_pair(
     photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
     if Path(left).resolve() == Path(right).resolve():
         raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
-    instruments = instruments_of(
+    models = load_models(
         NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
     )
     left_out: tuple[str, ...] = ()
@@ -72,11 +72,11 @@ def measure_pair(
         size = (rig.left.width_px, rig.left.height_px)
         read = read_masks(Path(masks), size, Path(left).name, mask_classes)
         given = GivenMasks(photo=rig.left, masks=read.masks)
-        instruments, left_out = replace(instruments, segmenter=given, opinion=None), read.left_out
+        models, left_out = replace(models, segmenter=given, opinion=None), read.left_out
     chosen = options or MeasureOptions()
     asked = replace(chosen.target, required=target, diameter_m=target_diameter_m)
     try:
-        found = measure_photos(photos, rig, replace(chosen, target=asked), instruments, refine=refine_rig)
+        found = measure_photos(photos, rig, replace(chosen, target=asked), models, refine=refine_rig)
     except MeasureError as problem:
         raise MeasureError(reason_lines(problem), problem.rejections) from problem
     file = Subject(kind=SubjectKind.FILE, name=Path(str(masks)).name)

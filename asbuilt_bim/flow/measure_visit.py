@@ -23,7 +23,7 @@ from asbuilt_bim.measure.station import (
 )
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.check import same_photos
-from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, instruments_of
+from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.project.photo_days import other_days
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -88,7 +88,7 @@ def measure_job(job: StationJob) -> Outcome:
     """
     name = job.photos.name
     try:
-        return measure_station(job.photos, job.rig, job.options, instruments=instruments_of(job.networks))
+        return measure_station(job.photos, job.rig, job.options, models=load_models(job.networks))
     except AsBuiltError as problem:
         return _rejected(Reason.STATION_FAILED, name, str(problem))
     except MemoryError:

@@ -22,10 +22,10 @@ from asbuilt_bim.match.survey_shift import survey_shift
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.completion.summary import summarise
-from asbuilt_bim.progress.globalid_remap import reissued, with_new_ids
+from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.progress.revision import reissued_notes, revision_notes
+from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
@@ -99,7 +99,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     rig, calibration = rig_of(project, place.cache, progress)
     timer.done("rig")
     known, past = 0, read_past(project.history, project.visits[0].date)
-    others = reissued(past[-1], design) if past else {}
+    others = remapped_ids(past[-1], design) if past else {}
     past = tuple(with_new_ids(report, others) for report in past)
     history = reduce(remember, past, EMPTY_HISTORY)
     reports: list[ProgressReport] = []
@@ -110,7 +110,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         timer.done("measure")
         rejections = (*stray, *seen.rejections)
         report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
-        revised = (*reissued_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
+        revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
         names = [station.name for station in visit.stations if station.name not in report.placed]
         left_out += _left_out(names, visit.date)

@@ -22,8 +22,8 @@ PHOTO = "As-built photo"
 AS_BUILT = "ASBUILT"
 """ObjectType of the controls that the writer makes: a cost schedule of that type is never read as a plan."""
 PROGRAM = "asbuilt_bim"
-_OURS = b"asbuil\x80"  # six letters, then a UUID's version 8: made as its maker likes
-_BEGINNING = ifcopenshell.guid.compress((_OURS + bytes(9)).hex())[:10]  # the characters that hold those seven bytes
+_OWN = b"asbuil\x80"  # six letters, then a UUID's version 8: made as its maker likes
+_BEGINNING = ifcopenshell.guid.compress((_OWN + bytes(9)).hex())[:10]  # the characters that hold those seven bytes
 _IFC_LETTERS = bytes.maketrans(
     b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/",
     b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_$",
@@ -40,36 +40,36 @@ class Mark:
 
     name: str
     kind: PropertyKind
-    says: str
+    meaning: str
 
 
 MARKS: tuple[Mark, ...] = (
-    Mark(name="State", kind="label", says="complete, part, not started or unknown after the visit"),
+    Mark(name="State", kind="label", meaning="complete, part, not started or unknown after the visit"),
     Mark(
         name="CompletionBest",
         kind="ratio",
-        says="built / (built + open), of a group the mean; absent where under 10 % was decided",
+        meaning="built / (built + open), of a group the mean; absent where under 10 % was decided",
     ),
-    Mark(name="CompletionLower", kind="ratio", says="completion if what is unknown were open"),
-    Mark(name="CompletionUpper", kind="ratio", says="completion if what is unknown were built"),
-    Mark(name="Coverage", kind="ratio", says="cells decided (built or open) / all cells"),
-    Mark(name="DeviationFromDesign", kind="length", says="largest offset of a measured face, positive outwards"),
-    Mark(name="DeviationSigma", kind="length", says="standard deviation of DeviationFromDesign"),
-    Mark(name="Tilt", kind="angle", says="tilt of that face against the design"),
-    Mark(name="VisitDate", kind="date", says="day of the visit that this is the state of"),
-    Mark(name="Stations", kind="text", says="stations that decided something of it"),
-    Mark(name="ProgramVersion", kind="label", says="version of asbuilt_bim that wrote this"),
-    Mark(name="Basis", kind="text", says="which number went into the schedule or the cost line, and why"),
-    Mark(name="ElementsComplete", kind="count", says="elements in the state complete"),
-    Mark(name="ElementsPart", kind="count", says="elements in the state part"),
-    Mark(name="ElementsNotStarted", kind="count", says="elements in the state not started"),
-    Mark(name="ElementsUnknown", kind="count", says="elements in the state unknown: never read as not built"),
-    Mark(name="OriginalTaskTime", kind="label", says="NONE where the task had no task time before"),
-    Mark(name="OriginalDataOrigin", kind="label", says="task's DataOrigin before it was overwritten"),
-    Mark(name="OriginalStatusTime", kind="label", says="task's StatusTime before it was overwritten"),
-    Mark(name="OriginalActualStart", kind="label", says="task's ActualStart before it was overwritten"),
-    Mark(name="OriginalActualFinish", kind="label", says="task's ActualFinish before it was overwritten"),
-    Mark(name="OriginalCompletion", kind="label", says="task's Completion before it was overwritten"),
+    Mark(name="CompletionLower", kind="ratio", meaning="completion if what is unknown were open"),
+    Mark(name="CompletionUpper", kind="ratio", meaning="completion if what is unknown were built"),
+    Mark(name="Coverage", kind="ratio", meaning="cells decided (built or open) / all cells"),
+    Mark(name="DeviationFromDesign", kind="length", meaning="largest offset of a measured face, positive outwards"),
+    Mark(name="DeviationSigma", kind="length", meaning="standard deviation of DeviationFromDesign"),
+    Mark(name="Tilt", kind="angle", meaning="tilt of that face against the design"),
+    Mark(name="VisitDate", kind="date", meaning="day of the visit that this is the state of"),
+    Mark(name="Stations", kind="text", meaning="stations that decided something of it"),
+    Mark(name="ProgramVersion", kind="label", meaning="version of asbuilt_bim that wrote this"),
+    Mark(name="Basis", kind="text", meaning="which number went into the schedule or the cost line, and why"),
+    Mark(name="ElementsComplete", kind="count", meaning="elements in the state complete"),
+    Mark(name="ElementsPart", kind="count", meaning="elements in the state part"),
+    Mark(name="ElementsNotStarted", kind="count", meaning="elements in the state not started"),
+    Mark(name="ElementsUnknown", kind="count", meaning="elements in the state unknown: never read as not built"),
+    Mark(name="OriginalTaskTime", kind="label", meaning="NONE where the task had no task time before"),
+    Mark(name="OriginalDataOrigin", kind="label", meaning="task's DataOrigin before it was overwritten"),
+    Mark(name="OriginalStatusTime", kind="label", meaning="task's StatusTime before it was overwritten"),
+    Mark(name="OriginalActualStart", kind="label", meaning="task's ActualStart before it was overwritten"),
+    Mark(name="OriginalActualFinish", kind="label", meaning="task's ActualFinish before it was overwritten"),
+    Mark(name="OriginalCompletion", kind="label", meaning="task's Completion before it was overwritten"),
 )
 QUANTITIES: dict[str, str] = {
     "AsBuiltArea": "area of the union of all measured outlines on its faces; absent where none was measured",
@@ -92,7 +92,7 @@ def our_guid(key: str) -> str:
     return _BEGINNING + base64.b64encode(tail).translate(_IFC_LETTERS).decode()
 
 
-def ours(file: Any) -> list[Any]:
+def own_roots(file: Any) -> list[Any]:
     """Return every rooted entity of an open file that this program made: by its GlobalId, or its name.
 
     Programs that export what they have imported may give sets and controls GlobalIds of their own; the names stay.

@@ -84,9 +84,9 @@ def _combined(
     # A tilt a about u moves the normal by -a v, one b about v by +b u.
     tilts = np.array([-(normal @ frame.v), normal @ frame.u]) / (normal @ frame.normal)
     axes = turn @ np.column_stack([frame.u, frame.v])
-    told = axes.T @ placed.pose.covariance[:3, :3] @ axes + np.eye(2) * np.radians(options.building_tilt_deg) ** 2
+    allowed = axes.T @ placed.pose.covariance[:3, :3] @ axes + np.eye(2) * np.radians(options.building_tilt_deg) ** 2
     before = np.asarray(face.covariance, dtype=np.float64)
-    spread = before[1:, 1:] + told
+    spread = before[1:, 1:] + allowed
     if float(tilts @ np.linalg.solve(spread, tilts)) > options.sigmas**2:
         return None
     gain = before[:, 1:] @ np.linalg.inv(spread)

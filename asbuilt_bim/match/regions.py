@@ -60,7 +60,7 @@ def _rolled(region: Region, source: Frame, target: CylinderFrame) -> Region:
         for hole in flat[1:]:  # a hole lies in its outer ring's turn
             hole[:, 0] += around * np.round((flat[0][:, 0].mean() - hole[:, 0].mean()) / around)
         low, high = polygon.bounds(polygon.polygon(flat))[1::2]
-        mantle = polygon.box(-around / 2, low - 1.0, around / 2, high + 1.0)
+        strip = polygon.box(-around / 2, low - 1.0, around / 2, high + 1.0)
         turns = [[np.column_stack([ring[:, 0] + turn * around, ring[:, 1]]) for ring in flat] for turn in (-1, 0, 1)]
-        pieces += [polygon.intersection(polygon.polygon(turn), mantle) for turn in turns]
+        pieces += [polygon.intersection(polygon.polygon(turn), strip) for turn in turns]
     return polygon.union(pieces)

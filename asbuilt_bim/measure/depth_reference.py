@@ -28,10 +28,10 @@ class DepthReference:
     png: bytes  # 16 bit: disparity in 1/64 px of full size, 0 = not measured, 65535 = sky (further than anything)
     sigma_png: bytes  # 8 bit: sigma in 1/32 px of full size
     scale: int
-    beyond_png: bytes = b""  # as `png`: what is seen past thin dark things; empty where nobody looked
+    occluder_free_png: bytes = b""  # as `png`: what is seen past thin dark things; empty where nobody looked
 
 
-def pack(depth: DepthMap, sky: BoolArray, beyond_px: Float32Array | None = None) -> DepthReference:
+def pack(depth: DepthMap, sky: BoolArray, occluder_free_px: Float32Array | None = None) -> DepthReference:
     """Compress a depth map; `sky` (H, W) marks what is further than anything.
 
     `beyond_px` (H, W) is the disparity past thin things, NaN not found, 0 sky; its blocks keep their middle pixel.
@@ -55,8 +55,8 @@ def pack(depth: DepthMap, sky: BoolArray, beyond_px: Float32Array | None = None)
     coded = np.where(measured, np.clip(np.round(np.where(measured, median, 0.0) * DISPARITY_STEPS), 1, SKY - 1), 0)
     coded = np.where(heaven & ~measured, SKY, coded).astype(np.uint16)
     sigma_coded = np.clip(np.round(np.where(measured, sigma, 0.0) * SIGMA_STEPS), 0, 255).astype(np.uint8)
-    beyond = b"" if beyond_px is None else _png(_coded(_middles(beyond_px, scale)))
-    return DepthReference(png=_png(coded), sigma_png=_png(sigma_coded), scale=scale, beyond_png=beyond)
+    occluder_free = b"" if occluder_free_px is None else _png(_coded(_middles(occluder_free_px, scale)))
+    return DepthReference(png=_png(coded), sigma_png=_png(sigma_coded), scale=scale, occluder_free_png=occluder_free)
 
 
 def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
@@ -72,12 +72,12 @@ def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
     return disparity, sigma.astype(np.float32), reference.scale
 
 
-def unpack_beyond(reference: DepthReference) -> Float32Array | None:
+def unpack_occluder_free(reference: DepthReference) -> Float32Array | None:
     """Return the disparity past thin things (h, w) as `unpack` does the other; None where nobody looked.
 
     Raises: ValueError where the bytes are no picture.
     """
-    return _decoded(_read(reference.beyond_png, "disparity past bars")) if reference.beyond_png else None
+    return _decoded(_read(reference.occluder_free_png, "disparity past bars")) if reference.occluder_free_png else None
 
 
 def _coded(disparity: Float32Array) -> NDArray[np.uint16]:

@@ -19,7 +19,7 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.outline.edge_evidence import is_notched, is_open
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 from asbuilt_bim.measure.outline.occlusion import how_seen
-from asbuilt_bim.measure.planes.face_hypotheses import Draft
+from asbuilt_bim.measure.planes.face_hypotheses import FaceHypothesis
 from asbuilt_bim.measure.sigma.area import image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.masks.segment import Instance
@@ -33,7 +33,7 @@ ends there: of 43 whole faces of 20 development twins. Where nothing proves it, 
 class Settled:
     """A draft whose plane (q, covariance) and outline are final."""
 
-    draft: Draft
+    hypothesis: FaceHypothesis
     q_px: FloatArray
     covariance: FloatArray
     outline: Outline
@@ -56,7 +56,7 @@ def finish_face(
     seen = how_seen(bench, settled.outline, settled.q_px)
     sides = cv2.minAreaRect(rings_px[0].astype(np.float32))[1]
     open_edge = is_notched(bench, settled.outline, settled.q_px) or is_open(
-        bench, settled.outline, settled.q_px, settled.draft.piece, float(min(sides))
+        bench, settled.outline, settled.q_px, settled.hypothesis.piece, float(min(sides))
     )
     return MeasuredFace(
         face_id=face_id,
@@ -81,7 +81,7 @@ def finish_face(
         occluded=seen.occluded,
         open_edge=open_edge,
         flatness_rms_m=_flatness(bench, settled),
-        instance=settled.draft.instance,
+        instance=settled.hypothesis.instance,
     )
 
 
@@ -129,7 +129,7 @@ def _side_sigma_px(edge: FaceEdge, is_whole: bool) -> float:
 def _flatness(bench: Workbench, settled: Settled) -> float:
     """Return how far the measured surface scatters about its plane, along the normal, in metres."""
     level = bench.scene.level
-    rows, columns = nonzero(settled.draft.mask)
+    rows, columns = nonzero(settled.hypothesis.mask)
     known = level.measured[rows, columns]
     rows, columns = rows[known], columns[known]
     if rows.size < 10:

@@ -11,8 +11,8 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_source import Method, missing_network
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station import (
-    Instruments,
     MeasureOptions,
+    Models,
     RejectedStation,
     StationDetail,
     StationPhotos,
@@ -64,7 +64,7 @@ class PairMeasurement:
 
 
 def measure_photos(
-    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, instruments: Instruments, *, refine: bool = False
+    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, models: Models, *, refine: bool = False
 ) -> PairMeasurement:
     """Measure a pair with the rig that took it; with `refine`, as its own photos show it where it has moved.
 
@@ -73,22 +73,22 @@ def measure_photos(
     Raises:
         MeasureError: the pair can't be measured; its `rejections` hold every reason.
     """
-    missing = missing_network(options.method, options.depth, instruments.relative_depth)
+    missing = missing_network(options.method, options.depth, models.relative_depth)
     if missing:
         raise MeasureError(missing)
     chosen = options if options.target.required else replace(options, least_markers_without_target=0)
-    found = measure_in_detail(photos, rig, chosen, instruments=instruments)
+    found = measure_in_detail(photos, rig, chosen, models=models)
     health = found.measurement.health if isinstance(found, StationDetail) else found.health
     verdict = judge([health], rig) if refine and health is not None else None
     notes: tuple[Rejection, ...] = ()
     if health is not None and verdict is not None and verdict.state in ("doubtful", "knocked"):
         rig = refined_rig(rig, verdict, health.camera)
-        found = measure_in_detail(photos, rig, chosen, instruments=instruments)
+        found = measure_in_detail(photos, rig, chosen, models=models)
         notes = (rig_rejection(Reason.RIG_REFINED, RIG, verdict),)
     if isinstance(found, RejectedStation):
         raise MeasureError(f"{photos.name}: the pair can't be measured", found.rejections)
     rejections = (*notes, *found.measurement.rejections)
-    if instruments.segmenter is not None:
+    if models.segmenter is not None:
         rejections = (*rejections, *_unmeasured(found, photos.name))
     return PairMeasurement(
         detail=found, rig=rig, options=chosen, left_name=photos.left.name, right_name=photos.right.name,

@@ -22,7 +22,7 @@ from asbuilt_bim.measure.workbench import marks_mask, without_boards
 from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
-from asbuilt_bim.vision.masks.split_by_depth import one_thing
+from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
@@ -30,14 +30,14 @@ from asbuilt_bim.vision.scene.sky import find_sky, without_sky
 from asbuilt_bim.vision.stereo.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.stereo.depth_paper import Inversion
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, StereoMatcher, depth_map
-from asbuilt_bim.vision.stereo.occluder_free import disparity_beyond
+from asbuilt_bim.vision.stereo.occluder_free import occluder_free_disparity
 from asbuilt_bim.vision.stereo.rig_health import StationHealth
 from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
 
 __all__ = [
     "DepthReference",
-    "Instruments",
     "MeasureOptions",
+    "Models",
     "RejectedStation",
     "StationDetail",
     "StationMeasurement",
@@ -72,7 +72,7 @@ class MeasureOptions:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Instruments:
+class Models:
     """What stands in the place of, or beside, this package's own means; None: there is none.
 
     `segmenter` in the place of geometry; `opinion` beside it: its instances and the geometry's are brought together;
@@ -85,7 +85,7 @@ class Instruments:
     matcher: StereoMatcher | None = None
 
 
-OWN = Instruments()
+OWN = Models()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,13 +128,13 @@ def measure_station(
     rig: StereoRig,
     options: MeasureOptions,
     clock: Clock = time.perf_counter,
-    instruments: Instruments = OWN,
+    models: Models = OWN,
 ) -> StationMeasurement | RejectedStation:
     """Measure one station; what can't be measured is a `RejectedStation` with its reasons, never an exception.
 
     A pure function of its arguments but for the seconds that `clock` counts.
     """
-    found = measure_in_detail(photos, rig, options, clock, instruments)
+    found = measure_in_detail(photos, rig, options, clock, models)
     return found.measurement if isinstance(found, StationDetail) else found
 
 
@@ -143,7 +143,7 @@ def measure_in_detail(
     rig: StereoRig,
     options: MeasureOptions,
     clock: Clock = time.perf_counter,
-    instruments: Instruments = OWN,
+    models: Models = OWN,
 ) -> StationDetail | RejectedStation:
     """Measure one station and keep what its pictures are drawn from; else as `measure_station`."""
     timer = StepTimer(clock)
@@ -172,7 +172,7 @@ def measure_in_detail(
         photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
         reasons=reasons,
     )  # fmt: skip
-    return _measure(seen, options, instruments, timer)
+    return _measure(seen, options, models, timer)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -190,14 +190,14 @@ class _Sighted:
 
 
 def _measure(
-    seen: _Sighted, options: MeasureOptions, instruments: Instruments, timer: StepTimer
+    seen: _Sighted, options: MeasureOptions, models: Models, timer: StepTimer
 ) -> StationDetail | RejectedStation:
     pair, target = seen.pair, seen.target
-    stereo = depth_map(pair, instruments.matcher or options.matcher)
+    stereo = depth_map(pair, models.matcher or options.matcher)
     sky = find_sky(pair, stereo)
     timer.done("stereo")
     wanted = depth_method(options.method, options.depth)
-    depth = area_depth(pair, stereo, target, instruments.relative_depth, wanted, options.inversion)
+    depth = area_depth(pair, stereo, target, models.relative_depth, wanted, options.inversion)
     if isinstance(depth, Rejection):
         reasons = (*seen.reasons, depth)
         return RejectedStation(station=seen.photos.name, rejections=reasons, picture=pair.left, health=seen.health)
@@ -208,7 +208,7 @@ def _measure(
     if options.method != "paper":
         scene = without_bars(scene, pair, marks)
     bars = scene.labels == scene.bars_label
-    agreed = _instances(pair, scene, stereo, options, instruments)
+    agreed = _instances(pair, scene, stereo, options, models)
     instances = without_boards([without_sky(one, sky | bars) for one in agreed.instances], marks)
     timer.done("instances")
     if options.method == "paper":
@@ -216,7 +216,7 @@ def _measure(
     else:
         found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks)
     timer.done("faces")
-    reference = pack(stereo, sky, disparity_beyond(pair, sky))
+    reference = pack(stereo, sky, occluder_free_disparity(pair, sky))
     picture = thumbnail(pair)
     timer.done("pack")
     measurement = StationMeasurement(
@@ -238,16 +238,14 @@ def _measure(
     return StationDetail(measurement=measurement, pair=pair, depth=depth, instances=tuple(instances))
 
 
-def _instances(
-    pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: MeasureOptions, instruments: Instruments
-) -> Agreed:
+def _instances(pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: MeasureOptions, models: Models) -> Agreed:
     """Return the instances: those of the segmenter that stands in for geometry, of both opinions, or of geometry."""
-    chosen = instruments.segmenter
-    if chosen is None and instruments.opinion is not None:
+    chosen = models.segmenter
+    if chosen is None and models.opinion is not None:
         if options.method == "default":
-            return agree(pair, scene, stereo, instruments.opinion, options.geometric)
-        chosen = instruments.opinion  # as published: the network's masks as they are
+            return agree(pair, scene, stereo, models.opinion, options.geometric)
+        chosen = models.opinion  # as published: the network's masks as they are
     found = segment_scene(pair, scene, options.geometric) if chosen is None else chosen.segment(pair, stereo)
     if chosen is not None and options.method == "default":
-        found = [one_thing(instance, pair, scene, options.geometric) for instance in found]
+        found = [split_by_depth(instance, pair, scene, options.geometric) for instance in found]
     return Agreed(instances=tuple(found), notes=())

@@ -18,8 +18,8 @@ from asbuilt_bim.measure.finish import Settled, finish_face
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.planes.adjust import Adjusted, EdgeSight, Touch, adjust_planes
 from asbuilt_bim.measure.planes.face_hypotheses import (
-    Draft,
-    draft_faces,
+    FaceHypothesis,
+    face_hypotheses,
     outline_faces,
     pieces_of,
     refine_inside,
@@ -59,23 +59,25 @@ def measure_faces(
 ) -> StationFaces:
     """Measure every face of the instances of one pair; `marks` (H, W) is print on boards that holds no plane."""
     bench = workbench(pair, scene, marks)
-    drafts = draft_faces(bench, instances)
-    planes, covariances, down = _start(drafts), np.zeros((0, 3, 3)), scene.level.view.down
-    if drafts:
-        drafts = refine_inside(bench, outline_faces(bench, drafts, planes))
-        found = adjust_drafts(bench, drafts)
+    hypotheses = face_hypotheses(bench, instances)
+    planes, covariances, down = _start(hypotheses), np.zeros((0, 3, 3)), scene.level.view.down
+    if hypotheses:
+        hypotheses = refine_inside(bench, outline_faces(bench, hypotheses, planes))
+        found = adjust_hypotheses(bench, hypotheses)
         planes, covariances, down = found.q_px, found.covariance, found.down
-        drafts = outline_faces(bench, drafts, planes, found.joint)
+        hypotheses = outline_faces(bench, hypotheses, planes, found.joint)
     settled = [
-        Settled(draft=draft, q_px=planes[i], covariance=covariances[i], outline=draft.outline)
-        for i, draft in enumerate(drafts)
-        if draft.outline is not None
+        Settled(hypothesis=hypothesis, q_px=planes[i], covariance=covariances[i], outline=hypothesis.outline)
+        for i, hypothesis in enumerate(hypotheses)
+        if hypothesis.outline is not None
     ]
     calibration = calibration_sigmas_m2([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera)
     faces: list[MeasuredFace] = []
     rejections: list[Rejection] = []
     for one, sigma in zip(settled, calibration, strict=True):
-        face = finish_face(bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.draft.instance], float(sigma))
+        face = finish_face(
+            bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.hypothesis.instance], float(sigma)
+        )
         if face is not None:
             _judge(face, faces, rejections, options)
     _add_round(bench, instances, rig, faces, rejections, options)
@@ -83,8 +85,8 @@ def measure_faces(
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=up)
 
 
-def _start(drafts: Sequence[Draft]) -> FloatArray:
-    return np.array([draft.sight.q_px for draft in drafts]).reshape(-1, 3)
+def _start(hypotheses: Sequence[FaceHypothesis]) -> FloatArray:
+    return np.array([hypothesis.sight.q_px for hypothesis in hypotheses]).reshape(-1, 3)
 
 
 def _add_round(
@@ -138,27 +140,27 @@ def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85)
     return bytes(data) if done else b""
 
 
-def adjust_drafts(bench: Workbench, drafts: Sequence[Draft]) -> Adjusted:
+def adjust_hypotheses(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> Adjusted:
     """Solve the drafts' planes together."""
     scene = bench.scene
     vertical = scene.vertical
     sigma = vertical.sigma_rad if vertical is not None else np.radians(10.0)
     return adjust_planes(
-        [draft.sight for draft in drafts],
-        _edge_sights(bench, drafts),
-        _touches(bench, drafts),
+        [hypothesis.sight for hypothesis in hypotheses],
+        _edge_sights(bench, hypotheses),
+        _touches(bench, hypotheses),
         scene.level.view.down,
         max(sigma, 1e-3),
-        [True] * len(drafts),
+        [True] * len(hypotheses),
     )
 
 
-def _edge_sights(bench: Workbench, drafts: Sequence[Draft]) -> list[EdgeSight]:
+def _edge_sights(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list[EdgeSight]:
     """Return the disparities that upright edges show by themselves, at both ends' thirds."""
     camera = bench.pair.camera
     sights: list[EdgeSight] = []
-    for i, draft in enumerate(drafts):
-        for edge in draft.outline.edges if draft.outline is not None else ():
+    for i, hypothesis in enumerate(hypotheses):
+        for edge in hypothesis.outline.edges if hypothesis.outline is not None else ():
             fit = edge.fit
             if fit is None or edge.course != "upright" or not np.isfinite(fit.disparity_miss_px):
                 continue
@@ -166,29 +168,34 @@ def _edge_sights(bench: Workbench, drafts: Sequence[Draft]) -> list[EdgeSight]:
                 continue
             middle = 0.5 * (fit.line.start + fit.line.stop)
             ray = np.array([(middle[0] - camera.cx_px) / camera.f_px, (middle[1] - camera.cy_px) / camera.f_px, 1.0])
-            disparity = float(ray @ draft.sight.q_px) + fit.disparity_miss_px
+            disparity = float(ray @ hypothesis.sight.q_px) + fit.disparity_miss_px
             sights.append(EdgeSight(plane=i, ray=ray, disparity_px=disparity, sigma_px=fit.miss_sigma_px))
     return sights
 
 
-def _touches(bench: Workbench, drafts: Sequence[Draft]) -> list[Touch]:
+def _touches(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list[Touch]:
     """Return which drafts of one instance meet in a visible edge."""
     camera = bench.pair.camera
-    place = {draft.piece: i for i, draft in enumerate(drafts)}
+    place = {hypothesis.piece: i for i, hypothesis in enumerate(hypotheses)}
     touches: list[Touch] = []
-    for i, draft in enumerate(drafts):
-        piece = bench.scene.pieces[draft.piece]
-        j = place.get(draft.piece + 1)
-        if j is None or not piece.convex_next or drafts[j].instance != draft.instance or draft.outline is None:
+    for i, hypothesis in enumerate(hypotheses):
+        piece = bench.scene.pieces[hypothesis.piece]
+        j = place.get(hypothesis.piece + 1)
+        if (
+            j is None
+            or not piece.convex_next
+            or hypotheses[j].instance != hypothesis.instance
+            or hypothesis.outline is None
+        ):
             continue
-        shared = [e for e in draft.outline.edges if e.neighbour == drafts[j].piece and e.course == "upright"]
+        shared = [e for e in hypothesis.outline.edges if e.neighbour == hypotheses[j].piece and e.course == "upright"]
         if not shared:
             continue
         edge = max(shared, key=lambda e: e.line.length_px)
         ends = np.stack([edge.line.start, edge.line.stop])
         rays = np.ones((2, 3))
         rays[:, :2] = (ends - [camera.cx_px, camera.cy_px]) / camera.f_px
-        slope = pixel_plane(draft.sight.q_px - drafts[j].sight.q_px, camera)[:2]
+        slope = pixel_plane(hypothesis.sight.q_px - hypotheses[j].sight.q_px, camera)[:2]
         off_px = edge.sigma_px * float(np.hypot(slope[0], slope[1]))
         touches.append(Touch(one=i, other=j, rays=rays, off_px=off_px))
     return touches

@@ -23,7 +23,7 @@ from asbuilt_bim.vision.stereo.rig_rejection import rig_rejection
 
 SAME_SHARE = 0.5
 """Of what a photo differs from itself moved by one pixel: two cameras, a decimetre apart, differ by more than all."""
-BEYOND_DOUBT = 5.0
+CERTAIN_SIGMAS = 5.0
 """In sigmas: one station alone says that the rig was knocked; below, its visit decides."""
 
 
@@ -140,7 +140,7 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
     coarse = match_pair(pair)
     health = station_health(pair, coarse, rig)
     if health is not None:
-        verdict = judge([health], rig, significant=BEYOND_DOUBT)
+        verdict = judge([health], rig, significant=CERTAIN_SIGMAS)
         if verdict.state == "knocked":
             swapped = swapped_rejection(pair.name, coarse, rig, pair.camera)
             if swapped is not None:

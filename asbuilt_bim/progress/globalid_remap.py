@@ -17,7 +17,7 @@ from asbuilt_bim.progress.history import STILL_M, frame_of
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, FaceRecord, ProgressReport
 
 
-def reissued(report: ProgressReport, design: BimModel) -> dict[str, str]:
+def remapped_ids(report: ProgressReport, design: BimModel) -> dict[str, str]:
     """Return old GlobalId -> new one of the elements that a design holds under another GlobalId than a result.
 
     Both have to be of one kind, with one box round their exposed faces in the world (to `STILL_M`), and neither may
@@ -47,7 +47,7 @@ def reissued(report: ProgressReport, design: BimModel) -> dict[str, str]:
 
 def known_again(report: ProgressReport, design: BimModel) -> ProgressReport:
     """Return a result as a design names its elements now: what an export gave another GlobalId is no other element."""
-    return with_new_ids(report, reissued(report, design))
+    return with_new_ids(report, remapped_ids(report, design))
 
 
 def with_new_ids(report: ProgressReport, ids: Mapping[str, str]) -> ProgressReport:

@@ -102,7 +102,7 @@ def _reprojected(record: DesignFaceRecord, face: DesignFace, options: ProgressOp
         off = np.linalg.norm(np.cross(old.origin_m - new.origin_m, new.axis)) + abs(old.radius_m - new.radius_m)
         if old.axis @ new.axis < np.cos(SAME_ANGLE_RAD) or off > options.building_tolerance_m:
             return None
-        carry = partial(_on_mantle, old, new)
+        carry = partial(_unrolled_onto, old, new)
     else:
         return None
 
@@ -157,7 +157,7 @@ def _on_plane(old: PlaneFrame, new: PlaneFrame, region: Region) -> Region:
     return polygon.region_of([[new.to_uv(old.from_uv(ring)) for ring in rings] for rings in region])
 
 
-def _on_mantle(old: CylinderFrame, new: CylinderFrame, region: Region) -> Region:
+def _unrolled_onto(old: CylinderFrame, new: CylinderFrame, region: Region) -> Region:
     """Return a region on a mantle of another seam and radius: turned, stretched, and wrapped round the new seam."""
     side = np.cross(new.axis, new.zero)
     turn = float(np.arctan2(old.zero @ side, old.zero @ new.zero))
@@ -165,7 +165,7 @@ def _on_mantle(old: CylinderFrame, new: CylinderFrame, region: Region) -> Region
     girth = 2.0 * np.pi * new.radius_m
     stretch = np.array([new.radius_m / old.radius_m, 1.0])
     turned = [
-        polygon.region_of([[ring * stretch + [new.radius_m * turn + lap * girth, rise] for ring in r] for r in region])
-        for lap in (-1, 0, 1)
+        polygon.region_of([[ring * stretch + [new.radius_m * turn + wrap * girth, rise] for ring in r] for r in region])
+        for wrap in (-1, 0, 1)
     ]
     return polygon.union(turned)

@@ -60,7 +60,7 @@ def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[Note,
     return tuple(_note(code, elements, before) for code, elements in kinds if elements)
 
 
-def reissued_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[Note, ...]:
+def remap_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[Note, ...]:
     """Return the note on elements that have other GlobalIds now; `before` bears the new ones already."""
     found = [element for element in before.elements if element.global_id in set(ids.values())]
     return (_note(Reason.DESIGN_NEW_IDS, found, before),) if found else ()

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
-from asbuilt_bim.measure.station import Instruments
+from asbuilt_bim.measure.station import Models
 from asbuilt_bim.storage.plugins import PREFIX, PluginGroup, find
 from asbuilt_bim.vision.masks.segment import Segmenter
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
@@ -38,7 +38,7 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     from asbuilt_bim.vision.networks.card import read_card
     from asbuilt_bim.vision.networks.kinds import network_digest
 
-    instruments_of(choice)  # opens all of them: what is wrong is said before a station is measured
+    load_models(choice)  # opens all of them: what is wrong is said before a station is measured
     named: dict[str, str] = {}
     for chosen, group in (
         (choice.segment, PluginGroup.SEGMENTERS),
@@ -53,7 +53,7 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
 
 
 @lru_cache(maxsize=2)
-def instruments_of(choice: NetworkChoice) -> Instruments:
+def load_models(choice: NetworkChoice) -> Models:
     """Open what a project has chosen, once a process.
 
     Raises:
@@ -61,7 +61,7 @@ def instruments_of(choice: NetworkChoice) -> Instruments:
         PluginError: a plugin can't be found or made.
     """
     if choice == NONE:
-        return Instruments()
+        return Models()
     from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkMatcher, NetworkSegmenter, load
 
     segmenter: Segmenter | None = None
@@ -77,4 +77,4 @@ def instruments_of(choice: NetworkChoice) -> Instruments:
     elif choice.depth:
         depth = NetworkDepth(loaded=load(Path(choice.depth), "depth"))
     matcher = NetworkMatcher(loaded=load(Path(choice.stereo), "stereo")) if choice.stereo else None
-    return Instruments(opinion=segmenter, relative_depth=depth, matcher=matcher)
+    return Models(opinion=segmenter, relative_depth=depth, matcher=matcher)

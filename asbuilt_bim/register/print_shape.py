@@ -43,7 +43,7 @@ def print_faults(prints_m: Mapping[int, FloatArray], size_m: float) -> list[str]
     faults = {marker: fault for marker, xyz in prints_m.items() if (fault := _fault(xyz, size_m)) is not None}
     alike = [fault for fault in faults.values() if fault.remedy]
     if len(alike) < 2 or 2 * len(alike) <= len(prints_m):
-        return [f"marker {marker}: {_told(fault, size_m)}" for marker, fault in faults.items()]
+        return [f"marker {marker}: {_fault_text(fault, size_m)}" for marker, fault in faults.items()]
     sides = [fault.side_m for fault in alike]
     lines = [
         f"{len(alike)} of {len(prints_m)} markers: their sides are {min(sides):.4g} to {max(sides):.4g} m where the "
@@ -52,7 +52,7 @@ def print_faults(prints_m: Mapping[int, FloatArray], size_m: float) -> list[str]
     return lines + [f"marker {marker}: {fault.text}" for marker, fault in faults.items() if not fault.remedy]
 
 
-def _told(fault: _Fault, size_m: float) -> str:
+def _fault_text(fault: _Fault, size_m: float) -> str:
     if not fault.remedy:
         return fault.text
     return f"its side is {fault.side_m:.4g} m where the print is {size_m:.3f} m; {fault.remedy}"

@@ -15,7 +15,7 @@ from asbuilt_bim.ifc.read.georeference import Georeference
 from asbuilt_bim.report.wording.notes import note_words
 
 MAX_ROWS = 40
-_SAID = {True: "yes", False: "no", None: "not said"}
+_YES_NO = {True: "yes", False: "no", None: "not said"}
 _GEOMETRY: dict[str, tuple[str, Callable[[BimElement], float]]] = {
     "Length": ("m", lambda e: e.length_m if e.kind == "wall" else e.height_m),
     "Width": ("m", lambda e: e.thickness_m),
@@ -36,15 +36,15 @@ def fact_tables(name: str, facts: FileFacts) -> list[Table]:
     zones = [f"{zone} ({count} spaces)" for zone, count in facts.zones[:8]]
     more = f" and {len(facts.zones) - 8} more" if len(facts.zones) > 8 else ""
     _row(table, "zones", (", ".join(zones) + more) or "none")
-    _row(table, "tasks", f"{facts.tasks_tied} of {facts.tasks} tied to walls or columns" if facts.tasks else "none")
+    _row(table, "tasks", f"{facts.tasks_assigned} of {facts.tasks} tied to walls or columns" if facts.tasks else "none")
     costs = f"{facts.cost_items} items in {facts.cost_schedules} schedules" if facts.cost_items else "none"
     if not facts.cost_has_values:
         costs += "; IFC2X3 holds neither quantities nor rates: no cost line is read, and nothing is priced"
     _row(table, "costs", costs)
     kinds = _table("Walls and columns in the file", "Class", "Type", "Material", "Concrete", "Lies in", "Number")
     for kind, count in facts.kinds[:MAX_ROWS]:
-        said = _SAID[kind.concrete]
-        _row(kinds, kind.ifc_class, kind.type_name, kind.materials, said, kind.placed_in, str(count))
+        answer = _YES_NO[kind.concrete]
+        _row(kinds, kind.ifc_class, kind.type_name, kind.materials, answer, kind.placed_in, str(count))
     _more(kinds, len(facts.kinds))
     return [table, kinds]
 
@@ -81,9 +81,9 @@ def _storeys(design: BimModel) -> Table:
 
 def _counts(elements: list[BimElement]) -> list[str]:
     kinds = Counter(element.kind for element in elements)
-    said = Counter(element.is_concrete for element in elements)
-    concrete = f"{said[True]} yes" + (f", {said[False]} no" if said[False] else "")
-    concrete += f", {said[None]} not said" if said[None] else ""
+    answer = Counter(element.is_concrete for element in elements)
+    concrete = f"{answer[True]} yes" + (f", {answer[False]} no" if answer[False] else "")
+    concrete += f", {answer[None]} not said" if answer[None] else ""
     faces = [face for element in elements for face in element.faces]
     round_faces = sum(1 for face in faces if hasattr(face.frame, "radius_m"))
     return [
@@ -105,9 +105,9 @@ def _quantities(design: BimModel) -> Table:
     for name, (unit, of_geometry) in _GEOMETRY.items():
         pairs = [(e.qto[name], of_geometry(e)) for e in design.elements if name in e.qto]
         if pairs:
-            apart = sum(abs(own - ours) > 0.02 * max(abs(ours), 1e-9) for own, ours in pairs)
-            own, ours = (sum(column) for column in zip(*pairs, strict=True))
-            _row(table, name, str(len(pairs)), f"{own:.2f} {unit}", f"{ours:.2f} {unit}", str(apart))
+            apart = sum(abs(own - measured) > 0.02 * max(abs(measured), 1e-9) for own, measured in pairs)
+            own, measured = (sum(column) for column in zip(*pairs, strict=True))
+            _row(table, name, str(len(pairs)), f"{own:.2f} {unit}", f"{measured:.2f} {unit}", str(apart))
     return table
 
 

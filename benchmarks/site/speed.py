@@ -41,8 +41,8 @@ from asbuilt_bim.flow.measure_visit import options_of
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import (
-    Instruments,
     MeasureOptions,
+    Models,
     StationMeasurement,
     StationPhotos,
     measure_station,
@@ -161,8 +161,8 @@ class Costs:
         if network is not None:
             picture, _ = input_of(decode(photos.left), network.loaded.card.input)
             one_pass = seconds(lambda: network.loaded.network.run((picture,)))
-            beside = Instruments(opinion=network)
-            both = seconds(lambda: measure_station(photos, bench.rig, bench.asked, instruments=beside), 2)
+            beside = Models(opinion=network)
+            both = seconds(lambda: measure_station(photos, bench.rig, bench.asked, models=beside), 2)
             self.ratios["with the published network"].append(both / (sum(floor.values()) + one_pass))
 
 

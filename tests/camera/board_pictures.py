@@ -38,9 +38,9 @@ def picture(board: Board, camera_from_board: FloatArray, seed: int) -> ByteImage
     pixel_to_board = np.array([[square / _CELL, 0, 0], [0, square / _CELL, 0], [0, 0, 1.0]])
     pixel_to_board[:2, 2] = (0.5 / _CELL - 2.0) * square
     to_photo = K @ camera_from_board[:3, [0, 1, 3]] @ pixel_to_board
-    finer = np.array([[4.0, 0, 1.5], [0, 4.0, 1.5], [0, 0, 1.0]])
+    refined_mask = np.array([[4.0, 0, 1.5], [0, 4.0, 1.5], [0, 0, 1.0]])
     size = (SIZE[0] * 4, SIZE[1] * 4)
-    big = cv2.warpPerspective(printed(board), finer @ to_photo, size, borderValue=(120,), flags=cv2.INTER_LINEAR)
+    big = cv2.warpPerspective(printed(board), refined_mask @ to_photo, size, borderValue=(120,), flags=cv2.INTER_LINEAR)
     grey = cv2.resize(big, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64) * 0.8 + 20
     noisy = grey + np.random.default_rng(seed).normal(0, 1.5, grey.shape)
     return np.repeat(np.clip(np.rint(noisy), 0, 255).astype(np.uint8)[..., None], 3, axis=-1)

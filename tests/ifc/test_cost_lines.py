@@ -101,7 +101,7 @@ def test_items_that_pay_for_no_wall_or_column_are_told_by_number(builder: ModelB
     slab = builder.box("IfcSlab", "S", (5.0, 5.0, 0.0), (4.0, 4.0, 0.3))
     builder.cost("concrete", [column(builder)], VOLUME, 0.48, 210.0)
     builder.cost("slab", [slab], VOLUME, 4.8, 210.0)
-    assert the(design(builder, tmp_path).notes, Reason.COST_ELSEWHERE).values == {"count": 1}
+    assert the(design(builder, tmp_path).notes, Reason.COST_OF_OTHER_WORK).values == {"count": 1}
 
 
 def test_a_task_that_makes_a_slab_too_knows_of_it(builder: ModelBuilder, tmp_path: Path) -> None:

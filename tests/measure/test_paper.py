@@ -14,8 +14,8 @@ from asbuilt_bim.measure.algorithm_1 import paper_area
 from asbuilt_bim.measure.depth_source import missing_network
 from asbuilt_bim.measure.paper import camera_matrix, paper_faces
 from asbuilt_bim.measure.station import (
-    Instruments,
     MeasureOptions,
+    Models,
     RejectedStation,
     StationDetail,
     measure_in_detail,
@@ -111,8 +111,8 @@ def test_the_default_method_does_not_take_a_map_without_sigma() -> None:
 
 def test_the_published_map_needs_the_target() -> None:
     options = replace(FREE, method="paper")
-    network = Instruments(relative_depth=Fake(np.ones((600, 800), np.float32)))
-    found = measure_station(photos(), rig_of(site()[1]), options, instruments=network)
+    network = Models(relative_depth=Fake(np.ones((600, 800), np.float32)))
+    found = measure_station(photos(), rig_of(site()[1]), options, models=network)
     assert isinstance(found, RejectedStation)
     assert found.rejections[-1].code is Reason.DEPTH_WITHOUT_TARGET
 
@@ -130,7 +130,7 @@ def test_what_follows_the_depth_map_can_be_run_on_stereo_and_a_given_mask() -> N
             return [given]
 
     options = replace(FREE, method="paper", depth="stereo")
-    found = measure_in_detail(photos(), rig_of(pair), options, instruments=Instruments(segmenter=Given()))
+    found = measure_in_detail(photos(), rig_of(pair), options, models=Models(segmenter=Given()))
     assert isinstance(found, StationDetail)
     assert found.depth.method == "stereo"
     assert found.instances == (given,)

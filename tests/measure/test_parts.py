@@ -10,7 +10,7 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.algorithm_1 import boundary_pixels, paper_area, world_from_boundary
-from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_beyond
+from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_occluder_free
 from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px
 from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
@@ -287,14 +287,14 @@ def test_the_disparity_past_thin_things_is_kept_beside_the_other_pixel_for_pixel
     depth, sky = small_depth()
     beyond = np.where(sky, 0.0, depth.disparity_px / 2.0).astype(np.float32)
     beyond[200:, :] = np.nan
-    kept = unpack_beyond(pack(depth, sky, beyond))
+    kept = unpack_occluder_free(pack(depth, sky, beyond))
     first, _, scale = unpack(pack(depth, sky))
     assert kept is not None and kept.shape == first.shape
     both = np.isfinite(kept) & (first > 0.0)
     assert both.any()
     np.testing.assert_allclose(kept[both], first[both] / 2.0)
     assert np.all(kept[: 60 // scale] == 0.0) and np.isnan(kept[-1]).all()
-    assert unpack_beyond(pack(depth, sky)) is None
+    assert unpack_occluder_free(pack(depth, sky)) is None
 
 
 def test_a_damaged_depth_reference_is_named() -> None:

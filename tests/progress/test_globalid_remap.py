@@ -7,11 +7,11 @@ import pytest
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.completion.summary import summarise
-from asbuilt_bim.progress.globalid_remap import reissued, with_new_ids
+from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.progress.revision import design_changes, reissued_notes
+from asbuilt_bim.progress.revision import design_changes, remap_notes
 from asbuilt_bim.progress.surface import unseen
 from tests.match.small_site import box, element, model, round_column
 from tests.progress.test_money_and_dates import LATER, NOTHING, report
@@ -22,7 +22,7 @@ FULL, HALF, UNSEEN = box(0, 0, 0, 0.5, 0.5, 3.0), box(3, 0, 0, 0.5, 0.5, 3.0), b
 def again(*elements: BimElement) -> ProgressReport:
     """A later visit that sees nothing of a design, with the first visit's result behind it."""
     design, past = model(elements), report()
-    history = remember(EMPTY_HISTORY, with_new_ids(past, reissued(past, design)))
+    history = remember(EMPTY_HISTORY, with_new_ids(past, remapped_ids(past, design)))
     surfaces = [
         history.earlier(one.global_id, f, ProgressOptions()) or unseen(f) for one in elements for f in one.faces
     ]
@@ -42,20 +42,20 @@ def test_an_element_that_moved_is_of_another_kind_or_kept_its_id_is_nobody_elses
     past = report()
     kept, moved = element("A", "column", FULL), element("y", "column", box(3.01, 0, 0, 0.5, 0.5, 3.0))
     other = element("z", "column", UNSEEN)
-    assert reissued(past, model([kept, moved, other])) == {}
+    assert remapped_ids(past, model([kept, moved, other])) == {}
     assert with_new_ids(past, {}) is past
 
 
 def test_of_two_solids_in_one_place_neither_is_taken_for_the_old_one() -> None:
     first, second = element("x", "column", FULL), element("y", "column", FULL)
-    assert reissued(report(), model([first, second, element("z", "wall", UNSEEN)])) == {"C": "z"}
+    assert remapped_ids(report(), model([first, second, element("z", "wall", UNSEEN)])) == {"C": "z"}
 
 
 def test_a_round_column_is_known_wherever_its_seam_is() -> None:
     was, now = round_column("R", 1.0, 2.0, 0.2, 3.0), round_column("S", 1.0, 2.0, 0.2, 3.0)
     wider = round_column("T", 1.0, 2.0, 0.21, 3.0)
     past = summarise([unseen(face) for face in was.faces], NOTHING, model([was]), EMPTY_HISTORY, LATER)
-    assert reissued(past, model([now])) == {"R": "S"} and reissued(past, model([wider])) == {}
+    assert remapped_ids(past, model([now])) == {"R": "S"} and remapped_ids(past, model([wider])) == {}
 
 
 def test_new_ids_are_no_revision_and_are_told_once() -> None:
@@ -65,6 +65,6 @@ def test_new_ids_are_no_revision_and_are_told_once() -> None:
     after = again(*design.elements)
     changes = design_changes(renamed, after)
     assert not (changes.gone or changes.new or changes.reshaped or changes.moved)
-    (note,) = reissued_notes(renamed, ids)
+    (note,) = remap_notes(renamed, ids)
     assert note.code == Reason.DESIGN_NEW_IDS and note.values["count"] == 3
-    assert reissued_notes(report(), {}) == ()
+    assert remap_notes(report(), {}) == ()

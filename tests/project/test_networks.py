@@ -13,7 +13,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import NetworkError, PluginError, ProjectError
 from asbuilt_bim.flow.measure_visit import StationJob, measure_job
 from asbuilt_bim.measure.station import StationMeasurement, measure_station
-from asbuilt_bim.project.networks import NetworkChoice, identities, instruments_of
+from asbuilt_bim.project.networks import NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.networks import bundled
@@ -102,8 +102,8 @@ def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Pa
 
 def test_a_fused_depth_map_comes_from_the_projects_depth_network(tmp_path: Path) -> None:
     path = graphs.card(tmp_path, graphs.echo(), "inverse-depth")  # how bright it is: no depth at all
-    instruments = instruments_of(NetworkChoice(depth=str(path)))
-    found = measure_station(photos(), rig_of(site()[1]), replace(FREE, depth="fused"), instruments=instruments)
+    models = load_models(NetworkChoice(depth=str(path)))
+    found = measure_station(photos(), rig_of(site()[1]), replace(FREE, depth="fused"), models=models)
     assert not isinstance(found, StationMeasurement)
     assert found.rejections[-1].code is Reason.DEPTH_FAILED
     assert "doesn't follow this picture" in str(found.rejections[-1].values["detail"])

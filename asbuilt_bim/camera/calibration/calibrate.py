@@ -180,7 +180,7 @@ def _rig(
         left=camera_of(adjusted.shared, 0, size),
         right=camera_of(adjusted.shared, 1, size),
         right_from_left=right_from_left,
-        covariance=folded_covariance(adjusted, size),
+        covariance=pinhole_covariance(adjusted, size),
         rms_px=adjusted.rms_px,
         views_used=count,
         camera_model=left.model,
@@ -191,7 +191,7 @@ def _rig(
     )
 
 
-def folded_covariance(adjusted: Adjustment, size: tuple[int, int]) -> FloatArray:
+def pinhole_covariance(adjusted: Adjustment, size: tuple[int, int]) -> FloatArray:
     """Return the covariance (14, 14) of `rig.PARAMETERS`, each lens coefficient as what it does to the picture.
 
     What a coefficient moves in a frame of `size` (width, height) px is written as the change of focal lengths and

@@ -56,13 +56,13 @@ def opencv_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> S
     """
     found: dict[str, list[float]] = {}
     problems = []
-    for ours, theirs in _NAMES.items():
+    for own, theirs in _NAMES.items():
         name = next((name for name in theirs if name in document), None)
         values = numbers(document[name]) if name is not None else None
         if values is None:
-            problems.append(f"{ours} (as {', '.join(theirs[:3])})")
+            problems.append(f"{own} (as {', '.join(theirs[:3])})")
         else:
-            found[ours] = values
+            found[own] = values
     if problems:
         raise RigError(f"{where}: OpenCV matrices are missing or hold no numbers: {'; '.join(problems)}")
     size = foreign.size_px or _size(document)
@@ -89,12 +89,14 @@ def _model(document: Mapping[str, Plain], foreign: Foreign, where: str) -> str:
 
     Raises: RigError where the file and the project contradict each other.
     """
-    said = str(document.get(_MODEL, ""))
-    if not said:
+    model_name = str(document.get(_MODEL, ""))
+    if not model_name:
         return "equidistant" if foreign.fisheye else "plumb_bob"
-    if foreign.fisheye and said != "equidistant":
-        raise RigError(f"{where}: its {_MODEL} is {said[:40]!r}, and rig.fisheye says another; correct one of them")
-    return said
+    if foreign.fisheye and model_name != "equidistant":
+        raise RigError(
+            f"{where}: its {_MODEL} is {model_name[:40]!r}, and rig.fisheye says another; correct one of them"
+        )
+    return model_name
 
 
 def _camera(K: list[float], lens: list[float], size: tuple[int, int], where: str, model: str) -> Intrinsics:

@@ -89,7 +89,7 @@ def rig_problems(rig: StereoRig) -> list[str]:
             problems.append(f"{side}.K: the principal point lies outside the picture")
         if abs(camera.K[0, 1]) + abs(camera.K[1, 0]) + np.abs(camera.K[2] - [0.0, 0.0, 1.0]).sum() > 1e-9:
             problems.append(f"{side}.K: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
-        elif fits and _folded(camera):
+        elif fits and _turns_back(camera):
             problems.append(
                 f"{side}.distortion: the lens folds back inside the picture, so its border has no direction; calibrate "
                 "with boards or points out to the corners of the frame, or another model of lens"
@@ -159,7 +159,7 @@ def _lens_problem(side: str, camera: dict[str, Any]) -> str:
     return ""
 
 
-def _folded(camera: Intrinsics) -> bool:
+def _turns_back(camera: Intrinsics) -> bool:
     """Say whether the lens's polynomial folds back inside the picture, so that pixels there have no direction."""
     if camera.lens == "fisheye":  # its corners may lie beyond 88 degrees
         return bool(reach(camera.distortion) < np.tan(_LEAST_FISHEYE_RAD))

@@ -61,7 +61,7 @@ class OutputFolder:
         when: datetime,
         digest: str,
         ifc: Sequence[str],
-        beside: bool = False,
+        set_aside: bool = False,
         keep_runs: int | None = None,
     ) -> Published:
         """Have `write` fill a new run folder, then make it current; `beside`: keep it beside the current one.
@@ -80,7 +80,7 @@ class OutputFolder:
             flush_tree(staging)
             staging.rename(final)
             flush(final.parent)
-            if not beside:
+            if not set_aside:
                 replace_bytes(self.path / CURRENT, _pointer(final.name, when, ifc))
         except BaseException as problem:
             shutil.rmtree(staging, ignore_errors=True)
@@ -89,10 +89,10 @@ class OutputFolder:
             if isinstance(problem, OSError):
                 raise output_error(self.path, problem) from problem
             raise
-        warnings = () if beside else tuple(self._copy(final, before))
-        runs = kept_runs(self.path / "runs", keep_runs, {final, before.folder} if beside and before else {final})
+        warnings = () if set_aside else tuple(self._copy(final, before))
+        runs = kept_runs(self.path / "runs", keep_runs, {final, before.folder} if set_aside and before else {final})
         size = sum(bytes_of(run) for run in runs)
-        return Published(folder=final, runs_kept=len(runs), warnings=warnings, current=not beside, bytes_kept=size)
+        return Published(folder=final, runs_kept=len(runs), warnings=warnings, current=not set_aside, bytes_kept=size)
 
     def _points_at(self, run: Path) -> bool:
         try:

@@ -18,9 +18,9 @@ from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
 from asbuilt_bim.ifc.read.source import file_digest, files_digest
 from asbuilt_bim.ifc.write.federation import write_copies
-from asbuilt_bim.progress.globalid_remap import known_again, reissued, with_new_ids
+from asbuilt_bim.progress.globalid_remap import known_again, remapped_ids, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
-from asbuilt_bim.progress.revision import reissued_notes, revision_notes
+from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.project.networks import identities
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
@@ -79,7 +79,7 @@ def publish_run(
         when=when,
         digest=_digest(made_from, reports),
         ifc=[_from(out.path, path) for path in project.ifc],
-        beside=earlier is not None and not earlier.knows_nothing and reports[-1].knows_nothing,
+        set_aside=earlier is not None and not earlier.knows_nothing and reports[-1].knows_nothing,
         keep_runs=None if reports[-1].nothing_seen else keep_runs,
     )
     if earlier is not None and not published.current:
@@ -147,9 +147,9 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
     if before.provenance.ifc_digest == result.design.file_digest:
         notes = tuple(note for note in before.notes if note.code in REVISIONS)
     else:
-        ids = reissued(before, result.design)
+        ids = remapped_ids(before, result.design)
         known = with_new_ids(before, ids)
-        notes = (*reissued_notes(known, ids), *revision_notes(known, last))
+        notes = (*remap_notes(known, ids), *revision_notes(known, last))
     return replace(result, reports=(*result.reports[:-1], replace(last, notes=(*last.notes, *notes))))
 
 

@@ -22,7 +22,7 @@ _HAIR_M = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Facet:
+class CoplanarRegion:
     """Coplanar triangles of a mesh: their numbers (K,), outward unit normal (3,), and area in m2."""
 
     normal: FloatArray
@@ -30,7 +30,7 @@ class Facet:
     area_m2: float
 
 
-def lateral_facets(mesh: Mesh) -> tuple[Facet, ...]:
+def coplanar_regions(mesh: Mesh) -> tuple[CoplanarRegion, ...]:
     """Group the lateral triangles of an outward-turned mesh into facets, the largest first."""
     corners = mesh.corners_m
     if len(corners) == 0:
@@ -41,7 +41,7 @@ def lateral_facets(mesh: Mesh) -> tuple[Facet, ...]:
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     sliver = double / longest < COPLANAR_M  # its normal says nothing: only its distance does
     left = np.abs(normals[:, 2]) < LATERAL
-    facets = []
+    parts = []
     for seed in np.argsort(-double, kind="stable"):
         if not left[seed]:
             continue
@@ -54,16 +54,16 @@ def lateral_facets(mesh: Mesh) -> tuple[Facet, ...]:
         mean = (across * near[:, None]).sum(axis=0)
         numbers = np.flatnonzero(near).astype(np.int32)
         normal = mean / np.linalg.norm(mean)
-        facets.append(Facet(normal=normal, triangles=numbers, area_m2=float(double[near].sum() / 2.0)))
-    return tuple(facets)
+        parts.append(CoplanarRegion(normal=normal, triangles=numbers, area_m2=float(double[near].sum() / 2.0)))
+    return tuple(parts)
 
 
-def facet_region(mesh: Mesh, facet: Facet) -> tuple[PlaneFrame, Region]:
+def plane_region(mesh: Mesh, part: CoplanarRegion) -> tuple[PlaneFrame, Region]:
     """Return a facet's frame (v up, origin at its lower left) and its polygons in (u, v) metres, holes kept."""
-    corners = mesh.corners_m[facet.triangles]
+    corners = mesh.corners_m[part.triangles]
     points = corners.reshape(-1, 3)
-    offset = float(np.median(points @ facet.normal))
-    plane = Plane(normal=facet.normal, offset_m=offset)
+    offset = float(np.median(points @ part.normal))
+    plane = Plane(normal=part.normal, offset_m=offset)
     frame = frame_on_plane(plane, points[0], UP)
     frame = frame_on_plane(plane, frame.from_uv(frame.to_uv(points).min(axis=0)), UP)
     return frame, triangles_union(frame.to_uv(corners))

@@ -10,13 +10,13 @@ from asbuilt_bim.bim.mesh import Mesh
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import Region
-from asbuilt_bim.ifc.geometry.coplanar_regions import UP, Facet, triangles_union
+from asbuilt_bim.ifc.geometry.coplanar_regions import UP, CoplanarRegion, triangles_union
 
 MAX_TURN_RAD = float(np.radians(31.0))
 """A 12-sided prism is drawn for a circle, an octagon (45 degrees) is meant as one."""
 MIN_TURN_RAD = float(np.radians(0.3))
 MIN_ARC_RAD = float(np.radians(60.0))
-MIN_FACETS = 4
+MIN_SIDES = 4
 MAX_STEP = 2.5
 """Facets of one arc are about as wide as each other: the flat side that an arc runs into is no part of it."""
 MAX_RADIUS_M = 1.5
@@ -26,27 +26,27 @@ FIT_SHARE = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Mantle:
+class FoundCylinder:
     """A convex piece of a cylinder: its frame (v from 0 up), polygons in (u, v) metres, and the facets it replaces."""
 
     frame: CylinderFrame
     region: Region
-    facets: frozenset[int]
+    parts: frozenset[int]
 
 
-def find_mantles(mesh: Mesh, facets: tuple[Facet, ...]) -> tuple[Mantle, ...]:
+def find_cylinders(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> tuple[FoundCylinder, ...]:
     """Find the chains of facets that turn evenly about an axis and whose corners lie on one circle."""
-    mantles = (_fit(mesh, facets, chain) for chain in _chains(mesh, facets) if len(chain) >= MIN_FACETS)
-    return tuple(mantle for mantle in mantles if mantle is not None)
+    cylinders = (_fit(mesh, parts, chain) for chain in _chains(mesh, parts) if len(chain) >= MIN_SIDES)
+    return tuple(round_face for round_face in cylinders if round_face is not None)
 
 
-def _chains(mesh: Mesh, facets: tuple[Facet, ...]) -> list[list[int]]:
+def _chains(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> list[list[int]]:
     """Return groups of facets that meet neighbours of about their own width along an edge with a small convex turn."""
-    facet_of = np.full(len(mesh.triangles), -1)
-    for number, facet in enumerate(facets):
-        facet_of[facet.triangles] = number
+    part_of = np.full(len(mesh.triangles), -1)
+    for number, part in enumerate(parts):
+        part_of[part.triangles] = number
     edges = np.concatenate([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]])
-    owner = np.tile(facet_of, 3)
+    owner = np.tile(part_of, 3)
     edges, owner = np.sort(edges[owner >= 0], axis=1), owner[owner >= 0]
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges, owner = edges[order], owner[order]
@@ -54,36 +54,36 @@ def _chains(mesh: Mesh, facets: tuple[Facet, ...]) -> list[list[int]]:
     if len(same) == 0:
         return []
     first, second = owner[same], owner[same + 1]
-    normals = np.array([facet.normal for facet in facets])
-    middles = np.array([mesh.corners_m[facet.triangles].mean(axis=(0, 1)) for facet in facets])
+    normals = np.array([part.normal for part in parts])
+    middles = np.array([mesh.corners_m[part.triangles].mean(axis=(0, 1)) for part in parts])
     turn = np.arccos(np.clip((normals[first] * normals[second]).sum(axis=1), -1.0, 1.0))
     behind = ((middles[second] - mesh.vertices_m[edges[same, 0]]) * normals[first]).sum(axis=1) < 0.0
-    widths = np.array([_width(mesh, facet) for facet in facets])
+    widths = np.array([_width(mesh, part) for part in parts])
     alike = np.maximum(widths[first], widths[second]) < MAX_STEP * np.minimum(widths[first], widths[second])
-    ties = (turn > MIN_TURN_RAD) & (turn < MAX_TURN_RAD) & behind & alike
-    labels = np.arange(len(facets))
-    for _ in facets:
+    joined = (turn > MIN_TURN_RAD) & (turn < MAX_TURN_RAD) & behind & alike
+    labels = np.arange(len(parts))
+    for _ in parts:
         before = labels.copy()
-        lowest = np.minimum(labels[first[ties]], labels[second[ties]])
-        np.minimum.at(labels, first[ties], lowest)
-        np.minimum.at(labels, second[ties], lowest)
+        lowest = np.minimum(labels[first[joined]], labels[second[joined]])
+        np.minimum.at(labels, first[joined], lowest)
+        np.minimum.at(labels, second[joined], lowest)
         if np.array_equal(labels, before):
             break
     return [list(np.flatnonzero(labels == label)) for label in np.unique(labels) if (labels == label).sum() > 1]
 
 
-def _width(mesh: Mesh, facet: Facet) -> float:
+def _width(mesh: Mesh, part: CoplanarRegion) -> float:
     """Return a facet's level extent in metres."""
-    along = np.cross(UP, facet.normal)
-    reach = mesh.corners_m[facet.triangles].reshape(-1, 3) @ (along / np.linalg.norm(along))
+    along = np.cross(UP, part.normal)
+    reach = mesh.corners_m[part.triangles].reshape(-1, 3) @ (along / np.linalg.norm(along))
     return float(np.ptp(reach))
 
 
-def _fit(mesh: Mesh, facets: tuple[Facet, ...], chain: list[int]) -> Mantle | None:
-    normals = np.array([facets[i].normal for i in chain])
+def _fit(mesh: Mesh, parts: tuple[CoplanarRegion, ...], chain: list[int]) -> FoundCylinder | None:
+    normals = np.array([parts[i].normal for i in chain])
     axis = UP if np.abs(normals[:, 2]).max() < 1e-3 else np.linalg.svd(normals)[2][2]
     axis = axis if axis[2] > 0.0 else -axis
-    numbers = np.concatenate([facets[i].triangles for i in chain])
+    numbers = np.concatenate([parts[i].triangles for i in chain])
     corners = mesh.corners_m[numbers]
     points = corners.reshape(-1, 3)
     x = np.cross(np.array([0.0, 1.0, 0.0]), axis)
@@ -97,7 +97,7 @@ def _fit(mesh: Mesh, facets: tuple[Facet, ...], chain: list[int]) -> Mantle | No
     misfit = np.abs(np.linalg.norm(plan - centre, axis=1) - radius).max()
     if not 0.0 < radius <= MAX_RADIUS_M or misfit > max(FIT_M, FIT_SHARE * radius):
         return None
-    outward = np.repeat(normals, [len(facets[i].triangles) for i in chain], axis=0)
+    outward = np.repeat(normals, [len(parts[i].triangles) for i in chain], axis=0)
     facing = np.arctan2(outward @ y, outward @ x)
     angles = np.arctan2(*(plan - centre).T[::-1]).reshape(-1, 3)
     angles = facing[:, None] + _wrapped(angles - facing[:, None])
@@ -110,7 +110,7 @@ def _fit(mesh: Mesh, facets: tuple[Facet, ...], chain: list[int]) -> Mantle | No
     middle = angles.mean(axis=1, keepdims=True)
     from_zero = _wrapped(middle - seam - np.pi) + (angles - middle)
     uv = np.stack([radius * from_zero, (corners - foot) @ axis], axis=-1)
-    return Mantle(frame=frame, region=triangles_union(uv), facets=frozenset(int(i) for i in chain))
+    return FoundCylinder(frame=frame, region=triangles_union(uv), parts=frozenset(int(i) for i in chain))
 
 
 def _wrapped(angle: FloatArray) -> FloatArray:

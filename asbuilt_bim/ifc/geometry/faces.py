@@ -13,8 +13,8 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import area, bounds
 from asbuilt_bim.geometry.transform import apply
-from asbuilt_bim.ifc.geometry.coplanar_regions import facet_region, lateral_facets
-from asbuilt_bim.ifc.geometry.cylinders import find_mantles
+from asbuilt_bim.ifc.geometry.coplanar_regions import coplanar_regions, plane_region
+from asbuilt_bim.ifc.geometry.cylinders import find_cylinders
 from asbuilt_bim.ifc.geometry.roles import Surface, wall_roles
 
 MIN_AREA_M2 = 1e-4
@@ -54,14 +54,14 @@ def design_faces(
 
 
 def _surfaces(mesh: Mesh) -> Iterator[Surface]:
-    facets = lateral_facets(mesh)
-    mantles = find_mantles(mesh, facets)
-    for mantle in mantles:
-        yield Surface(frame=mantle.frame, region=mantle.region, area_m2=area(mantle.region))
-    round_ones = frozenset[int]().union(*(mantle.facets for mantle in mantles))
-    for number, facet in enumerate(facets):
-        if number not in round_ones and facet.area_m2 > MIN_AREA_M2:
-            frame, region = facet_region(mesh, facet)
+    parts = coplanar_regions(mesh)
+    cylinders = find_cylinders(mesh, parts)
+    for round_face in cylinders:
+        yield Surface(frame=round_face.frame, region=round_face.region, area_m2=area(round_face.region))
+    round_ones = frozenset[int]().union(*(round_face.parts for round_face in cylinders))
+    for number, part in enumerate(parts):
+        if number not in round_ones and part.area_m2 > MIN_AREA_M2:
+            frame, region = plane_region(mesh, part)
             yield Surface(frame=frame, region=region, area_m2=area(region))
 
 

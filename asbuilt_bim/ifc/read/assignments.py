@@ -8,14 +8,14 @@ from typing import Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tied:
+class Assigned:
     """What a tie means: GlobalIds of measured walls and columns, and how many other building elements."""
 
     elements: tuple[str, ...]
     others: int
 
 
-def tied(products: Iterable[Any], measured: frozenset[str]) -> Tied:
+def assigned_elements(products: Iterable[Any], measured: frozenset[str]) -> Assigned:
     """Sort the products of a task or a cost item into those that are measured here and the rest.
 
     A type stands for its occurrences, an assembly for its parts. Spaces, groups, resources and openings are no work
@@ -36,7 +36,7 @@ def tied(products: Iterable[Any], measured: frozenset[str]) -> Tied:
         elif product.is_a("IfcElement") and not product.is_a("IfcFeatureElement"):
             found[product.GlobalId if product.GlobalId in measured else product.id()] = None
     elements = tuple(name for name in found if isinstance(name, str))
-    return Tied(elements=elements, others=len(found) - len(elements))
+    return Assigned(elements=elements, others=len(found) - len(elements))
 
 
 def _stands_for(product: Any) -> Iterator[Any]:

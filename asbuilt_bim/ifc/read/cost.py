@@ -10,7 +10,7 @@ from asbuilt_bim.bim.model import CostLine
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.names import AS_BUILT
-from asbuilt_bim.ifc.read.assignments import Tied, tied
+from asbuilt_bim.ifc.read.assignments import Assigned, assigned_elements
 from asbuilt_bim.ifc.read.cost_notes import cost_notes
 from asbuilt_bim.ifc.units import Measure, Units, quantity_measure, unit_scale, unit_symbol
 
@@ -27,9 +27,9 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
     lines: dict[int, CostLine] = {}
     notes: list[Note] = []
     elsewhere = 0
-    paying: dict[Any, tuple[Tied, str]] = {}
+    paying: dict[Any, tuple[Assigned, str]] = {}
     for item, schedule in planned_items(file):
-        pays_for = tied(_products(item), elements)
+        pays_for = assigned_elements(_products(item), elements)
         if pays_for.elements:
             paying[item] = pays_for, schedule
         else:
@@ -50,7 +50,7 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
     notes += cost_notes(list(lines.values()))
     if elsewhere:
         count = {"count": elsewhere}
-        notes.append(Note(code=Reason.COST_ELSEWHERE, subject=about(SubjectKind.DESIGN), values=count))
+        notes.append(Note(code=Reason.COST_OF_OTHER_WORK, subject=about(SubjectKind.DESIGN), values=count))
     return tuple(lines.values()), tuple(notes)
 
 
@@ -101,7 +101,7 @@ def _has_part_among(item: Any, lines: Mapping[int, CostLine]) -> bool:
     return any(inner.id() in lines for inner in _tree(item) if inner.id() != item.id())
 
 
-def _line(file: Any, item: Any, schedule: str, pays_for: Tied, units: Units) -> CostLine | Note:
+def _line(file: Any, item: Any, schedule: str, pays_for: Assigned, units: Units) -> CostLine | Note:
     """Return a cost item as a line, or a note that says why it can't be one."""
     quantities = [q for q in item.CostQuantities or () if q.is_a("IfcPhysicalSimpleQuantity")]
     if not quantities:

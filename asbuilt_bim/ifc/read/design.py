@@ -125,10 +125,10 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
         with _damage_named(one.path):
             planned, task_notes = read_tasks(one.file, ids)
             for task in planned:
-                tasks[task.global_id] = _with_ties(tasks.get(task.global_id, task), task)
+                tasks[task.global_id] = _with_assignments(tasks.get(task.global_id, task), task)
             read, cost_notes = read_cost_lines(one.file, ids, one.units)
             for line in read:
-                lines[line.global_id] = _with_ties(lines.get(line.global_id, line), line)
+                lines[line.global_id] = _with_assignments(lines.get(line.global_id, line), line)
             notes += (*task_notes, *cost_notes)
     if homeless := sum(not element.storey for element in design.elements):
         values: Values = {"count": homeless, "storeys": len(design.storeys)}
@@ -140,7 +140,7 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
     return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
 
 
-def _with_ties(first: Planned, again: Planned) -> Planned:
+def _with_assignments(first: Planned, again: Planned) -> Planned:
     """Return a task or cost line of several files with the elements that all of them tie it to."""
     if first is again:
         return first

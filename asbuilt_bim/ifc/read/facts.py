@@ -42,7 +42,7 @@ class FileFacts:
     kinds: tuple[tuple[Kind, int], ...]  # with how many there are, the most first
     zones: tuple[tuple[str, int], ...]  # name, spaces in it
     tasks: int
-    tasks_tied: int  # to walls or columns
+    tasks_assigned: int  # to walls or columns
     cost_schedules: int
     cost_items: int
     cost_has_values: bool  # False: IFC2X3, whose items hold neither quantities nor rates
@@ -63,7 +63,7 @@ def read_facts(file: Any) -> FileFacts:
         kinds=tuple(kinds.most_common()),
         zones=tuple((zone.Name or "(no name)", _members(zone)) for zone in file.by_type("IfcZone")),
         tasks=len(file.by_type("IfcTask")),
-        tasks_tied=len(read_tasks(file, ids)[0]),
+        tasks_assigned=len(read_tasks(file, ids)[0]),
         cost_schedules=len(file.by_type("IfcCostSchedule")),
         cost_items=sum(1 for _ in planned_items(file)) if file.schema != "IFC2X3" else len(file.by_type("IfcCostItem")),
         cost_has_values=file.schema != "IFC2X3",

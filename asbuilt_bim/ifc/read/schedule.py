@@ -11,7 +11,7 @@ from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
 from asbuilt_bim.ifc.identity import has_id, with_ids
-from asbuilt_bim.ifc.read.assignments import tied
+from asbuilt_bim.ifc.read.assignments import assigned_elements
 from asbuilt_bim.ifc.read.planned_dates import planned_dates
 
 _LINKS: dict[str, LinkKind] = {
@@ -32,7 +32,7 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
     (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
     tasks, faults, worked_out = [], list[Note](), list[str]()
-    making = ((task, tied(_products(task), elements)) for task in file.by_type("IfcTask"))
+    making = ((task, assigned_elements(_products(task), elements)) for task in file.by_type("IfcTask"))
     found = {task: made for task, made in making if made.elements}
     known, strangers = with_ids(found, SubjectKind.TASK, each_once=True)
     for task in known:

@@ -15,7 +15,7 @@ from asbuilt_bim.ifc.read.structure import parts_of
 from asbuilt_bim.ifc.write.entities import Marker
 from asbuilt_bim.progress.report import ElementProgress, State
 
-_OURS = "AsBuilt_Colour"
+_STYLE = "AsBuilt_Colour"
 _ASIDE = "AsBuilt_Aside"
 """Name of a styled item that was set aside: this, a number, a blank, and its own name in quotes if it had one."""
 
@@ -59,7 +59,7 @@ class Painter:
     def _paint_item(self, item: Any, state: State) -> bool:
         if not _alone(item) or not self._shows(item):
             return False
-        mine = [styled for styled in item.StyledByItem or () if (styled.Name or "").startswith(_OURS)]
+        mine = [styled for styled in item.StyledByItem or () if (styled.Name or "").startswith(_STYLE)]
         if mine:  # it bears its source's style, moved out
             mine[0].Styles = [self._style(state)]
             return True
@@ -97,7 +97,7 @@ class Painter:
         return True
 
     def _wear(self, item: Any, styles: Sequence[Any]) -> None:
-        self._make("IfcStyledItem", Item=item, Styles=styles, Name=f"{_OURS} {self._count}")
+        self._make("IfcStyledItem", Item=item, Styles=styles, Name=f"{_STYLE} {self._count}")
         self._count += 1
 
     def _put_aside(self, item: Any) -> None:
@@ -112,9 +112,9 @@ class Painter:
             colour = self._colours[state]
             red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
             shade = self._make(
-                "IfcSurfaceStyleShading", SurfaceColour=self._make("IfcColourRgb", _OURS, red, green, blue)
+                "IfcSurfaceStyleShading", SurfaceColour=self._make("IfcColourRgb", _STYLE, red, green, blue)
             )
-            style = self._make("IfcSurfaceStyle", Name=f"{_OURS} {state}", Side="BOTH", Styles=[shade])
+            style = self._make("IfcSurfaceStyle", Name=f"{_STYLE} {state}", Side="BOTH", Styles=[shade])
             if self._file.schema == "IFC2X3":
                 style = self._make("IfcPresentationStyleAssignment", [style])
             self._styles[state] = style
@@ -123,12 +123,12 @@ class Painter:
 
 def put_colours_back(file: Any) -> None:
     """Take our colours off an open file and give every item the style it had."""
-    painted = [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_OURS} ")]
+    painted = [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_STYLE} ")]
     if not painted:
         return
     layers = [one for one in file.by_type("IfcPresentationLayerAssignment") if one.Name.startswith(f"{_ASIDE} ")]
     items = {one.Name.removeprefix(f"{_ASIDE} "): one.AssignedItems[0] for one in layers}
-    items |= {one.Name.removeprefix(f"{_OURS} "): one.Item for one in painted}
+    items |= {one.Name.removeprefix(f"{_STYLE} "): one.Item for one in painted}
     for styled in [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_ASIDE} ")]:
         number, _, own = styled.Name.removeprefix(f"{_ASIDE} ").partition(" ")
         styled.Item, styled.Name = items.get(number), own[1:-1] if own else None

@@ -89,7 +89,7 @@ class Marker:
         """Give a thing a property set; one that hasn't a name of ours bears it in its description."""
         key = f"{thing.GlobalId}/{name}"
         new = self.rooted("IfcPropertySet", key, Name=name, Description=description, HasProperties=properties)
-        self._tie(thing, new, key)
+        self._relate(thing, new, key)
 
     def areas(self, thing: Any, areas_m2: Mapping[str, float | None]) -> None:
         """Give a thing our quantity set; areas in m2 go into the file's area unit."""
@@ -100,9 +100,9 @@ class Marker:
         ]
         key = f"{thing.GlobalId}/{QUANTITY_SET}"
         new = self.rooted("IfcElementQuantity", key, Name=QUANTITY_SET, MethodOfMeasurement=METHOD, Quantities=made)
-        self._tie(thing, new, key)
+        self._relate(thing, new, key)
 
-    def _tie(self, thing: Any, definition: Any, key: str) -> None:
+    def _relate(self, thing: Any, definition: Any, key: str) -> None:
         self.rooted(
             "IfcRelDefinesByProperties", f"{key}/rel", RelatedObjects=[thing], RelatingPropertyDefinition=definition
         )

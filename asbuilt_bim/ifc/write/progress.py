@@ -82,14 +82,14 @@ def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> N
         basis = make(
             "IfcPropertyEnumeratedValue", Name="UncertaintyBasis", EnumerationValues=[make("IfcLabel", "MEASUREMENT")]
         )
-        says = "one standard deviation of AsBuilt_Progress.DeviationFromDesign, across the measured face"
+        description = "one standard deviation of AsBuilt_Progress.DeviationFromDesign, across the measured face"
         size = make("IfcPositiveLengthMeasure", sigma / marker.units.length_scale)
         marker.add_set(
             element,
             UNCERTAINTY_SET,
             [
                 basis,
-                marker.single("UncertaintyDescription", make("IfcText", says)),
+                marker.single("UncertaintyDescription", make("IfcText", description)),
                 marker.single("OrthogonalUncertainty", size),
             ],
             PROGRAM,

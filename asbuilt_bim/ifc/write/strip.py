@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from asbuilt_bim.ifc.names import HISTORY_SET, PROGRAM, PROGRESS_SET, ours
+from asbuilt_bim.ifc.names import HISTORY_SET, PROGRAM, PROGRESS_SET, own_roots
 from asbuilt_bim.ifc.write.colours import put_colours_back
 from asbuilt_bim.ifc.write.tasks import put_back
 
@@ -29,7 +29,7 @@ def strip(file: Any) -> int:
     Ours is what bears one of our GlobalIds or names, and what only that refers to. All else is untouched.
     """
     put_colours_back(file)
-    roots = ours(file)
+    roots = own_roots(file)
     sets = [one for one in roots if one.is_a("IfcPropertySetDefinition")]
     for one in sets:
         if one.Name == PROGRESS_SET:

@@ -27,19 +27,19 @@ def write_templates(target: Path) -> None:
     library = marker.rooted("IfcProjectLibrary", "template/library", Name="asbuilt_bim property sets")
     progress = _set(marker, PROGRESS_SET, _APPLIES, "PSET_OCCURRENCEDRIVEN", "what was measured of it")
     progress.HasPropertyTemplates = [
-        _template(marker, PROGRESS_SET, mark.name, mark.says, "P_SINGLEVALUE", measure_class(mark.kind, "IFC4"))
+        _template(marker, PROGRESS_SET, mark.name, mark.meaning, "P_SINGLEVALUE", measure_class(mark.kind, "IFC4"))
         for mark in MARKS
     ]
     areas = _set(
         marker, QUANTITY_SET, "IfcWall,IfcColumn,IfcBuildingStorey", "QTO_OCCURRENCEDRIVEN", "as-built quantities"
     )
     areas.HasPropertyTemplates = [
-        _template(marker, QUANTITY_SET, name, says, "Q_AREA", None) for name, says in QUANTITIES.items()
+        _template(marker, QUANTITY_SET, name, meaning, "Q_AREA", None) for name, meaning in QUANTITIES.items()
     ]
     history = _set(marker, HISTORY_SET, "IfcPerformanceHistory", "PSET_PERFORMANCEDRIVEN", "the visits as time series")
     history.HasPropertyTemplates = [
-        _template(marker, HISTORY_SET, name, says, "P_REFERENCEVALUE", "IfcTimeSeries")
-        for name, (_, says) in HISTORY.items()
+        _template(marker, HISTORY_SET, name, meaning, "P_REFERENCEVALUE", "IfcTimeSeries")
+        for name, (_, meaning) in HISTORY.items()
     ]
     marker.rooted(
         "IfcRelDeclares",
@@ -50,23 +50,23 @@ def write_templates(target: Path) -> None:
     save(file, target)
 
 
-def _set(marker: Marker, name: str, applies: str, kind: str, says: str) -> Any:
+def _set(marker: Marker, name: str, applies: str, kind: str, meaning: str) -> Any:
     return marker.rooted(
         "IfcPropertySetTemplate",
         f"template/{name}",
         Name=name,
-        Description=says,
+        Description=meaning,
         TemplateType=kind,
         ApplicableEntity=applies,
     )
 
 
-def _template(marker: Marker, owner: str, name: str, says: str, kind: str, measure: str | None) -> Any:
+def _template(marker: Marker, owner: str, name: str, meaning: str, kind: str, measure: str | None) -> Any:
     return marker.rooted(
         "IfcSimplePropertyTemplate",
         f"template/{owner}/{name}",
         Name=name,
-        Description=says,
+        Description=meaning,
         TemplateType=kind,
         PrimaryMeasureType=measure,
         AccessState="READONLY",

@@ -21,8 +21,8 @@ from asbuilt_bim.measure.outline.fit import MASK_SIGMA_PX, FaceEdge, Outline
 from asbuilt_bim.measure.outline.profile import (
     LEAST_RUN_PX,
     LEAST_RUN_SHARE,
-    Beyond,
     IntArray,
+    Outward,
     at_places,
     outwards,
     owners,
@@ -207,7 +207,7 @@ def _beyond(
     return state
 
 
-def _in_strip(normals: FloatArray, seen: Beyond) -> BoolArray:
+def _in_strip(normals: FloatArray, seen: Outward) -> BoolArray:
     """Say where a place may lie past the strip that the step in disparity hides from one photo."""
     left = (normals[:, 0] < -0.5) & (seen.off_px < -seen.step_px + NEAR_PX[-1])
     right = (normals[:, 0] > 0.5) & (seen.off_px < seen.step_px + NEAR_PX[-1])

@@ -39,8 +39,8 @@ class Seen:
 
 def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
     """Walk along the outline and look what lies 3 to 6 px beyond it, and beyond what only one photo shows."""
-    cut_px = hidden_px = total_px = 0.0
-    side_hidden = False
+    cut_px = occluded_px = total_px = 0.0
+    side_occluded = False
     lines = [edge.line for edge in outline.edges]
     masked = [number for number, edge in enumerate(outline.edges) if edge.source == "mask"]
     for ring in outline.rings:
@@ -48,14 +48,14 @@ def how_seen(bench: Workbench, outline: Outline, q_px: FloatArray) -> Seen:
         owner = owners(lines, points, normals)
         hidden = _nearer(bench, points, normals, q_px, np.isin(owner, masked))
         cut_px += float(steps[at_places(bench.frame, points)].sum())
-        hidden_px += float(steps[hidden].sum())
+        occluded_px += float(steps[hidden].sum())
         total_px += float(steps.sum())
         for number in range(len(lines)):
             length, lost = float(steps[owner == number].sum()), float(steps[hidden & (owner == number)].sum())
-            side_hidden |= lost > max(LEAST_SIDE_PX, SIDE_SHARE * length)
+            side_occluded |= lost > max(LEAST_SIDE_PX, SIDE_SHARE * length)
     cut_px += _beyond_right(bench, outline, q_px)
     limit = max(LEAST_RUN_PX, LEAST_RUN_SHARE * total_px)
-    return Seen(cut_by_frame=cut_px > LEAST_RUN_PX, occluded=side_hidden or hidden_px > limit)
+    return Seen(cut_by_frame=cut_px > LEAST_RUN_PX, occluded=side_occluded or occluded_px > limit)
 
 
 def _beyond_right(bench: Workbench, outline: Outline, q_px: FloatArray) -> float:

@@ -22,7 +22,7 @@ UNKNOWN_SIGMA_PX = 4.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Beyond:
+class Outward:
     """What lies so far off an outline, at each of its N places."""
 
     off_px: float
@@ -35,7 +35,7 @@ class Beyond:
 
 def outwards(
     bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, offs_px: Sequence[float]
-) -> Iterator[Beyond]:
+) -> Iterator[Outward]:
     """Step outwards from places (N, 2) along their normals, and hold what lies there against the plane `p`."""
     level, labels = bench.scene.level, bench.scene.labels
     for off_px in offs_px:
@@ -43,7 +43,7 @@ def outwards(
         x, y = np.round(at).astype(np.intp).T
         inside = (x >= 0) & (x < labels.shape[1]) & (y >= 0) & (y < labels.shape[0])
         x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        yield Beyond(
+        yield Outward(
             off_px=off_px,
             inside=inside,
             measured=inside & level.measured[y, x],

@@ -32,7 +32,7 @@ MATCHER_MISS_PX = 24.0
 EDGE_PX = 6.0
 """A matcher's answer this near a border may be the neighbour's; further off it means what it says."""
 OFF_PLANE_PX = 1.5
-HIDDEN_SHARE = 0.12
+OCCLUDED_SHARE = 0.12
 LEAK_PX, SLANT_PX = 0.25, 4.5
 """What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border; and
 what it carries the more where the face's own disparity changes from pixel to pixel: each photo foreshortens it else."""
@@ -45,7 +45,7 @@ WHOLE: Box = (slice(None), slice(None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Draft:
+class FaceHypothesis:
     """A face in the making: `piece` of the scene, `instance`, its pixels (H, W), its plane and, later, its outline.
 
     `texture_grey` is the gradient that an edge must stand out of.
@@ -60,15 +60,15 @@ class Draft:
     outline: Outline | None = None
 
 
-def draft_faces(bench: Workbench, instances: Sequence[Instance]) -> list[Draft]:
+def face_hypotheses(bench: Workbench, instances: Sequence[Instance]) -> list[FaceHypothesis]:
     """Draft a face for each flat piece of each instance, with its plane refined on both photos."""
-    drafts: list[Draft] = []
+    hypotheses: list[FaceHypothesis] = []
     for number, instance in enumerate(instances):
         for piece in pieces_of(bench.scene, instance):
             if bench.scene.pieces[piece].circle is not None:
                 continue
-            drafts.append(_draft(bench, piece, number, piece_mask(bench.scene, piece, instance)))
-    return drafts
+            hypotheses.append(_hypothesis(bench, piece, number, piece_mask(bench.scene, piece, instance)))
+    return hypotheses
 
 
 def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
@@ -102,42 +102,42 @@ def pieces_of(scene: Scene, instance: Instance) -> list[int]:
 
 
 def outline_faces(
-    bench: Workbench, drafts: Sequence[Draft], planes: FloatArray, joint: FloatArray | None = None
-) -> list[Draft]:
+    bench: Workbench, hypotheses: Sequence[FaceHypothesis], planes: FloatArray, joint: FloatArray | None = None
+) -> list[FaceHypothesis]:
     """Draw every draft's outline with the planes (n, 3) as they stand; drafts without one are kept without.
 
     `joint` (3n, 3n) is the planes' covariance; without it they are as the photos alone show each.
     """
     scene = bench.scene
-    joint = side_by_side([draft.sight.covariance for draft in drafts]) if joint is None else joint
-    known = {draft.piece: planes[i] for i, draft in enumerate(drafts)}
+    joint = side_by_side([hypothesis.sight.covariance for hypothesis in hypotheses]) if joint is None else joint
+    known = {hypothesis.piece: planes[i] for i, hypothesis in enumerate(hypotheses)}
     known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(scene.floors)}
-    widths = [_width_px(draft.mask) for draft in drafts]
-    drawn = dict(enumerate(drafts))
+    widths = [_width_px(hypothesis.mask) for hypothesis in hypotheses]
+    drawn = dict(enumerate(hypotheses))
     for i in sorted(drawn, key=lambda k: -widths[k]):  # the wide ones first: they tell their neighbours top and foot
-        draft = drafts[i]
-        touching = _touching(bench, drafts, i)
+        hypothesis = hypotheses[i]
+        touching = _touching(bench, hypotheses, i)
         around = Surroundings(
             colour=bench.pair.left, marks=bench.marks, left_grey=bench.grey_levels[0], right_grey=bench.grey_levels[1],
             gradients=bench.slopes, labels=scene.labels, planes=known, frame=bench.frame,
             valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]), camera=bench.pair.camera,
-            down=scene.level.view.down, texture_grey=draft.texture_grey,
-            meets=tuple(drafts[j].piece for j in touching), apart=_apart(joint, i, drafts, scene),
+            down=scene.level.view.down, texture_grey=hypothesis.texture_grey,
+            meets=tuple(hypotheses[j].piece for j in touching), apart=_apart(joint, i, hypotheses, scene),
         )  # fmt: skip
         ends = None
         for j in touching:
             neighbour = drawn[j].outline
             if neighbour is not None and widths[i] < NARROW_SHARE * widths[j]:
-                ends = _down_to(shared_ends(neighbour, draft.piece), draft.mask)
-        drawn[i] = replace(draft, outline=find_outline(draft.mask, draft.piece, around, ends))
-    return [drawn[i] for i in range(len(drafts))]
+                ends = _down_to(shared_ends(neighbour, hypothesis.piece), hypothesis.mask)
+        drawn[i] = replace(hypothesis, outline=find_outline(hypothesis.mask, hypothesis.piece, around, ends))
+    return [drawn[i] for i in range(len(hypotheses))]
 
 
-def _apart(joint: FloatArray, i: int, drafts: Sequence[Draft], scene: Scene) -> dict[int, FloatArray]:
+def _apart(joint: FloatArray, i: int, hypotheses: Sequence[FaceHypothesis], scene: Scene) -> dict[int, FloatArray]:
     """Return, by label, the covariance (3, 3) of draft i's q less that of what lies there; a floor's own is small."""
     own = joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
     floors = {len(scene.pieces) + k: own for k in range(len(scene.floors))}
-    return floors | {draft.piece: apart(joint, i, j) for j, draft in enumerate(drafts)}
+    return floors | {hypothesis.piece: apart(joint, i, j) for j, hypothesis in enumerate(hypotheses)}
 
 
 def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
@@ -145,19 +145,19 @@ def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
     if ends is None:
         return None
     rows, _ = box_of(mask)
-    if rows.stop - ends[1, 1] <= HIDDEN_SHARE * (rows.stop - rows.start) or ends[1, 1] - ends[0, 1] < 1.0:
+    if rows.stop - ends[1, 1] <= OCCLUDED_SHARE * (rows.stop - rows.start) or ends[1, 1] - ends[0, 1] < 1.0:
         return ends
     run = (ends[1] - ends[0]) / (ends[1, 1] - ends[0, 1])
     return np.stack([ends[0], ends[0] + (rows.stop - ends[0, 1]) * run])
 
 
-def _touching(bench: Workbench, drafts: Sequence[Draft], i: int) -> list[int]:
+def _touching(bench: Workbench, hypotheses: Sequence[FaceHypothesis], i: int) -> list[int]:
     """Return the drafts of the same instance that meet draft i in a convex edge."""
     pieces = bench.scene.pieces
     found: list[int] = []
-    for j, other in enumerate(drafts):
-        low, high = sorted((drafts[i].piece, other.piece))
-        if other.instance == drafts[i].instance and high == low + 1 and pieces[low].convex_next:
+    for j, other in enumerate(hypotheses):
+        low, high = sorted((hypotheses[i].piece, other.piece))
+        if other.instance == hypotheses[i].instance and high == low + 1 and pieces[low].convex_next:
             found.append(j)
     return found
 
@@ -167,20 +167,20 @@ def _width_px(mask: BoolArray) -> int:
     return int(columns.stop - columns.start)
 
 
-def refine_inside(bench: Workbench, drafts: Sequence[Draft]) -> list[Draft]:
+def refine_inside(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list[FaceHypothesis]:
     """Refine every plane again on the pixels that its outline holds for sure."""
-    better: list[Draft] = []
-    for draft in drafts:
-        if draft.outline is None:
-            better.append(draft)
+    better: list[FaceHypothesis] = []
+    for hypothesis in hypotheses:
+        if hypothesis.outline is None:
+            better.append(hypothesis)
             continue
-        fit = refined_inside(bench, draft, filled(draft.outline.rings, draft.mask.shape))
-        sight = _sight(fit, draft.mask, bench) if fit is not None else draft.sight
-        better.append(replace(draft, sight=sight, refined=draft.refined or fit is not None))
+        fit = refined_inside(bench, hypothesis, filled(hypothesis.outline.rings, hypothesis.mask.shape))
+        sight = _sight(fit, hypothesis.mask, bench) if fit is not None else hypothesis.sight
+        better.append(replace(hypothesis, sight=sight, refined=hypothesis.refined or fit is not None))
     return better
 
 
-def refined_inside(bench: Workbench, draft: Draft, inside: BoolArray) -> PlaneFit | None:
+def refined_inside(bench: Workbench, hypothesis: FaceHypothesis, inside: BoolArray) -> PlaneFit | None:
     """Refine a draft's plane on the pixels `inside` (H, W) its outline, less a border.
 
     Pixels make a fit surer. Where a narrow face's outermost ones don't, or tilt it by more than so many can by chance,
@@ -189,11 +189,13 @@ def refined_inside(bench: Workbench, draft: Draft, inside: BoolArray) -> PlaneFi
     Reference: Hausman 1978: of two fits of which one uses what the other does, variances subtract.
     """
     box, usable = box_of(inside), np.zeros_like(inside)
-    usable[box] = _near(bench, draft, 1.5, box) & ~bench.marks[box]
+    usable[box] = _near(bench, hypothesis, 1.5, box) & ~bench.marks[box]
     fits: list[PlaneFit | None] = []
     for border_px in BORDERS_PX[: 2 if _width_px(inside) < NARROW_PX else 1]:
         core = shrunk(inside, border_px) & usable
-        fits.append(refine_plane(bench.both, bench.scene.level.rays, core, draft.sight.q_px, again=draft.refined))
+        fits.append(
+            refine_plane(bench.both, bench.scene.level.rays, core, hypothesis.sight.q_px, again=hypothesis.refined)
+        )
     first, last = fits[0], fits[-1]
     if first is None or last is None:
         return first
@@ -210,7 +212,7 @@ def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
     return canvas > 0
 
 
-def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draft:
+def _hypothesis(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> FaceHypothesis:
     start = q_of_piece(bench.scene.pieces[piece], bench.scene.level)
     core = shrunk(mask, 2)
     core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
@@ -224,7 +226,7 @@ def _draft(bench: Workbench, piece: int, instance: int, mask: BoolArray) -> Draf
         q, covariance = fit_q(rays, d, np.clip(sigma, 0.1, 2.0)) if len(d) > 30 else (start, np.eye(3))
         sight = PlaneSight(q_px=q, covariance=covariance * MATCHER_BLOCK_PX)
     texture_grey = _texture(bench.slopes, mask)
-    return Draft(
+    return FaceHypothesis(
         piece=piece, instance=instance, mask=mask, texture_grey=texture_grey, sight=sight, refined=fit is not None
     )
 
@@ -253,10 +255,10 @@ def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
     return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
 
 
-def _near(bench: Workbench, draft: Draft, most_px: float, box: Box) -> BoolArray:
+def _near(bench: Workbench, hypothesis: FaceHypothesis, most_px: float, box: Box) -> BoolArray:
     """Say where in a box the measured disparity agrees with the draft's plane (or nothing was measured)."""
     with np.errstate(invalid="ignore"):
-        off = np.abs(_off_plane(bench, draft.sight.q_px, box)) > most_px
+        off = np.abs(_off_plane(bench, hypothesis.sight.q_px, box)) > most_px
     return ~(off & bench.scene.level.measured[box])
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.geometry.round_piece import LEAST_RADIUS_M, MOST_RADIUS_M, Circle, disparity_of_circle
-from asbuilt_bim.measure.round.lateral_surface import MantleEnd, mantle_end
+from asbuilt_bim.measure.round.lateral_surface import LateralEnd, lateral_end
 from asbuilt_bim.measure.round.silhouettes import (
     Touching,
     chord_plane,
@@ -49,7 +49,7 @@ def fit_circle(bench: Workbench, start: Circle, mask: BoolArray) -> RoundCircle:
         sigma = ROUGH_SHARE * start.radius_m + 0.005
         return RoundCircle(circle=start, radius_sigma_m=sigma, distance_sigma_m=0.02, proven=False)
     circle = touching.circle
-    proven = all(_holds(end) for end in _mantle_ends(bench, circle, mask))
+    proven = all(_holds(end) for end in _lateral_ends(bench, circle, mask))
     worse = max(1.0, touching.misfit)
     forward = np.array([circle.x_m, circle.z_m]) / np.hypot(circle.x_m, circle.z_m)
     # what isn't proven and stereo contradicts may be somebody else's edges: half the gap is doubt
@@ -62,18 +62,20 @@ def fit_circle(bench: Workbench, start: Circle, mask: BoolArray) -> RoundCircle:
     )
 
 
-def _holds(end: MantleEnd | None) -> bool:
+def _holds(end: LateralEnd | None) -> bool:
     """Say whether a mantle's end, looked for from the fitted circle, proves that circle's side."""
     return end is not None and end.plain and abs(end.offset_px) <= MOST_OFF_PX
 
 
-def _mantle_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> list[MantleEnd | None]:
+def _lateral_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> list[LateralEnd | None]:
     """Return where the mantle ends off the circle's left and right side, None where it can't be said."""
     chord = chord_plane(bench, circle)
-    return [mantle_end(bench, circle, expected_side(bench, circle, np.zeros(2), mask, side), chord) for side in (-1, 1)]
+    return [
+        lateral_end(bench, circle, expected_side(bench, circle, np.zeros(2), mask, side), chord) for side in (-1, 1)
+    ]
 
 
-def _between(circle: Circle, ends: list[MantleEnd | None]) -> Circle:
+def _between(circle: Circle, ends: list[LateralEnd | None]) -> Circle:
     """Return the circle, at the same distance, whose sides lie where its mantle ends."""
     away = float(np.hypot(circle.x_m, circle.z_m))
     middle, half = float(np.arctan2(circle.x_m, circle.z_m)), float(np.arcsin(circle.radius_m / away))
@@ -92,7 +94,7 @@ def _touching(bench: Workbench, start: Circle, mask: BoolArray) -> Touching | No
     """Look for silhouettes where the mantle ends, then close to where the first fit has them."""
     circle, touching = start, None
     for _ in range(LOOKS):
-        ends = _mantle_ends(bench, circle, mask)
+        ends = _lateral_ends(bench, circle, mask)
         circle = _between(circle, ends)
     for reach, prior in (WIDE_PX if None in ends else CLOSE_PX, CLOSE_PX):
         seen = find_silhouettes(bench, circle, mask, reach, prior)

@@ -11,7 +11,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
 from asbuilt_bim.measure.outline.edges import STEP_PX, edge_share
 from asbuilt_bim.measure.outline.fit import LEAST_STRENGTH, MASK_SIGMA_PX
-from asbuilt_bim.measure.round.lateral_surface import MantleEnd, foreign_share, shares_beside
+from asbuilt_bim.measure.round.lateral_surface import LateralEnd, foreign_share, shares_around
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.stereo.warp import sample
 
@@ -24,7 +24,7 @@ SOLID_SHARE = 0.5
 SOLID_BANDS = 3
 USUAL_PERCENT = 75.0
 """Concrete fills its width: bands of this height that a mask fills to less, or fewer in a row, are starter bars."""
-REACH_PX, WITHIN_PX, BEYOND_PX = 10.0, 20.0, 8.0
+REACH_PX, WITHIN_PX, OUTSIDE_PX = 10.0, 20.0, 8.0
 RAGGED_PX = 5.0
 """How far a mask ends off its column, most often: the matcher's window smears it, a floor meets it."""
 BAND, MOST_COLUMNS, LEAST_COLUMNS = 4, 200, 12
@@ -86,7 +86,7 @@ def _end_near(bench: Workbench, circle: Circle, below_m: float, outward: float) 
     half = circle.f_px * circle.radius_m / circle.z_m
     count = int(np.clip(2.0 * SPAN * half, LEAST_COLUMNS, MOST_COLUMNS))
     x = circle.f_px * circle.x_m / circle.z_m + np.linspace(-SPAN, SPAN, count) * half
-    across = np.arange(-WITHIN_PX, REACH_PX + BEYOND_PX + STEP_PX, STEP_PX)
+    across = np.arange(-WITHIN_PX, REACH_PX + OUTSIDE_PX + STEP_PX, STEP_PX)
     at, d = _unrolled(bench, circle, x, below_m + outward * across * circle.z_m / circle.f_px)
     px, py = at[..., 0].astype(np.float32), at[..., 1].astype(np.float32)
     there = (at[..., 0] - d).astype(np.float32)
@@ -102,15 +102,15 @@ def _end_near(bench: Workbench, circle: Circle, below_m: float, outward: float) 
 def _best_end(foreign: FloatArray, edges: FloatArray, seen: BoolArray, across: FloatArray) -> _End:
     """Return the end where most of the edge and most of a change in likeness meet; several make it less sure."""
     near = np.flatnonzero(np.abs(across) <= REACH_PX)
-    beyond, within = np.array([shares_beside(foreign, across - across[k]) for k in near]).T
-    score = edges[near] * (0.5 + beyond - within) * np.exp(-0.5 * np.square(across[near] / RAGGED_PX))
+    outside, within = np.array([shares_around(foreign, across - across[k]) for k in near]).T
+    score = edges[near] * (0.5 + outside - within) * np.exp(-0.5 * np.square(across[near] / RAGGED_PX))
     k = int(np.argmax(score))
     if score[k] <= 0.0 or not seen[np.abs(across - across[near[k]]) < BAND_PX].all():
         return NO_EDGE
-    end = MantleEnd(
+    end = LateralEnd(
         offset_px=float(across[near[k]]),
         strength=float(edges[near[k]]),
-        beyond=float(beyond[k]),
+        outside=float(outside[k]),
         within=float(within[k]),
     )
     stands_out = end.strength > STAND_OUT * float(edges[across < end.offset_px - BAND_PX].max())

@@ -20,7 +20,7 @@ from asbuilt_bim.vision.stereo.warp import sample
 STEP_PX = 0.5
 REACH_PX, REACH_SHARE = 7.0, 0.3
 """How far off the stereo circle's side, in pixels or of its radius, the silhouette may lie."""
-BESIDE_PX = 6.0
+AROUND_PX = 6.0
 """What is looked at beyond the furthest place."""
 CORE_PX = 6.0
 BAND = 8
@@ -36,7 +36,7 @@ LEAST_BANDS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MantleEnd:
+class LateralEnd:
     """How far the mantle ends off the expected line (px, outward), and which shares of its length are foreign.
 
     `beyond` and `within` are the shares of the bands just outside and inside that differ between the photos.
@@ -44,13 +44,13 @@ class MantleEnd:
 
     offset_px: float
     strength: float
-    beyond: float
+    outside: float
     within: float
 
     @property
     def parts(self) -> bool:
         """Say whether the photos differ much more beyond than within."""
-        return self.beyond - self.within > LEAST_PARTING
+        return self.outside - self.within > LEAST_PARTING
 
     @property
     def plain(self) -> bool:
@@ -58,7 +58,7 @@ class MantleEnd:
         return self.parts or self.strength > PLAIN_STRENGTH
 
 
-def mantle_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray) -> MantleEnd | None:
+def lateral_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray) -> LateralEnd | None:
     """Find the mantle's end near `line`, the circle's side in the left photo; `chord` (3,) is the silhouettes' plane.
 
     None where the right photo doesn't show the side, or too little of it is seen.
@@ -66,13 +66,13 @@ def mantle_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray) 
     half_px = circle.f_px * circle.radius_m / circle.z_m
     reach = max(REACH_PX, REACH_SHARE * half_px)
     inward = max(reach + CORE_PX, 0.8 * half_px)
-    across = np.arange(-np.ceil(inward / STEP_PX), np.ceil((reach + BESIDE_PX) / STEP_PX) + 1) * STEP_PX
+    across = np.arange(-np.ceil(inward / STEP_PX), np.ceil((reach + AROUND_PX) / STEP_PX) + 1) * STEP_PX
     length = line.length_px
     along = np.linspace(0.02, 0.98, int(np.clip(length, 8, 400)))[:, None] * length
     at = line.start + along[..., None] * line.direction + across[:, None] * line.normal
     x, y = at[..., 0].astype(np.float32), at[..., 1].astype(np.float32)
-    flat, mantle = _disparities(bench, circle, at, pixel_plane(chord, bench.pair.camera))
-    there = [(at[..., 0] - d).astype(np.float32) for d in (flat, 0.5 * (flat + mantle), mantle)]
+    flat, surface = _disparities(bench, circle, at, pixel_plane(chord, bench.pair.camera))
+    there = [(at[..., 0] - d).astype(np.float32) for d in (flat, 0.5 * (flat + surface), surface)]
     paired = sample(bench.slopes.valid_right, there[-1], y) > 0.9
     if paired.mean() < LEAST_PAIRED or len(along) < LEAST_BANDS * BAND:
         return None
@@ -95,8 +95,8 @@ def _disparities(bench: Workbench, circle: Circle, at: FloatArray, chord: FloatA
     rays[..., :2] = (at - [camera.cx_px, camera.cy_px]) / camera.f_px
     level_x, _, forward = view.coordinates(rays)
     flat: FloatArray = at @ chord[:2] + chord[2]
-    mantle = disparity_of_circle(circle, level_x) * forward
-    found: FloatArray = np.where(np.isfinite(mantle), np.fmax(mantle, flat), flat)
+    surface = disparity_of_circle(circle, level_x) * forward
+    found: FloatArray = np.where(np.isfinite(surface), np.fmax(surface, flat), flat)
     return flat, found
 
 
@@ -120,18 +120,18 @@ def foreign_share(apart: FloatArray, core: BoolArray, band: int) -> FloatArray:
     return share
 
 
-def _parting(foreign: FloatArray, edges: FloatArray, across: FloatArray, reach: float) -> MantleEnd:
+def _parting(foreign: FloatArray, edges: FloatArray, across: FloatArray, reach: float) -> LateralEnd:
     """Return where the mantle inside and foreign things outside part best, an edge between them."""
     like = np.cumsum(1.0 - 2.0 * foreign) * STEP_PX
     score = np.where(np.abs(across) <= reach, like + EDGE_WORTH_PX * edges, -np.inf)
     best = int(np.argmax(score))
-    beyond, within = shares_beside(foreign, across - across[best])
-    return MantleEnd(offset_px=float(across[best]), strength=float(edges[best]), beyond=beyond, within=within)
+    outside, within = shares_around(foreign, across - across[best])
+    return LateralEnd(offset_px=float(across[best]), strength=float(edges[best]), outside=outside, within=within)
 
 
-def shares_beside(foreign: FloatArray, off_px: FloatArray) -> tuple[float, float]:
+def shares_around(foreign: FloatArray, off_px: FloatArray) -> tuple[float, float]:
     """Return the mean foreign shares beyond and within an end from which the places lie `off_px` (T,) away."""
-    beyond, within = (
-        float(foreign[(side * off_px > BLUR_PX) & (side * off_px < BESIDE_PX)].mean()) for side in (1.0, -1.0)
+    outside, within = (
+        float(foreign[(side * off_px > BLUR_PX) & (side * off_px < AROUND_PX)].mean()) for side in (1.0, -1.0)
     )
-    return beyond, within
+    return outside, within

@@ -40,11 +40,11 @@ def summarise(
 
     `rejections` are those of earlier steps; `unplaced` are stations that were measured but have no pose.
     """
-    told = options or ProgressOptions()
+    limits = options or ProgressOptions()
     by_id = {surface.face_id: surface for surface in surfaces}
     of_element = {e.global_id: [by_id[face.face_id] for face in e.faces] for e in design.elements}
     elements = tuple(
-        progress_of(element, of_element[element.global_id], visit_date, history, told) for element in design.elements
+        progress_of(element, of_element[element.global_id], visit_date, history, limits) for element in design.elements
     )
     progress = {element.global_id: element for element in elements}
     by_face: dict[str, list[FaceMatch]] = {}
@@ -60,13 +60,13 @@ def summarise(
         visit_date=visit_date,
         earlier_visits=history.visits,
         elements=elements,
-        storeys=_storeys(design, elements, of_element, told),
-        whole=group("", "Whole", elements, of_element, told),
+        storeys=_storeys(design, elements, of_element, limits),
+        whole=group("", "Whole", elements, of_element, limits),
         tasks=tuple(
-            task_progress(task, progress, of_element, visit_date, told, task.calendar or calendar)
+            task_progress(task, progress, of_element, visit_date, limits, task.calendar or calendar)
             for task in design.tasks
         ),
-        cost_lines=tuple(cost_progress(line, bodies, progress, told) for line in design.cost_lines),
+        cost_lines=tuple(cost_progress(line, bodies, progress, limits) for line in design.cost_lines),
         faces=tuple(design_face_record(f, by_id[f.face_id]) for e in design.elements for f in e.faces),
         stations=tuple(sorted(stations, key=lambda record: record.name)),
         rejections=tuple(dict.fromkeys(rejections)),

@@ -15,7 +15,7 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.surface import SurfaceState
 
-MANTLE_SIDES = 8
+ROUND_SIDES = 8
 """Sides that a round column is taken to have."""
 
 BORDER_SAMPLES = 2.0
@@ -162,11 +162,11 @@ def _counts(
     for index, face in enumerate(element.faces):
         own = samples.face == index
         cell, uv, surface = samples.cell[own], samples.uv_m[own], by_face[face.face_id]
-        says = [np.ones(len(uv), dtype=bool)]
-        says += [polygon.contains(region, uv) for region in (surface.built_uv_m, surface.open_uv_m)]
+        inside = [np.ones(len(uv), dtype=bool)]
+        inside += [polygon.contains(region, uv) for region in (surface.built_uv_m, surface.open_uv_m)]
         side = np.zeros(len(uv), dtype=int)
         if isinstance(face.frame, CylinderFrame):
-            side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * MANTLE_SIDES).astype(int)
+            side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * ROUND_SIDES).astype(int)
         for number in np.unique(side):
-            counts.append([np.bincount(cell[(side == number) & one], minlength=size) for one in says])
+            counts.append([np.bincount(cell[(side == number) & one], minlength=size) for one in inside])
     return np.asarray(counts, dtype=np.float64).reshape(-1, 3, size).transpose(1, 0, 2)

@@ -13,11 +13,11 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.geometry.transform import apply, inverse, rotate, unit
 from asbuilt_bim.match.score import point_sigma_m
-from asbuilt_bim.measure.depth_reference import unpack, unpack_beyond
+from asbuilt_bim.measure.depth_reference import unpack, unpack_occluder_free
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.colour import ConcreteColour, concrete_colour
 from asbuilt_bim.register.pose import PlacedStation, StationPose
-from asbuilt_bim.vision.stereo.occluder_free import BEYOND_SIGMA_PX
+from asbuilt_bim.vision.stereo.occluder_free import OCCLUDER_FREE_SIGMA_PX
 
 RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
 """A sample's own reference pixel and eight round it, in units of the margin."""
@@ -61,7 +61,7 @@ class StationView:
     disparity_px: Float32Array
     sigma_px: Float32Array
     scale: int
-    beyond_px: Float32Array | None = None
+    occluder_free_px: Float32Array | None = None
     colour: ConcreteColour | None = None
 
 
@@ -96,7 +96,7 @@ def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
         disparity_px=disparity,
         sigma_px=sigma,
         scale=scale,
-        beyond_px=unpack_beyond(placed.measurement.depth_ref),
+        occluder_free_px=unpack_occluder_free(placed.measurement.depth_ref),
         colour=concrete_colour(placed.measurement, matched),
     )
 
@@ -123,8 +123,12 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
         towards = unit(points_m[asked] - view.pose.world_from_left[:3, 3])
         steepness = -towards[:, 2] / np.abs(np.sum(towards * normals[asked], axis=1))
         drop[asked] = np.maximum(steepness, 0.0) * (options.building_tolerance_m + options.sigmas * ring.sigma_m)
-        if view.beyond_px is not None:
-            bare = replace(view, disparity_px=view.beyond_px, sigma_px=np.full_like(view.beyond_px, BEYOND_SIGMA_PX))
+        if view.occluder_free_px is not None:
+            bare = replace(
+                view,
+                disparity_px=view.occluder_free_px,
+                sigma_px=np.full_like(view.occluder_free_px, OCCLUDER_FREE_SIGMA_PX),
+            )
             past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, options)
             through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
             even[asked] = past.range_px <= EVEN_PX

@@ -106,7 +106,7 @@ def above(samples: CellSamples, flags: BoolArray) -> BoolArray:
     return higher
 
 
-def beside(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
+def next_to(samples: CellSamples, flags: BoolArray, reach: int) -> BoolArray:
     """Say which samples (N,) have a flagged one at most `reach` samples off at their own height on their face."""
     found = np.zeros(len(flags), dtype=bool)
     for index in np.unique(samples.face[flags]):

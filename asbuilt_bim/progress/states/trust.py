@@ -11,8 +11,8 @@ from asbuilt_bim.progress.states.evidence import Evidence, Verdict
 from asbuilt_bim.progress.states.sample_grid import (
     above,
     at_border,
-    beside,
     bridged,
+    next_to,
     patches,
     share_along,
     share_around,
@@ -129,7 +129,7 @@ def _to_its_edges(samples: CellSamples, evidence: Evidence, options: ProgressOpt
     at_edge = reached_past & (evidence.own == Verdict.NEAR) & ~evidence.tinted
     open_around = share_around(samples, evidence.own == Verdict.BEHIND, np.ones(len(sure), dtype=bool))
     at_edge &= open_around <= SPECKLE
-    there: BoolArray = sure | (at_edge & beside(samples, sure, EDGE_REACH))
+    there: BoolArray = sure | (at_edge & next_to(samples, sure, EDGE_REACH))
     return there
 
 
@@ -175,7 +175,7 @@ def seen_through(samples: CellSamples, evidence: Evidence, built: BoolArray, opt
 def _in_a_cage(samples: CellSamples, evidence: Evidence, built: BoolArray, options: ProgressOptions) -> BoolArray:
     """Say at which heights a face is seen through between bars, with nothing solid over them."""
     faced = ~np.isin(evidence.own, (Verdict.NOT_FACED, Verdict.BEFORE))
-    inside = faced & ~beside(samples, ~faced, EDGE_REACH) & ~at_border(samples, EDGE_REACH)
+    inside = faced & ~next_to(samples, ~faced, EDGE_REACH) & ~at_border(samples, EDGE_REACH)
     passed = share_along(samples, evidence.own == Verdict.BEHIND, inside & (evidence.own != Verdict.NOT_MEASURED))
     found = share_along(samples, evidence.own != Verdict.NOT_MEASURED, inside)
     solid = built | (evidence.verdict == Verdict.OTHER)

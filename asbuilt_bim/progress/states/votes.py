@@ -34,7 +34,7 @@ class Votes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Said:
+class _StationVotes:
     """What one station says: weights (N,) for built, for built by a measured outline, and for open; what is hidden."""
 
     built: FloatArray
@@ -53,17 +53,17 @@ def gather(
 ) -> Votes:
     """Ask every station about every sample; a side that is measured to be built overrules one hardly seen open."""
     nothing = np.zeros(len(samples.points_m))
-    said = {view.pose.station: _asked(view, element, samples, by_face, options) for view in views}
-    built = sum((one.built for one in said.values()), nothing)
-    firm = sum((one.firm for one in said.values()), nothing)
-    opened = sum((one.open for one in said.values()), nothing)
-    decided_by = {station: (one.built > 0.0) | (one.open > 0.0) for station, one in said.items()}
+    by_station = {view.pose.station: _asked(view, element, samples, by_face, options) for view in views}
+    built = sum((one.built for one in by_station.values()), nothing)
+    firm = sum((one.firm for one in by_station.values()), nothing)
+    opened = sum((one.open for one in by_station.values()), nothing)
+    decided_by = {station: (one.built > 0.0) | (one.open > 0.0) for station, one in by_station.items()}
     return Votes(
         built=built,
         open=np.where(mistaken(samples, firm, opened), 0.0, opened),
         decided_by={station: decided for station, decided in decided_by.items() if decided.any()},
-        before=np.any([nothing > 0.0, *(one.hidden for one in said.values())], axis=0),
-        spoken=tuple(match for one in said.values() for match in one.spoken),
+        before=np.any([nothing > 0.0, *(one.hidden for one in by_station.values())], axis=0),
+        spoken=tuple(match for one in by_station.values() for match in one.spoken),
     )
 
 
@@ -73,7 +73,7 @@ def _asked(
     samples: CellSamples,
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
-) -> _Said:
+) -> _StationVotes:
     """Ask one station; a matched outline speaks for its samples where depth doesn't contradict.
 
     Depth alone says that something is there, not that it is concrete: it counts where a measured face of this element
@@ -97,7 +97,7 @@ def _asked(
     behind = large_enough(samples, behind, passed, options.min_face_m2, bars, rails)
     there = near | (outlined & ~behind & ~hidden & ~evidence.tinted)
     weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
-    return _Said(
+    return _StationVotes(
         built=np.where(there, weight, 0.0),
         firm=np.where(there & outlined, weight, 0.0),
         open=np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0),

@@ -103,8 +103,8 @@ def overlay(found: PairMeasurement) -> ByteImage:
 def face_line(found: PairMeasurement, face: MeasuredFace) -> str:
     """Write a face's number, class and area, and what speaks against its being the whole."""
     how = seen(face, found.options.method)
-    said = "" if how in ("whole", "not checked") else f" ({how})"
-    return f"{face_name(face)} ({face.label}): {area_text(found, face.area_m2, face.area_sigma_m2)}{said}"
+    how_seen = "" if how in ("whole", "not checked") else f" ({how})"
+    return f"{face_name(face)} ({face.label}): {area_text(found, face.area_m2, face.area_sigma_m2)}{how_seen}"
 
 
 def area_text(found: PairMeasurement, area_m2: float, sigma_m2: float) -> str:

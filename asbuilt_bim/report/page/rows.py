@@ -97,8 +97,8 @@ def since_rows(before: ProgressReport, after: ProgressReport) -> tuple[SinceRow,
     old = {element.global_id: element for element in before.elements}
     new = {element.global_id: element for element in after.elements}
     rows = [SinceRow(then=old.get(key), now=new.get(key)) for key in old | new]
-    told = [row for row in rows if _shown(row.then) != _shown(row.now)]
-    return tuple(sorted(told, key=lambda r: (r.element.ifc_class, r.element.name, r.element.global_id)))
+    reported = [row for row in rows if _shown(row.then) != _shown(row.now)]
+    return tuple(sorted(reported, key=lambda r: (r.element.ifc_class, r.element.name, r.element.global_id)))
 
 
 def _shown(element: ElementProgress | None) -> tuple[str | None, ...]:

@@ -83,8 +83,8 @@ _COSTS: Mapping[Reason, Template] = {
     "what wasn't seen of it",
     Reason.COST_SCHEDULES_SEVERAL: "cost lines stand in {count} cost schedules; each has its own sum",
     Reason.COST_PAID_TWICE: "cost items {other} and {item}: both pay for the same elements by {measure}; both count",
-    Reason.COST_ELSEWHERE: "{count:# cost item pays|# cost items pay} for no wall or column measured here: in no sum "
-    "here",
+    Reason.COST_OF_OTHER_WORK: "{count:# cost item pays|# cost items pay} for no wall or column measured here: "
+    "in no sum here",
 }
 
 PLAN_NOTES: Mapping[Reason, Template] = {**_DATES, **_COSTS}

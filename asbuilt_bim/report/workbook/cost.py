@@ -69,9 +69,9 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
 
 def _total(sheet: Worksheet, row: int, first: int, group: CostGroup, styles: Styles) -> None:
     """Write the sums of a group; a sum of nothing known is unknown, and what is left out is said."""
-    said = f", best without {group.unknown} unknown of {len(group.lines)} lines" if group.unknown else ""
+    suffix = f", best without {group.unknown} unknown of {len(group.lines)} lines" if group.unknown else ""
     cells: list[Cell] = [""] * len(COST)
-    cells[0] = f"Total {group.name}{said}"
+    cells[0] = f"Total {group.name}{suffix}"
     cells[6] = group.currency or NO_CURRENCY
     cells[7] = Formula(f"=SUM(H{first + 1}:H{row})", group.planned)
     best = f'=IF(COUNT(M{first + 1}:M{row})=0,"{UNKNOWN}",SUM(M{first + 1}:M{row}))'

@@ -16,7 +16,7 @@ from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import BoolArray, freeze
 from asbuilt_bim.vision.masks.given import box_of
-from asbuilt_bim.vision.masks.refinement import finer
+from asbuilt_bim.vision.masks.refinement import refined_mask
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource, Refuter, Segmenter, SurfaceSegmenter
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, Opinion, instance_of_pieces, neutral_of, piece_groups
 from asbuilt_bim.vision.scene.read import Scene
@@ -71,7 +71,7 @@ def agree(
             continue
         if holder is not None:
             spoken.add(holder)
-            instance = _finer(instance, seen[holder], pair, scene, taken)
+            instance = _refined_mask(instance, seen[holder], pair, scene, taken)
         taken |= instance.mask
         if holder is not None:
             found.append(replace(instance, source=InstanceSource.BOTH, segmenter=network.name))
@@ -116,10 +116,10 @@ def _groups(groups: Sequence[Sequence[int]], held: Sequence[int | None]) -> list
     return found
 
 
-def _finer(instance: Instance, other: Instance, pair: RectifiedPair, scene: Scene, taken: BoolArray) -> Instance:
+def _refined_mask(instance: Instance, other: Instance, pair: RectifiedPair, scene: Scene, taken: BoolArray) -> Instance:
     """Return an instance with its border where both opinions and the photo's edges say; no other surface is touched."""
     upright = (scene.labels >= 0) & (scene.labels < len(scene.pieces))
-    mask = finer(instance.mask, other.mask, pair.left) & (instance.mask | ~upright) & ~taken
+    mask = refined_mask(instance.mask, other.mask, pair.left) & (instance.mask | ~upright) & ~taken
     freeze(mask)
     return replace(instance, mask=mask, box_px=box_of(mask)) if mask.any() else instance
 

@@ -40,7 +40,7 @@ class _Weights:
         return cls(coarse=matched / (coarse + matched), band_px=3.0 * (coarse * matched / (coarse + matched)) ** 0.5)
 
 
-def finer(matched: BoolArray, coarse: BoolArray, photo: ByteImage) -> BoolArray:
+def refined_mask(matched: BoolArray, coarse: BoolArray, photo: ByteImage) -> BoolArray:
     """Return a mask (H, W) between geometry's and a network's of one thing, its border at the BGR photo's edges."""
     weights = _Weights.of(photo.shape[1])
     if weights.coarse < LEAST_WEIGHT or not matched.any():

@@ -19,12 +19,12 @@ MOST_GAP_M = 0.6
 LEAST_PIXELS = 30
 HAND_SHARE = 0.015
 """Of the photo's width: how far a hand on a mouse strays from an edge."""
-MOST_BEYOND = 0.02
+MOST_LOST = 0.02
 BORDER_PX = 8.0
 """How far the matcher may miss a border to the ground: its window."""
 
 
-def one_thing(instance: Instance, pair: RectifiedPair, scene: Scene, options: GeometricOptions) -> Instance:
+def split_by_depth(instance: Instance, pair: RectifiedPair, scene: Scene, options: GeometricOptions) -> Instance:
     """Take out of a mask the upright surfaces that don't stand with most of it in depth, and round off what is left.
 
     So goes what is too low for a wall or a column: the edge of the slab that it stands on.
@@ -50,7 +50,7 @@ def one_thing(instance: Instance, pair: RectifiedPair, scene: Scene, options: Ge
     grown = cv2.dilate(instance.mask.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
     for piece in pieces[kept]:
         own = scene.mask(int(piece))
-        if np.count_nonzero(own & ~grown) <= MOST_BEYOND * np.count_nonzero(own):
+        if np.count_nonzero(own & ~grown) <= MOST_LOST * np.count_nonzero(own):
             rest |= own
     if np.array_equal(rest, instance.mask):
         return instance

@@ -21,7 +21,7 @@ SPREAD = 1.0 / 80.0
 a pile."""
 LEAST_SHARE = 1.0 / 1000.0
 """A thing of fewer pixels, as a share of the map's, is a crumb."""
-ONE_THING = 1.7
+ONE_INSTANCE = 1.7
 """Two piles nearer to each other than this many standard deviations of either one's own pixels are one thing's: of two
 things side by side they are 3.5 apart (a bar's standard deviation is its length / 3.5), of pieces of one thing 0."""
 WINDOW_PX = 5
@@ -41,7 +41,7 @@ ROUNDS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Things:
+class Groups:
     """Pixels of a small map by thing: `number` int32 (h, w), -1 nothing.
 
     `misfit` float32 (N, h, w) says how badly each pixel's vote fits each thing, in squared standard deviations.
@@ -57,7 +57,7 @@ class Things:
         first, second = np.partition(self.misfit, 1, axis=0)[:2]
         return np.asarray(np.where(self.misfit > first, first, second) - self.misfit)
 
-    def renumbered(self, number: NDArray[np.int32]) -> Things:
+    def renumbered(self, number: NDArray[np.int32]) -> Groups:
         """Return the things by another numbering (h, w) of the same pixels: some made one, some divided."""
         there = number >= 0
         kept, parts = np.unique(number[there], return_inverse=True)
@@ -70,10 +70,10 @@ class Things:
             members = np.unique(self.number[ordered == k])
             self.misfit[members].min(axis=0, out=row)
             row[np.isin(self.number, members) & there & (ordered != k)] = MISFIT
-        return Things(number=ordered, misfit=misfit)
+        return Groups(number=ordered, misfit=misfit)
 
 
-def grouped(concrete: BoolArray, offsets: Float32Array) -> Things:
+def grouped(concrete: BoolArray, offsets: Float32Array) -> Groups:
     """Group the pixels `concrete` (h, w) of a small map by where they vote; `offsets` (2, h, w) in its pixels."""
     votes = _votes(concrete, offsets)
     least, spread = max(4, round(LEAST_SHARE * concrete.size)), SPREAD * concrete.shape[1]
@@ -99,7 +99,7 @@ def grouped(concrete: BoolArray, offsets: Float32Array) -> Things:
     misfit = _smoothed(_misfit(votes, centres, widths), concrete)
     if len(centres):
         number[concrete] = misfit[:, concrete].argmin(axis=0)
-    return Things(number=number, misfit=misfit).renumbered(number)  # without piles that no pixel chose
+    return Groups(number=number, misfit=misfit).renumbered(number)  # without piles that no pixel chose
 
 
 def _votes(concrete: BoolArray, offsets: Float32Array) -> Float32Array:
@@ -185,6 +185,6 @@ def _joined(
         for other in np.flatnonzero(large[:one]):
             apart = (centres[one] - centres[other]).astype(np.float64)
             far = max(float(apart @ inverse[k] @ apart) for k in (one, other))
-            if far < ONE_THING**2:
+            if far < ONE_INSTANCE**2:
                 into[into == into[one]] = into[other]
     return None if np.array_equal(into, np.arange(count)) else into

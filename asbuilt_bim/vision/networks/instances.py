@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
-from asbuilt_bim.vision.networks.centres import Things, grouped
+from asbuilt_bim.vision.networks.centres import Groups, grouped
 from asbuilt_bim.vision.networks.detection import Outputs, Sighting, wrong_shapes
 from asbuilt_bim.vision.networks.layers import layers
 from asbuilt_bim.vision.networks.map_geometry import Relief
@@ -24,7 +24,7 @@ FURTHEST = 100
 """Sides of the map that an arrow may be long: a middle lies in the picture or near it; what is far off is damaged."""
 
 
-def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None) -> list[Sighting]:
+def read_instances(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None) -> list[Sighting]:
     """Read logits (1, C, h, w) and offsets (1, 2, h, w): to the middle of the thing, in units of the card's pixels.
 
     The class of a wall or column is decided for the whole thing; with `class_by: pixel` each pixel has its own, and the
@@ -49,13 +49,13 @@ def read_things(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | 
             f"{arrows.shape[1]} (limit {FURTHEST} of its sides); correct offset_px in the card, or export it again"
         )
     small = relief.shrunk(inside.shape) if relief is not None else None
-    things = _of_parts(grouped(inside > 0.0, arrows.astype(np.float32)), arrows.astype(np.float32), wall, column, small)
+    groups = _of_parts(grouped(inside > 0.0, arrows.astype(np.float32)), arrows.astype(np.float32), wall, column, small)
     if card.class_by == "pixel":
-        things = things.renumbered(np.where(things.number >= 0, 2 * things.number + (column > wall), -1))
-    leads = things.lead()
+        groups = groups.renumbered(np.where(groups.number >= 0, 2 * groups.number + (column > wall), -1))
+    leads = groups.lead()
     found = _others(likely, card, fit, step)
     for thing, lead in enumerate(leads):
-        own = things.number == thing
+        own = groups.number == thing
         number, score = _verdict(likely[:, own], card)
         if score >= card.least_score:
             border = np.where(inside > 0.0, np.minimum(inside, np.clip(lead, -0.5, 0.5)), inside)
@@ -73,22 +73,22 @@ def _likelihoods(logits: Float32Array) -> Float32Array:
 
 
 def _of_parts(
-    things: Things, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
-) -> Things:
+    groups: Groups, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
+) -> Groups:
     """Return things cut to parts, and these joined by the odds that they are one thing."""
-    number, parts = parts_of(things, arrows, wall, column, relief)
+    number, parts = parts_of(groups, arrows, wall, column, relief)
     group = joined(parts, gaps(number, len(parts)), relief.f_px if relief is not None else 1.0)
-    return things.renumbered(np.append(group, -1)[number].astype(np.int32))
+    return groups.renumbered(np.append(group, -1)[number].astype(np.int32))
 
 
 def parts_of(
-    things: Things, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
+    groups: Groups, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
 ) -> tuple[NDArray[np.int32], list[Part]]:
     """Return the parts of things that are of one surface and one class: their numbers (h, w), and what they are like.
 
     `arrows` (2, h, w) point to the middle of each pixel's thing, in pixels; `wall` and `column` (h, w) are likelihoods.
     """
-    number = things.number if relief is None else layers(things.number, relief.inverse_depth_per_m)
+    number = groups.number if relief is None else layers(groups.number, relief.inverse_depth_per_m)
     key = 2 * number + (column > wall)
     if relief is not None and relief.surface is not None:
         key = key * (int(relief.surface.max()) + 2) + relief.surface + 1

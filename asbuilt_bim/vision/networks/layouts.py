@@ -15,7 +15,7 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import NetworkCard
 from asbuilt_bim.vision.networks.detection import Outputs, Sighting, wrong_shapes
-from asbuilt_bim.vision.networks.instances import read_things
+from asbuilt_bim.vision.networks.instances import read_instances
 from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.picture import Fit
 
@@ -31,7 +31,7 @@ def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief
         NetworkError: the outputs haven't the shapes of the layout, or scores aren't 0 to 1.
     """
     if card.layout == "centres":
-        found = read_things(outputs, card, fit, relief)
+        found = read_instances(outputs, card, fit, relief)
     else:
         found = _READERS[card.layout](outputs, card, fit)
     return sorted((s for s in found if s.mask.any()), key=lambda s: -s.score)[: card.most_instances]

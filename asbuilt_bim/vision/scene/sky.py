@@ -29,14 +29,14 @@ LEAST_SPREAD_GREY, MOST_SPREAD_GREY = 1.5, 4.0
 MOST_SAMPLES = 20_000
 ALIKE = 0.9
 """Share of a piece's pixels that have the sky's colour, each within three of its spreads."""
-BESIDE_PIXELS = 60
+NEIGHBOUR_PIXELS = 60
 """Sky between bars comes in pieces as small as this, at 20 px from bar to bar."""
 REACH_PX = 81
 """A piece's colour is held against the sky's within half of this, as far as beyond a plank or a rail."""
 MOST_OFF_GREY = 6.0
 """What a sky's colour changes by over that reach, and a photo's compression moves it by beside a bar."""
 SMALLER = 4
-LEAST_BESIDE = 0.25
+LEAST_KNOWN = 0.25
 """Share of a piece that must be within reach of known sky."""
 SPECK_PIXELS = 6
 """Fewer pixels together that have the sky's colour are chance: a bright grain of concrete is one or two wide."""
@@ -137,7 +137,7 @@ def _of_the_colour_beside(candidate: BoolArray, sky: BoolArray, colour: np.ndarr
         level = _local_level(smaller, there, REACH_PX // SMALLER)
         return [_is_of(level, colour, piece) for piece in pieces]
 
-    return _gathered(_pieces(candidate, BESIDE_PIXELS), sky, alike)
+    return _gathered(_pieces(candidate, NEIGHBOUR_PIXELS), sky, alike)
 
 
 def _gathered(
@@ -158,10 +158,10 @@ def _is_of(level: np.ndarray, colour: np.ndarray, piece: _Piece) -> bool:
     """Say whether a piece (flat indices) has the colour that a smaller map of the sky's has there."""
     rows, columns = np.divmod(piece, colour.shape[1])
     beside = level[rows // SMALLER, columns // SMALLER]
-    told = beside[:, 0] >= 0.0
-    if told.sum() < LEAST_BESIDE * len(piece):
+    known_beside = beside[:, 0] >= 0.0
+    if known_beside.sum() < LEAST_KNOWN * len(piece):
         return False
-    off = np.abs(colour[rows[told], columns[told]] - beside[told]).max(axis=-1)
+    off = np.abs(colour[rows[known_beside], columns[known_beside]] - beside[known_beside]).max(axis=-1)
     return bool(np.mean(off < MOST_OFF_GREY) >= ALIKE)
 
 

@@ -18,11 +18,11 @@ THIN_RAD = 0.01
 """What looks thinner than this is taken out: a bar of 25 mm from 2.5 m on. A column of 0.3 m looks so at 30 m."""
 SMALLER = 2
 """The photos are halved first: no more detail is asked for, and it takes a quarter of the time."""
-BEYOND_SIGMA_PX = 0.5
+OCCLUDER_FREE_SIGMA_PX = 0.5
 """Of these disparities, in pixels of full size: a quarter of a halved pixel, since nothing polishes them."""
 
 
-def disparity_beyond(pair: RectifiedPair, sky: BoolArray) -> Float32Array:
+def occluder_free_disparity(pair: RectifiedPair, sky: BoolArray) -> Float32Array:
     """Return the disparity (H, W) in pixels of what is seen past thin dark things; NaN not found, 0 sky.
 
     What stands solid is found as it is anywhere, so only what is farther than expected tells something new. `sky`

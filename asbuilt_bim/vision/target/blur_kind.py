@@ -40,32 +40,32 @@ _LEAST_MISFIT = 1e-9  # of full scale, squared
 _SOME = 2  # every second edge point
 
 
-def off(circle: SpaceCircle, told_m: float) -> float:
+def off(circle: SpaceCircle, nominal_m: float) -> float:
     """Return by how much, of the told diameter, a circle's differs from it."""
-    return abs(2.0 * circle.radius_m / told_m - 1.0)
+    return abs(2.0 * circle.radius_m / nominal_m - 1.0)
 
 
-def spread(circle: SpaceCircle, told_m: float) -> float:
+def spread(circle: SpaceCircle, nominal_m: float) -> float:
     """Return by how much of its size a disc's second circle is usually off it."""
-    return max(SIZE_SPREAD, SCATTER_SHOWN * diameter_sigma(circle) / told_m)
+    return max(SIZE_SPREAD, SCATTER_SHOWN * diameter_sigma(circle) / nominal_m)
 
 
 def share_of_levels(
-    found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, told_m: float
+    found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, nominal_m: float
 ) -> float:
     """Return how likely it is, 0..1, that grey levels were blurred, by the second looks' circles of both kinds."""
-    said = answers(found, light, levels, camera, told_m)
-    odds = _BASE + sum(weight * answer for weight, answer in zip(_WEIGHTS, said, strict=True))
+    answered = answers(found, light, levels, camera, nominal_m)
+    odds = _BASE + sum(weight * answer for weight, answer in zip(_WEIGHTS, answered, strict=True))
     if found.is_of_levels:
         odds += _NO_DISC_AS_LIGHTS
     return 1.0 / (1.0 + math.exp(-odds))
 
 
 def answers(
-    found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, told_m: float
+    found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, nominal_m: float
 ) -> tuple[float, float]:
     """Return what speaks for grey levels: by how many squared spreads they come nearer the told size, and the shape."""
-    of_light, of_levels = (min(off(c, told_m) / spread(c, told_m), _MOST_OFF) ** 2 for c in (light, levels))
+    of_light, of_levels = (min(off(c, nominal_m) / spread(c, nominal_m), _MOST_OFF) ** 2 for c in (light, levels))
     return of_light - of_levels, _shape(found, between(light, levels, 0.5), camera)
 
 

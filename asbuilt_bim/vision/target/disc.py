@@ -17,7 +17,7 @@ from asbuilt_bim.vision.target.soft_edges import place_soft_edges
 
 MIN_SUPPORT = 0.57
 """Share of the outline that must be seen: a disc with 30 % of its area covered shows 59 %, half a disc 50 %."""
-MOST_HIDDEN = 0.41
+MOST_COVERED = 0.41
 """Share of the outline, of both photos together: a board that covers 30 % of a disc hides 39.6 %, and blur at its ends
 another point of some sixty (of four development discs that 39 % refused the most has 40.0 %). One that leaves half of
 the disc (a helmet, a sign cut in two) hides 50 %, but 40 % of the smaller circle that fits it, too: its misfit tells.
@@ -29,7 +29,7 @@ MIN_ASPECT = 0.4
 MIN_RADIUS_PX = 5.0
 MAX_BLOBS = 16
 _SOME = 2  # every second edge point says what the lens's blur is
-_THINGS_IN_A_BLOB = 3
+_DISCS_IN_A_BLOB = 3
 LEAST_FILLED = 0.5
 """Of the inside: a bar through the middle that hides 30 % of a disc hides 36 % of its inside, and blur at both of the
 bar's edges looks like another 12 %."""
@@ -72,7 +72,7 @@ class RedDisc:
     patch: Patch
 
     @property
-    def hidden(self) -> float:
+    def covered(self) -> float:
         """Return the share of the outline that isn't red inside."""
         return 1.0 - self.support - self.astray - self.further - self.overrun
 
@@ -105,7 +105,7 @@ def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | Non
     """
     size = float(np.sqrt(blob.area_px / np.pi))
     outline = _thinned(blob.outline)
-    for _ in range(_THINGS_IN_A_BLOB):
+    for _ in range(_DISCS_IN_A_BLOB):
         started = robust_ellipse(outline, max(1.5, 0.04 * size))
         if started is None:
             return None
@@ -212,8 +212,8 @@ def _judged(
     filled, hole = filled_share(patch, inside)
     trust = 1.0 / sigma**2
     rms = float(np.sqrt(np.sum(trust * ellipse.distance_px(edge) ** 2) / np.sum(trust)))
-    hidden = 1.0 - float(np.mean(sides.inside))
-    is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * hidden
+    covered = 1.0 - float(np.mean(sides.inside))
+    is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * covered
     if filled < LEAST_FILLED or is_printed or rms > slack * _tolerance_px(ellipse):
         return None
     beyond = sides.inside & ~is_on & ~sides.outside

@@ -65,7 +65,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     off_all_rows = bool(found) and not level
     is_knocked = off_all_rows and any(is_clear(p) for p in found)
-    told_m = options.diameter_m
+    nominal_m = options.diameter_m
     right_size = _of_right_size(pair, (lefts, rights), level, is_knocked, options)
     if right_size:
         likely = likeliest([p for _, p in right_size])
@@ -79,7 +79,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         clear = [p for p in level if is_clear(p) and _is_apart(p, chosen)]
         others = tuple(not_it(pair, p, options) for p in clear if not size_fits(p.circle, options))
-        target = refined(looked_at_again(chosen, pair.camera, told_m), pair.camera, told_m)
+        target = refined(looked_at_again(chosen, pair.camera, nominal_m), pair.camera, nominal_m)
         return _sighting(target, pair.camera, options), (*doubt(pair, target, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
     if wrong_size:
@@ -100,21 +100,21 @@ def _of_right_size(
 
     Where none is sure the told size leads to more, and where none stands grey levels may have been blurred, not light.
     """
-    told_m = options.diameter_m
+    nominal_m = options.diameter_m
     ranked = _likely(level, options)
-    if told_m is None or is_knocked or any(how_likely > SURE_ODDS for how_likely, _ in ranked):
+    if nominal_m is None or is_knocked or any(how_likely > SURE_ODDS for how_likely, _ in ranked):
         return _standing(ranked, pair.camera, options)
-    seen = [*level, *sought(pair, *discs, told_m)]
+    seen = [*level, *sought(pair, *discs, nominal_m)]
     standing = _standing(_likely(seen, options), pair.camera, options)
-    return standing or _standing(_likely(of_grey_levels(seen, pair.camera, told_m), options), pair.camera, options)
+    return standing or _standing(_likely(of_grey_levels(seen, pair.camera, nominal_m), options), pair.camera, options)
 
 
 def _standing(
     ranked: list[tuple[float, Pairing]], camera: RectifiedCamera, options: TargetOptions
 ) -> list[tuple[float, Pairing]]:
     """Return those that are surely a disc, or stand a second look: what isn't sure has to."""
-    told_m = options.diameter_m
-    twice = [(odds, p if odds > SURE_ODDS else looked_at_again(p, camera, told_m)) for odds, p in ranked]
+    nominal_m = options.diameter_m
+    twice = [(odds, p if odds > SURE_ODDS else looked_at_again(p, camera, nominal_m)) for odds, p in ranked]
     return [(odds, p) for odds, p in twice if odds > SURE_ODDS or stands(p, options)]
 
 

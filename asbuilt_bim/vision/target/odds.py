@@ -45,7 +45,7 @@ BASE = -14.0
 more strictly: discs' odds fell by about 1, other things' by 3 (some 50 of the same pairs), and the limit lies between.
 """
 _MOST_ELSEWHERE = 6.0  # observations
-_MOST_BEYOND = 2.0  # observations: a disc before something as red, rare as it is, loses much of its outline
+_MOST_OVERRUN = 2.0  # observations: a disc before something as red, rare as it is, loses much of its outline
 _LEAST_RMS_PX, _LEAST_UNEVEN = 0.03, 0.01  # noise and JPEG leave no less
 _RED = 0.57  # red paint in dusk and noise; in good light it is redder still
 _MADE_TO = 0.008  # of the diameter: a disc's spread
@@ -53,24 +53,24 @@ _MOST_OFF = 8.0  # the rig may be knocked
 _MOST_UNSURE = 10.0  # times a disc's spread
 
 
-def log_odds(found: Pairing, told_m: float | None) -> float:
+def log_odds(found: Pairing, nominal_m: float | None) -> float:
     """Return the natural logarithm of the odds that a pairing is a red disc, of the told diameter if there is one."""
-    return BASE + sum(weight * answer for weight, answer in zip(WEIGHTS, answers(found, told_m), strict=True))
+    return BASE + sum(weight * answer for weight, answer in zip(WEIGHTS, answers(found, nominal_m), strict=True))
 
 
-def answers(found: Pairing, told_m: float | None) -> tuple[float, ...]:
+def answers(found: Pairing, nominal_m: float | None) -> tuple[float, ...]:
     """Return what a pairing answers, in the order of `ANSWERS`."""
     sides = (found.left, found.right)
     off, unsure = 0.0, 1.0
-    if told_m is not None:
-        spread = math.hypot(_MADE_TO, diameter_sigma(found.circle) / told_m)
+    if nominal_m is not None:
+        spread = math.hypot(_MADE_TO, diameter_sigma(found.circle) / nominal_m)
         unsure = min(spread / _MADE_TO, _MOST_UNSURE)
-        off = min(((2.0 * found.circle.radius_m / told_m - 1.0) / spread) ** 2, _MOST_OFF)
+        off = min(((2.0 * found.circle.radius_m / nominal_m - 1.0) / spread) ** 2, _MOST_OFF)
     return (
         sum(_observations(side) * side.support for side in sides),
         min(sum(_observations(side) * side.astray for side in sides), _MOST_ELSEWHERE),
         min(sum(_observations(side) * side.further for side in sides), _MOST_ELSEWHERE),
-        min(sum(_observations(side) * side.overrun for side in sides), _MOST_BEYOND),
+        min(sum(_observations(side) * side.overrun for side in sides), _MOST_OVERRUN),
         math.log(max(found.circle.rms_px, _LEAST_RMS_PX)),
         math.log(max(float(np.mean([side.uneven for side in sides])), _LEAST_UNEVEN)),
         min(float(np.mean([side.redness for side in sides])), _RED),

@@ -10,7 +10,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target.circle import SpaceCircle, fit_circle, mirrored, outlines_of
-from asbuilt_bim.vision.target.disc import FIRST_SUPPORT, MIN_SUPPORT, MOST_HIDDEN, RedDisc, followed, some_profiles
+from asbuilt_bim.vision.target.disc import FIRST_SUPPORT, MIN_SUPPORT, MOST_COVERED, RedDisc, followed, some_profiles
 from asbuilt_bim.vision.target.disc_patch import Patch
 from asbuilt_bim.vision.target.edge_model import likely_blur
 from asbuilt_bim.vision.target.ellipse import Ellipse
@@ -85,7 +85,7 @@ class Pairing:
 
 
 def pairings(
-    lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera, told_m: float | None = None
+    lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera, nominal_m: float | None = None
 ) -> list[Pairing]:
     """Return the discs that can be one disc seen twice: near one row, of one size, in front of the cameras."""
     found: list[Pairing] = []
@@ -96,11 +96,11 @@ def pairings(
             alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
             is_known = any(p.has_about(a, b) for p in found)
             if near_row and alike and a.x_px - b.x_px > 1.0 and not is_known:
-                found.extend(_paired(left, right, camera, told_m))
+                found.extend(_paired(left, right, camera, nominal_m))
     return found
 
 
-def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: float | None) -> list[Pairing]:
+def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, nominal_m: float | None) -> list[Pairing]:
     """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
 
     A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide, and
@@ -112,18 +112,18 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, told_m: floa
         return []
     diameter_m = 2.0 * circle.radius_m
     off_row = abs(left.ellipse.y_px - right.ellipse.y_px) > _OFF_ROW_PX
-    if off_row or (told_m is not None and not _SMALLEST * told_m < diameter_m < _LARGEST * told_m):
+    if off_row or (nominal_m is not None and not _SMALLEST * nominal_m < diameter_m < _LARGEST * nominal_m):
         return _as_found(left, right, circle)
     patches = (left.patch, right.patch)
     found: list[Pairing] = []
-    if told_m is not None:
-        told = follow(patches, replace(circle, radius_m=0.5 * told_m), camera, 0.5 * told_m)
-        if told is not None and abs(2.0 * told.circle.radius_m / told_m - 1.0) < _HELD_FAIRLY:
-            if is_clear(told):
-                return [told]
-            other = follow(patches, mirrored(told.circle, camera), camera, 0.5 * told_m)
-            found.extend([told] if other is None else [told, other])
-        elif abs(diameter_m / told_m - 1.0) > _OF_ANOTHER_SIZE:
+    if nominal_m is not None:
+        nominal = follow(patches, replace(circle, radius_m=0.5 * nominal_m), camera, 0.5 * nominal_m)
+        if nominal is not None and abs(2.0 * nominal.circle.radius_m / nominal_m - 1.0) < _HELD_FAIRLY:
+            if is_clear(nominal):
+                return [nominal]
+            other = follow(patches, mirrored(nominal.circle, camera), camera, 0.5 * nominal_m)
+            found.extend([nominal] if other is None else [nominal, other])
+        elif abs(diameter_m / nominal_m - 1.0) > _OF_ANOTHER_SIZE:
             return _as_found(left, right, circle)
     free = follow(patches, circle, camera)
     return [*found, free] if free is not None else found
@@ -187,7 +187,7 @@ def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> list[Pairin
 def _fits(found: Pairing) -> bool:
     """Say whether both outlines are one circle's: discs keep to 0.3 px and less, jackets and squares don't."""
     circle = found.circle
-    if found.left.hidden + found.right.hidden > 2.0 * MOST_HIDDEN:
+    if found.left.covered + found.right.covered > 2.0 * MOST_COVERED:
         return False
     unsure = float(np.sqrt(circle.covariance[2, 2])) / circle.disparity_px
     return circle.rms_px < 0.25 + 0.01 * found.left.ellipse.major_px and unsure < _MOST_UNSURE_DEPTH

@@ -33,7 +33,7 @@ _MOST_OFF = 3.0  # of a second look's usual spreads
 _MAY_BE_OFF = 0.15  # of the told diameter: no outline that is taken for the other kind's leans by more
 
 
-def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, told_m: float) -> list[Pairing]:
+def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, nominal_m: float) -> list[Pairing]:
     """Return blurred discs of the told diameter as their outlines lie where grey levels were blurred, and not light.
 
     Followed as light's, a dark disc before something bright looks larger, by another amount at each stretch of its
@@ -41,13 +41,13 @@ def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, told_m: float)
     """
     again: list[Pairing] = []
     tried: list[Pairing] = []
-    for one in sorted(found, key=lambda p: -log_odds(p, told_m)):
-        if not _is_soft(one) or off(one.circle, told_m) > _MAY_BE_OFF:
+    for one in sorted(found, key=lambda p: -log_odds(p, nominal_m)):
+        if not _is_soft(one) or off(one.circle, nominal_m) > _MAY_BE_OFF:
             continue
         if any(np.hypot(*(one.circle.centre_px - p.circle.centre_px)) < p.left.ellipse.major_px for p in tried):
             continue
-        guess, patches = replace(one.circle, radius_m=0.5 * told_m), (one.left.patch, one.right.patch)
-        other = follow(patches, guess, camera, 0.5 * told_m, GREY_LEVELS)
+        guess, patches = replace(one.circle, radius_m=0.5 * nominal_m), (one.left.patch, one.right.patch)
+        other = follow(patches, guess, camera, 0.5 * nominal_m, GREY_LEVELS)
         if other is not None:
             tried.append(one)
             as_lights_px = _blur_px(other, other.circle, camera, DISPLAY_GAMMA)
@@ -55,7 +55,7 @@ def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, told_m: float)
     return again
 
 
-def looked_at_again(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pairing:
+def looked_at_again(found: Pairing, camera: RectifiedCamera, nominal_m: float | None) -> Pairing:
     """Return a pairing with its second look, where it is worth one and follows a circle; as it is where not.
 
     A look that is off the told size by more than its usual spread takes the blur for one of grey levels, too.
@@ -63,13 +63,13 @@ def looked_at_again(found: Pairing, camera: RectifiedCamera, told_m: float | Non
     if not _is_soft(found) or found.second is not None or found.levels is not None:
         return found
     light = _second_circle(found, camera, DISPLAY_GAMMA)
-    is_lights = light is not None and told_m is not None and off(light, told_m) <= spread(light, told_m)
-    if told_m is None or (is_lights and not found.is_of_levels):
+    is_lights = light is not None and nominal_m is not None and off(light, nominal_m) <= spread(light, nominal_m)
+    if nominal_m is None or (is_lights and not found.is_of_levels):
         return replace(found, second=light)
     return replace(found, second=light, levels=_of_levels(found, light, camera))
 
 
-def refined(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pairing:
+def refined(found: Pairing, camera: RectifiedCamera, nominal_m: float | None) -> Pairing:
     """Return a pairing with the mean of both looks' circles; as it is where there was no second one.
 
     Where no size is told nothing says which kind the blur is, and it is taken for light's.
@@ -79,12 +79,12 @@ def refined(found: Pairing, camera: RectifiedCamera, told_m: float | None) -> Pa
         share = _SECONDS_SHARE if found.is_of_levels else 0.5
         return found if levels is None else replace(found, circle=between(found.circle, levels, share))
     of_light = light if found.is_of_levels else between(found.circle, light, _SECONDS_SHARE)
-    if told_m is not None and levels is None:
+    if nominal_m is not None and levels is None:
         levels = _of_levels(found, light, camera)
-    if told_m is None or levels is None:
+    if nominal_m is None or levels is None:
         return replace(found, circle=of_light)
     of_levels = between(found.circle, levels, _SECONDS_SHARE) if found.is_of_levels else levels
-    share = share_of_levels(found, light, levels, camera, told_m)
+    share = share_of_levels(found, light, levels, camera, nominal_m)
     return replace(found, circle=_either(of_light, of_levels, share))
 
 
@@ -136,12 +136,12 @@ def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> Spa
     return circle
 
 
-def _nearer(found: Pairing, told_m: float | None) -> SpaceCircle | None:
+def _nearer(found: Pairing, nominal_m: float | None) -> SpaceCircle | None:
     """Return the second look's circle that comes nearer the told size, of those kinds of blur that were looked at."""
     light, levels = found.second, found.levels
-    if light is None or levels is None or told_m is None:
+    if light is None or levels is None or nominal_m is None:
         return light or levels
-    return levels if off(levels, told_m) < off(light, told_m) else light
+    return levels if off(levels, nominal_m) < off(light, nominal_m) else light
 
 
 def _either(light: SpaceCircle, levels: SpaceCircle, share: float) -> SpaceCircle:

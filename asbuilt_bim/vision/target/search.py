@@ -30,13 +30,13 @@ _SAME = 0.06  # of the major half axis: guesses as near as that lead to one plac
 
 
 def sought(
-    pair: RectifiedPair, lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], told_m: float
+    pair: RectifiedPair, lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], nominal_m: float
 ) -> list[Pairing]:
     """Return the discs of the told diameter that outlines of one photo, or parts of outlines, lead to in both."""
     scores = redness(pair.left), redness(pair.right)
     found: list[Pairing] = []
     tried: list[FloatArray] = []
-    for circle in _guesses(pair, scores, (lefts, rights), told_m):
+    for circle in _guesses(pair, scores, (lefts, rights), nominal_m):
         guides = outlines_of(circle, pair.camera)
         if guides[0] is None or guides[1] is None:
             continue
@@ -47,7 +47,7 @@ def sought(
         patches = cut_patch(pair.left, scores[0], guides[0]), cut_patch(pair.right, scores[1], guides[1])
         if min(patches[0].light.size, patches[1].light.size) == 0:
             continue
-        again = follow(patches, circle, pair.camera, 0.5 * told_m)
+        again = follow(patches, circle, pair.camera, 0.5 * nominal_m)
         if again is not None:
             found.append(again)
     return found
@@ -57,19 +57,19 @@ def _guesses(
     pair: RectifiedPair,
     scores: tuple[Float32Array, Float32Array],
     discs: tuple[tuple[RedDisc, ...], tuple[RedDisc, ...]],
-    told_m: float,
+    nominal_m: float,
 ) -> Iterator[SpaceCircle]:
     """Give circles of the told size about the outlines of either photo, where the other shows the same thing."""
     for side in (0, 1):
         for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs((pair.left, pair.right)[side], scores[side])):
-            expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / told_m
+            expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / nominal_m
             range_px = (-_NEAREST * expected, -_FURTHEST * expected)
             if side == 1:
                 range_px = (_FURTHEST * expected, _NEAREST * expected)
             shift = _found_again(scores[side], scores[1 - side], ellipse, range_px)
             if shift is not None:
                 left = ellipse if side == 0 else replace(ellipse, x_px=ellipse.x_px + shift)
-                yield from guessed_circles(left, abs(shift), 0.5 * told_m, pair.camera)
+                yield from guessed_circles(left, abs(shift), 0.5 * nominal_m, pair.camera)
 
 
 def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
@@ -104,6 +104,6 @@ def _found_again(
     if min(x0, y0) < 0 or x1 > here.shape[1] or y1 > here.shape[0] or end - start < x1 - x0 + 2:
         return None
     template = np.ascontiguousarray(here[y0:y1, x0:x1])
-    likeness = cv2.matchTemplate(np.ascontiguousarray(there[y0:y1, start:end]), template, cv2.TM_CCOEFF_NORMED)[0]
-    best = int(np.argmax(likeness))
-    return float(start + best - x0) if likeness[best] > _FOUND_AGAIN else None
+    correlation = cv2.matchTemplate(np.ascontiguousarray(there[y0:y1, start:end]), template, cv2.TM_CCOEFF_NORMED)[0]
+    best = int(np.argmax(correlation))
+    return float(start + best - x0) if correlation[best] > _FOUND_AGAIN else None

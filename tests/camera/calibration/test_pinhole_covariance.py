@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust
-from asbuilt_bim.camera.calibration.calibrate import folded_covariance
+from asbuilt_bim.camera.calibration.calibrate import pinhole_covariance
 from asbuilt_bim.camera.calibration.parameters import pack
 from asbuilt_bim.camera.lens import bend
 from tests.camera.virtual import SIZE, rig, views
@@ -37,7 +37,7 @@ def test_folded_numbers_stretch_the_picture_as_all_numbers_together_do() -> None
     start = done.shared[:9]
     by = np.stack([(width(start + step) - width(start)) / step.sum() for step in np.diag(steps)], axis=1)
     true = pixel_variance(done.covariance[:9, :9], by)
-    folded = pixel_variance(folded_covariance(done, SIZE)[:4, :4], by[:, :4])
+    folded = pixel_variance(pinhole_covariance(done, SIZE)[:4, :4], by[:, :4])
     assert abs(np.log(folded / true)) < 0.4
 
 
@@ -45,7 +45,7 @@ def test_a_barrel_counts_as_the_focal_length_that_it_looks_like() -> None:
     done = adjusted_rig()
     barrel = np.zeros_like(done.covariance)
     barrel[4, 4] = 0.01**2  # k1 of the left camera alone
-    folded = folded_covariance(replace(done, covariance=barrel), SIZE)
+    folded = pinhole_covariance(replace(done, covariance=barrel), SIZE)
     reach = float(np.hypot(*SIZE)) / 2 / done.shared[0]
     assert 0.1 * reach**2 < np.sqrt(folded[0, 0]) / done.shared[0] / 0.01 < reach**2  # between none and the corner's
     assert np.all(folded[4:] == 0.0)
@@ -53,7 +53,7 @@ def test_a_barrel_counts_as_the_focal_length_that_it_looks_like() -> None:
 
 def test_the_relative_pose_has_no_lens_to_fold() -> None:
     done = adjusted_rig()
-    folded = folded_covariance(done, SIZE)
+    folded = pinhole_covariance(done, SIZE)
     assert np.allclose(folded, folded.T) and np.allclose(folded[8:, 8:], done.rig_covariance[8:, 8:])
 
 
@@ -63,4 +63,4 @@ def test_with_lenses_that_are_known_nothing_is_folded() -> None:
     known = done.covariance.copy()
     known[lens], known[:, lens] = 0.0, 0.0
     still = replace(done, covariance=known)
-    assert np.allclose(folded_covariance(still, SIZE), still.rig_covariance)
+    assert np.allclose(pinhole_covariance(still, SIZE), still.rig_covariance)

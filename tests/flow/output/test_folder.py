@@ -112,8 +112,8 @@ def test_old_runs_are_taken_away_whole_and_never_the_current_one(tmp_path: Path)
         assert last.bytes_kept == sum(len(data) for run in left[:2] for data in files(tmp_path / "runs" / run).values())
         for minute in (5, 6):
             later = NOON + timedelta(minutes=minute)
-            beside = out.publish(fill("5"), when=later, digest=DIGEST, ifc=["x"], beside=True, keep_runs=1)
-            assert beside.folder.is_dir() and beside.runs_kept == 2 and not beside.current
+            set_aside = out.publish(fill("5"), when=later, digest=DIGEST, ifc=["x"], set_aside=True, keep_runs=1)
+            assert set_aside.folder.is_dir() and set_aside.runs_kept == 2 and not set_aside.current
         current = out.current()
     assert current is not None and current.folder == last.folder and last.folder.is_dir()
     assert (tmp_path / "report.html").read_text() == "page 4"

@@ -51,9 +51,9 @@ def test_a_column_with_rounded_corners_has_four_sides_and_four_quarter_mantles(t
     builder = ModelBuilder()
     builder.prism("IfcColumn", "C", outline, 2.0)
     faces = _only(builder, tmp_path).faces
-    mantles = [face for face in faces if isinstance(face.frame, CylinderFrame)]
-    assert (len(faces), len(mantles)) == (8, 4)
-    for face in mantles:
+    cylinders = [face for face in faces if isinstance(face.frame, CylinderFrame)]
+    assert (len(faces), len(cylinders)) == (8, 4)
+    for face in cylinders:
         u0, _, u1, _ = bounds(face.rings_uv_m)
         assert (u0, u1) == pytest.approx((-np.pi / 4.0 * 0.1, np.pi / 4.0 * 0.1), abs=1e-5)
         assert face.frame.radius_m == pytest.approx(0.1, abs=1e-6)

@@ -73,7 +73,7 @@ def test_kinds_zones_tasks_and_costs_are_counted_in_every_schema(schema: str, tm
         ("IfcColumn", False, "nothing", 1),
     }
     assert facts.zones == (("Zone A", 1),)
-    assert (facts.tasks, facts.tasks_tied) == (2, 1)
+    assert (facts.tasks, facts.tasks_assigned) == (2, 1)
     assert (facts.cost_items, facts.cost_has_values) == ((0, False) if schema == "IFC2X3" else (1, True))
     text = _text(tmp_path / "kinds.ifc")
     assert "1 of 2 tied" in text and "Kalkzandsteen" in text

@@ -32,10 +32,10 @@ def with_corner_lost(width_px: float, height_px: float = 80.0) -> list[list[floa
     return [*BOX[:3], [100.0 + width_px, 300.0], [100.0 + width_px, foot], [100.0, foot]]
 
 
-def notched(outline: Outline, beyond_px: float = 30.0) -> bool:
+def notched(outline: Outline, occluder_free_px: float = 30.0) -> bool:
     """Ask it of a face of 30 px of disparity, in whose notch `beyond_px` is measured."""
     disparity = np.full((400, 240), 30.0)
-    disparity[:, :120] = beyond_px
+    disparity[:, :120] = occluder_free_px
     shape = disparity.shape
     level = SimpleNamespace(disparity_px=disparity, measured=np.ones(shape, dtype=bool), sigma_px=np.full(shape, 0.2))
     scene = SimpleNamespace(level=level, labels=np.zeros(shape, dtype=np.int32))
@@ -50,7 +50,7 @@ def test_a_notch_that_only_a_mask_draws_leaves_the_face_open(by_mask: tuple[int,
 
 
 def test_what_is_seen_through_a_notch_shows_that_the_face_ends_there() -> None:
-    assert not notched(drawn(with_corner_lost(20.0), by_mask=(3,)), beyond_px=20.0)
+    assert not notched(drawn(with_corner_lost(20.0), by_mask=(3,)), occluder_free_px=20.0)
 
 
 def test_a_door_whose_sides_the_photos_show_leaves_a_wall_whole() -> None:

@@ -70,10 +70,10 @@ def test_what_lies_on_the_border_of_a_narrow_face_doesnt_tilt_its_plane() -> Non
             disparity_px=np.zeros((96, 160), dtype=np.float32),
             pair=SimpleNamespace(camera=SimpleNamespace(f_px=500.0, cx_px=80.0, cy_px=48.0)),
         )  # fmt: skip
-        draft = SimpleNamespace(sight=SimpleNamespace(q_px=np.array([0.0, 0.0, 20.2])), refined=True)
+        hypothesis = SimpleNamespace(sight=SimpleNamespace(q_px=np.array([0.0, 0.0, 20.2])), refined=True)
         core = cv2.erode(inside.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-        of_core = refine_plane(bench.both, rays, core, draft.sight.q_px, again=True)
-        chosen = refined_inside(bench, draft, inside)  # type: ignore[arg-type]
+        of_core = refine_plane(bench.both, rays, core, hypothesis.sight.q_px, again=True)
+        chosen = refined_inside(bench, hypothesis, inside)  # type: ignore[arg-type]
         assert of_core is not None
         assert chosen is not None
         kept.append(abs(chosen.q_px[0]) / 500.0)

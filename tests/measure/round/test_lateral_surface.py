@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.level import level_view
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure.outline.edges import gradients
-from asbuilt_bim.measure.round.lateral_surface import MantleEnd, mantle_end
+from asbuilt_bim.measure.round.lateral_surface import LateralEnd, lateral_end
 from asbuilt_bim.measure.round.silhouettes import chord_plane, expected_side
 from asbuilt_bim.vision.stereo.matching import grey
 from tests.measure.box_world import Quad, Round, World, make_camera, photograph
@@ -55,11 +55,11 @@ def on_bench(pair: RectifiedPair) -> SimpleNamespace:
     )  # fmt: skip
 
 
-def found_end(on: SimpleNamespace, circle: Circle, side: int = 1) -> MantleEnd | None:
+def found_end(on: SimpleNamespace, circle: Circle, side: int = 1) -> LateralEnd | None:
     mask = np.zeros(on.pair.valid_left.shape, dtype=bool)
     mask[30:170] = True
     line = expected_side(on, circle, np.zeros(2), mask, side)  # type: ignore[arg-type]
-    return mantle_end(on, circle, line, chord_plane(on, circle))  # type: ignore[arg-type]
+    return lateral_end(on, circle, line, chord_plane(on, circle))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("side", [-1, 1])

@@ -12,7 +12,7 @@ import pytest
 from asbuilt_bim.geometry.round_piece import Circle
 from asbuilt_bim.measure.round import circle as round_circle
 from asbuilt_bim.measure.round.circle import RoundCircle, fit_circle
-from asbuilt_bim.measure.round.lateral_surface import MantleEnd
+from asbuilt_bim.measure.round.lateral_surface import LateralEnd
 from asbuilt_bim.measure.round.silhouettes import Silhouette, touch_silhouettes
 
 COLUMN = Circle(x_m=0.3, z_m=6.0, radius_m=0.2, f_px=1000.0, baseline_m=0.25)
@@ -70,7 +70,7 @@ def test_radius_sigma_holds_in_monte_carlo() -> None:
 
 
 def fitted(
-    monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]], end: MantleEnd | None
+    monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]], end: LateralEnd | None
 ) -> RoundCircle:
     """Fit with what is seen within a reach (px), and with a mantle that ends as told off every circle."""
     monkeypatch.setattr(round_circle, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
@@ -79,7 +79,7 @@ def fitted(
     return fit_circle(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
 
 
-PLAIN = MantleEnd(offset_px=0.0, strength=0.8, beyond=0.8, within=0.1)
+PLAIN = LateralEnd(offset_px=0.0, strength=0.8, beyond=0.8, within=0.1)
 
 
 def test_silhouettes_where_the_mantle_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,7 +95,7 @@ def test_silhouettes_where_the_mantle_ends_prove_the_circle(monkeypatch: pytest.
     ids=["not in the right photo", "the mantle goes on", "the same on both sides"],
 )
 def test_silhouettes_that_the_mantle_does_not_end_on_are_doubted(
-    monkeypatch: pytest.MonkeyPatch, end: MantleEnd | None
+    monkeypatch: pytest.MonkeyPatch, end: LateralEnd | None
 ) -> None:
     found = fitted(monkeypatch, lambda reach: silhouettes(both=False), end)
     assert not found.proven

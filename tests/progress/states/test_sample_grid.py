@@ -5,7 +5,7 @@ import pytest
 
 from asbuilt_bim.bim.cells import cell_samples
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.progress.states.sample_grid import above, beside, patches, share_around, strips, wide
+from asbuilt_bim.progress.states.sample_grid import above, next_to, patches, share_around, strips, wide
 from tests.match.small_site import box, element, round_column
 
 SAMPLES = cell_samples(element("W", "wall", box(0, 0, 0, 2.0, 0.25, 2.0)), 0.05)
@@ -35,7 +35,7 @@ def test_above_looks_up_its_own_upright_line_and_no_other() -> None:
 
 
 def test_beside_reaches_so_many_samples_to_both_sides_at_its_own_height_only() -> None:
-    found = beside(SAMPLES, FRONT & (U > 0.9) & (U < 1.0) & (V > 1.0) & (V < 1.05), 2)
+    found = next_to(SAMPLES, FRONT & (U > 0.9) & (U < 1.0) & (V > 1.0) & (V < 1.05), 2)
     np.testing.assert_array_equal(found, FRONT & (U > 0.8) & (U < 1.1) & (V > 1.0) & (V < 1.05))
 
 

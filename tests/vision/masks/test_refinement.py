@@ -7,7 +7,7 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.vision.masks.colour_guide import ColourGuide
-from asbuilt_bim.vision.masks.refinement import finer
+from asbuilt_bim.vision.masks.refinement import refined_mask
 
 H, W = 480, 640
 OFF = 3.0 / 190.0
@@ -36,35 +36,37 @@ def wrong(mask: BoolArray) -> int:
 
 def test_between_a_fattened_and_a_blunt_mask_the_border_lies_at_the_photos_edge() -> None:
     matched, coarse = grown(TRUE, 4), blunt(TRUE)
-    found = finer(matched, coarse, photo())
+    found = refined_mask(matched, coarse, photo())
     assert wrong(found) < 0.35 * min(wrong(matched), wrong(coarse))
 
 
 def test_without_an_edge_in_the_photo_it_lies_between_both() -> None:
     matched, coarse = grown(TRUE, 4), ~grown(~TRUE, 4)
-    assert wrong(finer(matched, coarse, photo(contrast=0))) < 0.5 * min(wrong(matched), wrong(coarse))
+    assert wrong(refined_mask(matched, coarse, photo(contrast=0))) < 0.5 * min(wrong(matched), wrong(coarse))
 
 
 def test_what_is_deep_inside_or_outside_of_the_surface_is_not_the_coarse_ones_to_say() -> None:
     half = TRUE.copy()
     half[:, 300:] = False
-    np.testing.assert_array_equal(finer(TRUE, half, photo())[130:350, 230:390], True)
+    np.testing.assert_array_equal(refined_mask(TRUE, half, photo())[130:350, 230:390], True)
     more = TRUE.copy()
     more[:, 420:600] = True
-    assert not finer(TRUE, more, photo())[:, 445:].any()
+    assert not refined_mask(TRUE, more, photo())[:, 445:].any()
 
 
 def test_in_a_large_photo_geometry_is_finer_and_stays() -> None:
     large = np.zeros((1200, 4000), bool)
     large[200:900, 1000:2000] = True
-    np.testing.assert_array_equal(finer(large, np.roll(large, 20, axis=1), np.zeros((1200, 4000, 3), np.uint8)), large)
+    np.testing.assert_array_equal(
+        refined_mask(large, np.roll(large, 20, axis=1), np.zeros((1200, 4000, 3), np.uint8)), large
+    )
 
 
 def test_an_empty_mask_stays_empty_and_one_at_the_photos_border_is_allowed() -> None:
-    assert not finer(np.zeros_like(TRUE), TRUE, photo()).any()
+    assert not refined_mask(np.zeros_like(TRUE), TRUE, photo()).any()
     cut = TRUE.copy()
     cut[:, :300] = True
-    assert finer(cut, cut, photo())[110:370, 0].all()
+    assert refined_mask(cut, cut, photo())[110:370, 0].all()
 
 
 def test_a_networks_own_mask_is_drawn_to_the_edges_too_and_alike_in_a_photo_twice_as_large() -> None:

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
-from asbuilt_bim.vision.masks.split_by_depth import one_thing
+from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
@@ -20,7 +20,7 @@ def test_a_mask_that_runs_over_the_wall_loses_what_lies_far_behind_and_nothing_o
     drawn[y0 - 25 : y1, x0 - 30 : x1 + 30] = True
     height, width = drawn.shape
     given = Instance(label="wall", score=1.0, mask=drawn, box_px=(0, 0, width, height), source=InstanceSource.GIVEN)
-    kept = one_thing(given, pair, scene, GeometricOptions())
+    kept = split_by_depth(given, pair, scene, GeometricOptions())
     assert np.count_nonzero(kept.mask & wall.mask) == np.count_nonzero(wall.mask)
     upright = (scene.labels >= 0) & (scene.labels < len(scene.pieces)) & drawn & ~wall.mask
     behind = upright & (scene.level.disparity_px < 0.6 * np.nanmedian(scene.level.disparity_px[wall.mask]))
@@ -34,7 +34,7 @@ def test_a_mask_that_stops_short_of_the_walls_edge_gets_the_whole_wall() -> None
     wall = next(one for one in segment_scene(pair, scene) if one.label == "wall" and one.mask[300, 570])
     short = cv2.erode(wall.mask.astype(np.uint8), np.ones((13, 13), np.uint8)) > 0
     given = Instance(label="wall", score=1.0, mask=short, box_px=wall.box_px, source=InstanceSource.GIVEN)
-    kept = one_thing(given, pair, scene, GeometricOptions())
+    kept = split_by_depth(given, pair, scene, GeometricOptions())
     assert np.array_equal(kept.mask, wall.mask)
 
 
@@ -46,7 +46,7 @@ def test_a_mask_that_runs_over_the_ground_ends_at_the_foot() -> None:
     drawn = wall.mask.copy()
     drawn[y1 - 60 : y1 + 40, x0:x1] = True
     given = Instance(label="wall", score=1.0, mask=drawn, box_px=(x0, y0, x1, y1 + 40), source=InstanceSource.GIVEN)
-    kept = one_thing(given, pair, scene, GeometricOptions())
+    kept = split_by_depth(given, pair, scene, GeometricOptions())
     ground = scene.labels >= len(scene.pieces)
     assert np.count_nonzero(drawn & ground) > 2000
     assert np.count_nonzero(kept.mask & ground) < 0.1 * np.count_nonzero(drawn & ground)
@@ -59,4 +59,4 @@ def test_a_mask_on_a_part_of_a_surface_was_cut_on_purpose_and_stays() -> None:
     mask = np.zeros(pair.valid_left.shape, dtype=bool)
     mask[250:350, 540:600] = True
     given = Instance(label="wall", score=1.0, mask=mask, box_px=(540, 250, 600, 350), source=InstanceSource.GIVEN)
-    assert one_thing(given, pair, scene, GeometricOptions()) is given
+    assert split_by_depth(given, pair, scene, GeometricOptions()) is given

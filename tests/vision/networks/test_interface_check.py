@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import PluginError
-from asbuilt_bim.project.networks import NetworkChoice, identities, instruments_of
+from asbuilt_bim.project.networks import NetworkChoice, identities, load_models
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
 from tests.example_package import example_package
@@ -83,7 +83,7 @@ def test_a_depth_network_that_breaks_its_promise_is_named(answer: Any, says: str
 @pytest.mark.usefixtures("example_package")
 def test_a_project_runs_the_example_packages_segmenter_and_depth() -> None:
     choice = NetworkChoice(segment="plugin:example-halves", depth="plugin:example-rows")
-    chosen = instruments_of(choice)
+    chosen = load_models(choice)
     assert chosen.opinion is not None
     assert chosen.relative_depth is not None
     (wall,) = chosen.opinion.segment(pair(), None)
@@ -92,4 +92,4 @@ def test_a_project_runs_the_example_packages_segmenter_and_depth() -> None:
     depth = chosen.relative_depth.estimate(pair().left)
     assert (depth[-1] > depth[0]).all()
     assert identities(choice)["plugin:example-halves"] == "asbuilt-bim-example 1.2.0: example-halves"
-    instruments_of.cache_clear()
+    load_models.cache_clear()

@@ -9,7 +9,7 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher
-from asbuilt_bim.vision.stereo.occluder_free import disparity_beyond
+from asbuilt_bim.vision.stereo.occluder_free import occluder_free_disparity
 
 WIDTH, HEIGHT, FAR_PX, NEAR_PX = 640, 320, 12, 40
 CAMERA = RectifiedCamera(
@@ -52,14 +52,14 @@ def pair() -> RectifiedPair:
 def test_the_backdrop_is_measured_between_bars_where_plain_stereo_finds_bars_or_nothing(pair: RectifiedPair) -> None:
     inside = (slice(40, -40), slice(CAGE.start + 30, CAGE.stop - 30))
     plain, _ = SemiGlobalMatcher().match(pair)
-    beyond = disparity_beyond(pair, NO_SKY)
+    beyond = occluder_free_disparity(pair, NO_SKY)
     found = np.abs(beyond[inside] - FAR_PX) < 1.5
     assert found.mean() > 0.75
     assert (np.abs(plain[inside] - FAR_PX) < 1.5).mean() < 0.55
 
 
 def test_what_stands_solid_is_found_where_it_stands(pair: RectifiedPair) -> None:
-    beyond = disparity_beyond(pair, NO_SKY)
+    beyond = occluder_free_disparity(pair, NO_SKY)
     column = beyond[40:-40, SOLID.start + 10 : SOLID.stop - 10]
     assert (np.abs(column - NEAR_PX) < 1.5).mean() > 0.97
     assert not (column < NEAR_PX - 5.0).any()
@@ -69,7 +69,7 @@ def test_sky_is_grown_over_the_bars_before_it_and_not_over_the_column(pair: Rect
     bars = np.all(pair.left == 35, axis=2)
     sky = ~bars
     sky[:, SOLID] = False
-    beyond = disparity_beyond(pair, sky)
+    beyond = occluder_free_disparity(pair, sky)
     assert np.all(beyond[20:-20, CAGE] == 0.0)
     assert not np.any(beyond[20:-20, SOLID] == 0.0)
 
@@ -86,7 +86,7 @@ def test_sky_between_bars_is_sky_by_its_colour_where_stereo_smeared_them_and_a_w
     sky[:100] = True
     sky[15:100, CAGE] = False  # taken for something near, all of it
     pair = RectifiedPair(name="T1", left=photo, right=photo, valid_left=ALL, valid_right=ALL, camera=CAMERA)
-    beyond = disparity_beyond(pair, sky)
+    beyond = occluder_free_disparity(pair, sky)
     assert np.mean(beyond[30:80, CAGE] == 0.0) > 0.98
     assert not np.any(beyond[110:] == 0.0)
 
@@ -97,7 +97,7 @@ def test_what_has_the_skys_colour_but_does_not_hang_together_with_it_is_not_sky(
     sky = np.zeros((HEIGHT, WIDTH), dtype=bool)
     sky[:60] = True
     pair = RectifiedPair(name="T1", left=photo, right=photo, valid_left=ALL, valid_right=ALL, camera=CAMERA)
-    beyond = disparity_beyond(pair, sky)
+    beyond = occluder_free_disparity(pair, sky)
     assert np.all(beyond[:55] == 0.0) and not np.any(beyond[150:200] == 0.0)
 
 
@@ -105,4 +105,4 @@ def test_what_has_no_partner_on_the_right_photo_is_not_measured(pair: RectifiedP
     right = ALL.copy()
     right[:, : WIDTH // 2] = False
     cut = RectifiedPair(name="T1", left=pair.left, right=pair.right, valid_left=ALL, valid_right=right, camera=CAMERA)
-    assert np.isnan(disparity_beyond(cut, NO_SKY)[:, : WIDTH // 2]).all()
+    assert np.isnan(occluder_free_disparity(cut, NO_SKY)[:, : WIDTH // 2]).all()
