@@ -53,13 +53,13 @@ class Subject:
 
 
 class Reason(StrEnum):
-    """Why something was left out, or what a person has to know. A value never changes its meaning; new ones are added."""
+    """Why something was left out, or what a person has to know. A value keeps its meaning; new ones are added."""
 
     UNSTATED = "unstated"  # read from a file that was written before there were codes
 
     # Rejections.
     # Photos of a station.
-    PHOTO_UNUSABLE = "photo unusable"
+    PHOTO_UNUSABLE = "photo unusable"  # of a station, or of a board pair: the detail names it
     PHOTO_TURNED = "photo turned"  # its pixels
     PHOTO_SIZE = "photo of another size"
     PHOTO_HELD_TURNED = "photo held turned"  # by its EXIF: the camera was
