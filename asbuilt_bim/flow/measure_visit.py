@@ -188,9 +188,11 @@ def read_pair(station: Station, project: Project) -> StationPhotos | RejectedSta
         try:
             photos.append(replace(read_photo(path), name=name))
         except PhotoError as problem:
-            subject = Subject(kind=SubjectKind.PHOTO, name=name, station=station.name)
+            subject = Subject(kind=SubjectKind.STATION, name=station.name)
             detail = str(problem).replace(str(path), name)
-            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"detail": detail}))
+            rejections.append(
+                Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"photo": name, "detail": detail})
+            )
     if rejections:
         return RejectedStation(station=station.name, rejections=tuple(rejections))
     return StationPhotos(name=station.name, left=photos[0], right=photos[1])

@@ -61,8 +61,8 @@ def read_station(
         try:
             image = decode(photo)
         except PhotoError as error:
-            subject = Subject(kind=SubjectKind.PHOTO, name=photo.name, station=photos.name)
-            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"detail": str(error)}))
+            values = {"photo": photo.name, "detail": str(error)}
+            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=station, values=values))
             continue
         size = (int(image.shape[1]), int(image.shape[0]))
         foreign = check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
