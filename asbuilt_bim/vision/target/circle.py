@@ -12,11 +12,12 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.geometry.robust_least_squares import cauchy, fit, robust_sigma
+from asbuilt_bim.geometry.robust_least_squares import cauchy, robust_sigma
 from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.vision.target.circle_arcs import arcs_of, without_foreign_arc
 from asbuilt_bim.vision.target.ellipse import Ellipse, conic_distance, ellipse_of
 
+_ROUNDS = 25
 _ROBUST_ROUNDS = 2
 _LEAST_SPREAD_PX = 0.02
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5])
@@ -64,11 +65,11 @@ def fit_circle(
     facing = _axes(left.centre, camera)
     both = (start, mirrored(start, camera)) if start is not None else ()
     starts = [_parameters(one, facing) for one in both] or _starts(left, right, camera, held_m)
-    sound = [start for start in starts if np.all(np.isfinite(start)) and start[2] > 0.0]
-    if not sound:
+    fits = [_descend(start, left_edge, right_edge, camera, facing, trust, free) for start in starts]
+    good = [fit for fit in fits if np.all(np.isfinite(fit[0])) and fit[0][2] > 0.0]
+    if not good:
         return None
-    fits = [_descend(start, left_edge, right_edge, camera, facing, trust, free) for start in sound]
-    parameters, jacobian, residual = min(fits, key=lambda one: float(np.sum(np.square(trust * one[2]))))
+    parameters, jacobian, residual = min(good, key=lambda fit: float(np.sum(np.square(trust * fit[2]))))
     arcs = np.concatenate([arcs_of(left_edge, left), arcs_of(right_edge, right)])
     for _ in range(_ROBUST_ROUNDS):
         kept = np.flatnonzero(trust > 0.0)  # what was left out before doesn't count as well fitted
@@ -77,6 +78,8 @@ def fit_circle(
         spread = max(robust_sigma((trust * residual)[trust > 0.0]), _LEAST_SPREAD_PX)
         weight = trust * np.sqrt(cauchy(trust * residual / spread))
         parameters, jacobian, residual = _descend(parameters, left_edge, right_edge, camera, facing, weight, free)
+    if not np.all(np.isfinite(parameters)):
+        return None
     freedom = max(int(np.sum(trust > 0.0)) - len(parameters), 1)
     off = trust * residual
     variance = float(off @ off) / freedom * POINTS_PER_OBSERVATION
@@ -212,27 +215,35 @@ def _descend(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Return parameters (6,), their Jacobian and the plain residual at the least weighted squares.
 
-    The lean is told in `axes` (3, 3); `scale` (N + M,) multiplies the residuals; parameters that aren't `free` (6,)
-    stay.
+    Levenberg-Marquardt by hand: for a blurred disc 7 m away SciPy ends at another minimum, 2.8 % off. The lean is
+    given in `axes` (3, 3); `scale` (N + M,) multiplies the residuals; parameters that aren't `free` (6,) stay.
     """
+    parameters, damping = start, 1e-3
 
-    def whole(some: FloatArray) -> FloatArray:
-        parameters = start.copy()
-        parameters[free] = some
-        return parameters
-
-    def weighted(some: FloatArray) -> FloatArray:
-        at = whole(some)
-        if at[2] <= 0.0 or abs(at[3] - start[3]) > _MOST_SCALED or np.abs(at[4:]).max() > _MOST_SLOPE:
-            return np.full(len(scale), np.nan)
+    def weighted(at: FloatArray) -> FloatArray:
         return np.asarray(scale * _residual(at[None], left, right, camera, axes)[0], dtype=np.float64)
 
-    def by_some(some: FloatArray) -> FloatArray:
-        at = whole(some)
-        beside = _residual(np.vstack([at, (at + np.diag(_STEPS))[free]]), left, right, camera, axes)
-        return np.asarray((scale * (beside[1:] - beside[0]) / _STEPS[free, None]).T, dtype=np.float64)
-
-    found = fit(weighted, start[free], by_some)
-    parameters, jacobian = whole(found.parameters), np.zeros((len(scale), 6))
-    jacobian[:, free] = found.jacobian
+    residual = weighted(parameters)
+    jacobian, at = np.zeros((len(residual), 6)), None
+    for _ in range(_ROUNDS):
+        if at is not parameters:  # after a step that led nowhere all but the damping is as it was
+            at = parameters
+            moved = scale * _residual((parameters + np.diag(_STEPS))[free], left, right, camera, axes)
+            jacobian[:, free] = ((moved - residual) / _STEPS[free, None]).T
+        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+        change = -np.linalg.solve(hessian + np.diag(damping * np.diag(hessian) + 1e-12), gradient)
+        tried = parameters + change
+        if tried[2] <= 0.0 or abs(tried[3] - start[3]) > _MOST_SCALED or np.abs(tried[4:]).max() > _MOST_SLOPE:
+            damping *= 10.0
+            continue
+        after = weighted(tried)
+        if after @ after < residual @ residual:
+            gained = 1.0 - float(after @ after) / max(float(residual @ residual), 1e-30)
+            parameters, residual, damping = tried, after, damping * 0.2
+            if gained < 1e-9:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e8:
+                break
     return parameters, jacobian, _residual(parameters[None], left, right, camera, axes)[0]
