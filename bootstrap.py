@@ -29,6 +29,9 @@ def main() -> int:
         print(f"This is Python {found}; asbuilt-bim needs 3.11 or newer: https://www.python.org/downloads/")
         return 1
     command, rest = arguments[0], arguments[1:]
+    if rest in (["-h"], ["--help"]):
+        print(USAGE)
+        return 0
     try:
         python = environment()
         install(python, "dev" if command == "test" else "")
