@@ -75,7 +75,7 @@ def fitted(
     """Fit with what is seen within a reach (px), and with a mantle that ends as told off every circle."""
     monkeypatch.setattr(round_circle, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
     monkeypatch.setattr(round_circle, "_distance", lambda *_: (DISTANCE_M, 0.003))
-    monkeypatch.setattr(round_circle, "_mantle_ends", lambda *_: [end, end])
+    monkeypatch.setattr(round_circle, "_lateral_ends", lambda *_: [end, end])
     return fit_circle(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
 
 
