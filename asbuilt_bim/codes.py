@@ -296,3 +296,8 @@ def each_once(notes: Iterable[Note]) -> tuple[Note, ...]:
 def about(kind: SubjectKind, name: str = "", station: str = "") -> Subject:
     """Return a subject, in short."""
     return Subject(kind=kind, name=name, station=station)
+
+
+def noted(code: Reason, subject: Subject, /, **values: Value) -> Note:
+    """Return a note, in short."""
+    return Note(code=code, subject=subject, values=values)

@@ -108,3 +108,8 @@ class Rejection:
     code: Reason
     subject: Subject
     values: Mapping[str, Value] = field(default_factory=dict, hash=False)
+
+
+def rejected(code: Reason, subject: Subject, /, **values: Value) -> Rejection:
+    """Return a rejection, in short."""
+    return Rejection(code=code, subject=subject, values=values)

@@ -11,8 +11,8 @@ import cv2
 
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind
-from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, watch_rig, watch_scale
 from asbuilt_bim.measure.station import (
     MeasureOptions,
@@ -188,9 +188,9 @@ def read_pair(station: Station, project: Project) -> StationPhotos | RejectedSta
         try:
             photos.append(replace(read_photo(path), name=name))
         except PhotoError as problem:
-            subject = Subject(kind=SubjectKind.PHOTO, name=name, station=station.name)
+            subject = about(SubjectKind.PHOTO, name, station.name)
             detail = str(problem).replace(str(path), name)
-            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"detail": detail}))
+            rejections.append(rejected(Reason.PHOTO_UNUSABLE, subject, detail=detail))
     if rejections:
         return RejectedStation(station=station.name, rejections=tuple(rejections))
     return StationPhotos(name=station.name, left=photos[0], right=photos[1])
@@ -243,6 +243,6 @@ def _picture(outcome: Outcome) -> bytes:
 
 
 def _rejected(code: Reason, station: str, detail: str = "") -> RejectedStation:
-    subject = Subject(kind=SubjectKind.STATION, name=station)
-    rejection = Rejection(code=code, subject=subject, values={"detail": detail} if detail else {})
+    subject = about(SubjectKind.STATION, station)
+    rejection = rejected(code, subject, **({"detail": detail} if detail else {}))
     return RejectedStation(station=station, rejections=(rejection,))

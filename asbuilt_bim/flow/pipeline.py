@@ -11,7 +11,7 @@ from functools import reduce
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, each_once
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
@@ -144,8 +144,7 @@ def _left_out_before(past: Sequence[ProgressReport]) -> list[Note]:
 def _left_out(names: Sequence[str], day: date) -> list[Note]:
     """Return a note for the reports of later visits, where stations of a day count for nothing."""
     subject = about(SubjectKind.VISIT, day.isoformat())
-    stations: Values = {"stations": tuple(names)}
-    return [Note(code=Reason.STATIONS_NOT_USED, subject=subject, values=stations)] if names else []
+    return [noted(Reason.STATIONS_NOT_USED, subject, stations=tuple(names))] if names else []
 
 
 def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.match.upright_planes import (
@@ -77,7 +77,7 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
 
 
 def _of_survey(code: Reason, values: dict[str, Value]) -> Rejection:
-    return Rejection(code=code, subject=Subject(kind=SubjectKind.SURVEY), values=values)
+    return rejected(code, about(SubjectKind.SURVEY), **values)
 
 
 def find_placing(seen: Upright, walls: Upright, rises_m: Sequence[float]) -> Placing:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import ProjectError, Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.storage.regular_file import open_regular
 
@@ -50,17 +50,15 @@ def same_photos(project: Project, visit: Visit) -> dict[str, Rejection]:
 
 
 def _rejection(station: Station, visit: Visit, other: Visit, twin: Station, project: Project) -> Rejection:
-    return Rejection(
-        code=Reason.PHOTOS_OF_OTHER_STATION,
-        subject=Subject(kind=SubjectKind.STATION, name=station.name),
-        values={
-            "other": twin.name,
-            "other_visit": "" if other.date == visit.date else other.date.isoformat(),
-            "left": project.relative(station.left),
-            "right": project.relative(station.right),
-            "other_left": project.relative(twin.left),
-            "other_right": project.relative(twin.right),
-        },
+    return rejected(
+        Reason.PHOTOS_OF_OTHER_STATION,
+        about(SubjectKind.STATION, station.name),
+        other=twin.name,
+        other_visit="" if other.date == visit.date else other.date.isoformat(),
+        left=project.relative(station.left),
+        right=project.relative(station.right),
+        other_left=project.relative(twin.left),
+        other_right=project.relative(twin.right),
     )
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import date, timedelta
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.project.read import Visit
 
 NEAR = timedelta(days=1)
@@ -22,13 +22,11 @@ def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]
     if not off:
         return ()
     return (
-        Rejection(
-            code=Reason.PHOTOS_OF_OTHER_DAY,
-            subject=Subject(kind=SubjectKind.VISIT, name=visit.date.isoformat()),
-            values={
-                "stations": tuple(off),
-                "days": tuple(day.isoformat() for day in off.values()),
-                "count": len(visit.stations),
-            },
+        rejected(
+            Reason.PHOTOS_OF_OTHER_DAY,
+            about(SubjectKind.VISIT, visit.date.isoformat()),
+            stations=tuple(off),
+            days=tuple(day.isoformat() for day in off.values()),
+            count=len(visit.stations),
         ),
     )

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.names import AS_BUILT
 from asbuilt_bim.ifc.read.assignments import Assigned, assigned_elements
@@ -22,7 +22,7 @@ MAX_NUMBER = 1e15
 def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[tuple[CostLine, ...], tuple[Note, ...]]:
     """Return the cost lines that pay for elements of the design, and notes on the items that can't be used."""
     if file.schema == "IFC2X3":
-        note = Note(code=Reason.COST_NOT_IN_IFC2X3, subject=about(SubjectKind.DESIGN))
+        note = noted(Reason.COST_NOT_IN_IFC2X3, about(SubjectKind.DESIGN))
         return (), (note,) if file.by_type("IfcCostItem") else ()
     lines: dict[int, CostLine] = {}
     notes: list[Note] = []
@@ -46,11 +46,10 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
     whole = [number for number in lines if _has_part_among(file.by_id(number), lines)]
     for line in [lines.pop(number) for number in whole]:
         subject = about(SubjectKind.COST_LINE, line.global_id)
-        notes.append(Note(code=Reason.COST_NESTED, subject=subject, values={"item": line.name or line.global_id}))
+        notes.append(noted(Reason.COST_NESTED, subject, item=line.name or line.global_id))
     notes += cost_notes(list(lines.values()))
     if elsewhere:
-        count = {"count": elsewhere}
-        notes.append(Note(code=Reason.COST_OF_OTHER_WORK, subject=about(SubjectKind.DESIGN), values=count))
+        notes.append(noted(Reason.COST_OF_OTHER_WORK, about(SubjectKind.DESIGN), count=elsewhere))
     return tuple(lines.values()), tuple(notes)
 
 
@@ -138,7 +137,7 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Assigned, units: Units)
 
 def _note(code: Reason, item: Any, values: Values) -> Note:
     subject = about(SubjectKind.COST_LINE, item.GlobalId)
-    return Note(code=code, subject=subject, values={"item": item.Name or item.GlobalId, **values})
+    return noted(code, subject, item=item.Name or item.GlobalId, **values)
 
 
 def _sum_of_rates(values: Sequence[Any], measure: Measure, units: Units, scale: float) -> float | Reason:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from asbuilt_bim.bim.model import CostLine
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
 
 MOST_TWICE = 10
 
@@ -14,21 +14,19 @@ def cost_notes(lines: Sequence[CostLine]) -> list[Note]:
     """Return the notes on the lines of a file; of those that repeat each other the first few."""
     unmeasured = [_unmeasured(line) for line in lines if line.others]
     schedules = sorted({line.schedule for line in lines})
-    count = {"count": len(schedules)}
-    several = [Note(code=Reason.COST_SCHEDULES_SEVERAL, subject=about(SubjectKind.DESIGN), values=count)]
+    several = [noted(Reason.COST_SCHEDULES_SEVERAL, about(SubjectKind.DESIGN), count=len(schedules))]
     credits = [_takes_off(line) for line in lines if line.planned_quantity * line.rate < 0.0]
     return [*unmeasured, *credits, *(several if len(schedules) > 1 else ()), *list(_paid_twice(lines))[:MOST_TWICE]]
 
 
 def _unmeasured(line: CostLine) -> Note:
     values: Values = {"item": _name(line), "others": line.others, "of": len(line.elements) + line.others}
-    return Note(code=Reason.COST_PART_UNMEASURED, subject=_subject(line), values=values)
+    return noted(Reason.COST_PART_UNMEASURED, _subject(line), **values)
 
 
 def _takes_off(line: CostLine) -> Note:
     amount = abs(line.planned_quantity * line.rate)
-    values: Values = {"item": _name(line), "amount": amount, "currency": line.currency}
-    return Note(code=Reason.COST_TAKES_OFF, subject=_subject(line), values=values)
+    return noted(Reason.COST_TAKES_OFF, _subject(line), item=_name(line), amount=amount, currency=line.currency)
 
 
 def _paid_twice(lines: Sequence[CostLine]) -> Iterator[Note]:
@@ -37,8 +35,7 @@ def _paid_twice(lines: Sequence[CostLine]) -> Iterator[Note]:
     for line in lines:
         keys = [(line.schedule, line.measure, element) for element in line.elements]
         for old in dict.fromkeys(_name(first[key]) for key in keys if key in first):
-            values: Values = {"item": _name(line), "other": old, "measure": line.measure}
-            yield Note(code=Reason.COST_PAID_TWICE, subject=_subject(line), values=values)
+            yield noted(Reason.COST_PAID_TWICE, _subject(line), item=_name(line), other=old, measure=line.measure)
         first |= {key: line for key in keys if key not in first}
 
 

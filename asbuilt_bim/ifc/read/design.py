@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from asbuilt_bim.bim.exposure import expose, touching
 from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Obstacle, Task
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import freeze, frozen
 from asbuilt_bim.ifc.geometry.bodies import Body, read_bodies
@@ -132,11 +132,11 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
             notes += (*task_notes, *cost_notes)
     if homeless := sum(not element.storey for element in design.elements):
         values: Values = {"count": homeless, "storeys": len(design.storeys)}
-        notes.append(Note(code=Reason.NO_STOREY, subject=about(SubjectKind.DESIGN), values=values))
+        notes.append(noted(Reason.NO_STOREY, about(SubjectKind.DESIGN), **values))
     for code, things in ((Reason.NOT_IN_TASKS, tasks.values()), (Reason.NOT_IN_COST_LINES, lines.values())):
         if without := len(ids.difference(*(thing.elements for thing in things))) if things else 0:
             values = {"count": without, "of": len(ids)}
-            notes.append(Note(code=code, subject=about(SubjectKind.DESIGN), values=values))
+            notes.append(noted(code, about(SubjectKind.DESIGN), **values))
     return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
 
 
