@@ -93,7 +93,7 @@ def test_a_survey_in_doubt_comes_before_any_number_and_stands_beside_the_money()
     doubt = Rejection(
         code=Reason.SURVEY_SHIFTED_IN_HEIGHT,
         subject=Subject(kind=SubjectKind.SURVEY),
-        values={"rise_m": 3.1, "more": 24},
+        values={"turn_rad": 0.0, "move_x_m": 0.0, "move_y_m": 0.0, "move_z_m": 3.1, "more": 24},
     )
     page = page_html(replace(sample_report(), rejections=(doubt, *sample_report().rejections)), {})
     first = page.index("Nobody should be paid by these numbers")
