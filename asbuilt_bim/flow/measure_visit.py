@@ -22,9 +22,8 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.check import same_photos
+from asbuilt_bim.project.check import other_days, same_photos
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
-from asbuilt_bim.project.photo_days import other_days
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.scale.cache import Cache, digest_of
