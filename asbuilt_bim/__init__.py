@@ -1,7 +1,5 @@
 """Know from photographs what has been built: as-built areas and progress of concrete walls and columns, in BIM/IFC."""
 
-from __future__ import annotations
-
 import importlib
 
 from asbuilt_bim.version import __version__

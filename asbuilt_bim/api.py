@@ -1,7 +1,5 @@
 """The Python face of the whole flow: what `asbuilt-bim run` and `report` do, in a script or a notebook."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime

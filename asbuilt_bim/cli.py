@@ -1,7 +1,5 @@
 """The command line: thin, friendly, and never a traceback."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Callable
 from datetime import UTC, datetime

@@ -3,8 +3,6 @@
 Nothing reads prose: code asks for a `Reason`, people read what `report/wording` makes of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Measuring one photo pair from files, in a few lines: the Python face of `asbuilt-bim measure`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

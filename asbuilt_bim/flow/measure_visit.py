@@ -1,7 +1,5 @@
 """A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date

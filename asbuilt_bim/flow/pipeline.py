@@ -1,7 +1,5 @@
 """The whole flow on one screen: photos and an IFC file in, one report a visit out."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

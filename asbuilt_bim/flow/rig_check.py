@@ -1,7 +1,5 @@
 """A visit's rig, judged from all its stations together: used, refined, or the stations refused by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """GlobalIds: what everything that counts is known by, in the result and in the copy of the file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """What this program writes into an IFC file: the names, the measures, and the GlobalIds that tell it is ours."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Checks of a project before it is measured: its files are there, and a pair of photos counts for one station."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from datetime import date, timedelta

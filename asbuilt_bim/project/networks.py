@@ -1,7 +1,5 @@
 """The networks and plugins that a project names: checked before anything is measured, opened again in each worker."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The project: what the user wrote in its YAML file, checked, with every path made real."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field

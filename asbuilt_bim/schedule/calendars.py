@@ -1,7 +1,5 @@
 """The working time of a schedule file: the calendar of its project, and those that tasks have of their own."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from datetime import date, time

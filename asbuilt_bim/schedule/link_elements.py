@@ -4,8 +4,6 @@ In this order, and only where it is one to one: a GlobalId in a custom field or 
 identification alone, unless it is a mere outline number; name alone.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence

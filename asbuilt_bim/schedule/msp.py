@@ -3,8 +3,6 @@
 Reference: Microsoft, Project XML Data Interchange Schema (mspdi_pj12.xsd).
 """
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path

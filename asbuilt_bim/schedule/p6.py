@@ -1,7 +1,5 @@
 """Primavera P6 XML (APIBusinessObjects, any version): its activities, their links and its calendar."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path

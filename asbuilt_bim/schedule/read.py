@@ -1,7 +1,5 @@
 """The door of this room: reads a schedule file by what it is, whatever its name ends in, and ties it to a design."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 from typing import Literal

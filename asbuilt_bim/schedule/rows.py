@@ -1,7 +1,5 @@
 """What a schedule file holds, whatever its format: its tasks in order, and its working time."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

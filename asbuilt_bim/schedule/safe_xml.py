@@ -1,7 +1,5 @@
 """XML of strangers: bounded in size and depth, without document types, so that no entity can grow or reach a file."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from xml.parsers import expat

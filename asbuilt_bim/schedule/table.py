@@ -1,7 +1,5 @@
 """A schedule as CSV: one task a line, its columns named in the first."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -4,8 +4,6 @@ An entry point names a callable that takes no arguments and returns the object; 
 `PluginGroup`. docs/plugins.md shows a whole package.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 from importlib.metadata import EntryPoint, entry_points

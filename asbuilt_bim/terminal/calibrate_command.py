@@ -1,7 +1,5 @@
 """`asbuilt-bim calibrate`: boards in, a rig file and a page out, nothing where a known length comes out wrong."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What each command does, between the command line and the pipeline; returns the exit code."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

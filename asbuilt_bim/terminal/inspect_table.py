@@ -1,7 +1,5 @@
 """What the program understands of an IFC file, as tables."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """`asbuilt-bim label`: the current masks of a project's photos, as COCO JSON."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`asbuilt-bim measure`: one photo pair, no IFC; faces on the terminal, pictures and JSON in a folder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path

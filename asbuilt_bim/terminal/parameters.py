@@ -1,7 +1,5 @@
 """What the command line's options take: paths, sizes in pixels, lengths within bounds."""
 
-from __future__ import annotations
-
 import errno
 import math
 import os

@@ -4,8 +4,6 @@ A run that fails half-way (disk full, no right to write, the power cut) leaves t
 of its own.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json

@@ -1,7 +1,5 @@
 """Where outputs may go: never over what a project reads, never among the files of others."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from pathlib import Path

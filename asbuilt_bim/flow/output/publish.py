@@ -1,7 +1,5 @@
 """What a run folder holds: written by `run` from what was measured, by `report` from `result.json` alone."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Round columns come as many narrow facets: here they become one cylinder again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

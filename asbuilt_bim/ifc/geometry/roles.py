@@ -1,7 +1,5 @@
 """What part each face of a wall plays: side, end, or reveal of an opening."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a task or a cost item is tied to: building elements, through types and assemblies, measured here or not."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any

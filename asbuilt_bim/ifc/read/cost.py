@@ -1,7 +1,5 @@
 """Cost schedules: what each line pays for, how much of it, and at what rate."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """One IFC file, or several that describe one building, become a `BimModel`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace

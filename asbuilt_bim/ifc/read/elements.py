@@ -1,7 +1,5 @@
 """Walls and columns of a file as plain elements, and the solids around them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

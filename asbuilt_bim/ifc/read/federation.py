@@ -1,7 +1,5 @@
 """Files that describe one building together: each in the world of the first; equal storeys are one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

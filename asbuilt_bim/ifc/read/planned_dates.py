@@ -1,7 +1,5 @@
 """When a task is planned, and why its dates don't count where they don't."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any

@@ -1,7 +1,5 @@
 """The work schedule: tasks, their dates, and the elements that they make."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -3,8 +3,6 @@
 Its header is looked at first: a schema name that ifcopenshell can't hold ends the process.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ styled items without an item). Taking the colours off puts it back. A style insi
 the element: it is moved out to all who use the source, each in its own colour or the one it had.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

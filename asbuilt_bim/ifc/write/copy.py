@@ -1,7 +1,5 @@
 """A copy of the IFC file that carries the result; the source is never touched."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import uuid

@@ -1,7 +1,5 @@
 """As-built quantities in cost schedules of their own, which mirror the planned ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from datetime import date

@@ -1,7 +1,5 @@
 """Makes our entities in an open IFC file: SI in, the file's units out, every rooted one with a GlobalId of ours."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any

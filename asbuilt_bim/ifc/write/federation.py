@@ -1,7 +1,5 @@
 """The result into copies of the design's files: each element into the file that owns it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

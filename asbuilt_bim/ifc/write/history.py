@@ -1,7 +1,5 @@
 """The visits as a time series: one IfcPerformanceHistory for each element, storey and task that is known of."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date

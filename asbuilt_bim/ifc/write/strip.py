@@ -1,7 +1,5 @@
 """Takes out what this program wrote, and puts back what it overwrote."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any
 

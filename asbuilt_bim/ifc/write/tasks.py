@@ -1,7 +1,5 @@
 """Measured progress of tasks: IfcTaskTime, or in IFC2X3 IfcScheduleTimeControl."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Any

@@ -1,7 +1,5 @@
 """A plan of each storey: elements coloured by state, and where the photos were taken."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

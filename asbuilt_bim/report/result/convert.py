@@ -1,7 +1,5 @@
 """`ProgressReport` to plain values and back, by cattrs: no field is named twice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from datetime import date, datetime

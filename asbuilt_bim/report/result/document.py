@@ -1,7 +1,5 @@
 """`result.json`: the one file that every other output is made from."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence

@@ -3,8 +3,6 @@
 `python -m asbuilt_bim.report.result.schema schemas/result-1.json` writes the file; a test compares them.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping

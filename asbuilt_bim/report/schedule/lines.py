@@ -1,7 +1,5 @@
 """The lines of an exported schedule, worked out once: MS Project and P6 only write them in their own words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, time

@@ -6,8 +6,6 @@ tasks get none of these elements. Reference: Microsoft, Project XML Data Interch
 elements are a sequence: their order counts.
 """
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Words for markers, control points and poses: where a station stood."""
 
-from __future__ import annotations
-
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 

@@ -1,7 +1,5 @@
 """Words for a rig that no longer stands as it was calibrated, and for one whose scale is off."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """The workbook's columns, and what each one means (the sheet `Notes` is written from here)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 _BEST = (

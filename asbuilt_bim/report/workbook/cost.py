@@ -1,7 +1,5 @@
 """The sheet `Cost`: cost lines in their own unit, with formulas that go on calculating."""
 
-from __future__ import annotations
-
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
