@@ -1,7 +1,5 @@
 """What of a face could ever be seen: its surface less where other solids touch it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Gives each measured face to the design faces that it lies on; what fits none is named with the nearest miss."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

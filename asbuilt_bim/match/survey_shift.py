@@ -5,8 +5,6 @@ The measured planes are a pattern. It is looked for near where it lies, on every
 any turn, and its feet and heads at any height. The score of a place is how many planes lie on the design there.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Which depth map the areas come from: stereo, the published one, or stereo with its holes filled by a network."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from asbuilt_bim.camera.rectify import RectifiedPair

@@ -1,7 +1,5 @@
 """One photo pair measured without any design: the paper's own use, and what its outputs are made from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from asbuilt_bim.camera.rig import StereoRig

@@ -4,8 +4,6 @@ Every trap of it is kept: the area is that of the face's shadow on the image pla
 column are one outline, and no uncertainty is known.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

@@ -1,7 +1,5 @@
 """All faces of one station: drafted, outlined, solved together, finished; what is too weak is rejected by name."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """The photos of one station: decoded, rectified, and held against the rig; or the station rejected by name."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import cv2

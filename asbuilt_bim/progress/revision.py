@@ -1,7 +1,5 @@
 """What a revision did to the design: walls and columns gone, new, changed in shape, moved."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A station's pose from the surveyed markers that it sees in both photos."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

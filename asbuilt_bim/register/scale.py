@@ -1,7 +1,5 @@
 """Is the rig's scale right? A visit's known lengths against what the rig makes of them: disc, prints, distances."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The surveyed markers: a table of corners in world metres, checked before a pose is built on it."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence

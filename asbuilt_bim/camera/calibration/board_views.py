@@ -1,7 +1,5 @@
 """Pairs of board photos, read and found: what a calibration is made from, and what it has to do without."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 

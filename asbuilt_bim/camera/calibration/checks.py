@@ -1,7 +1,5 @@
 """Is a calibration to be trusted? A small reprojection error proves little: these are the figures that say more."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

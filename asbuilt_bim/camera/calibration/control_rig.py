@@ -1,7 +1,5 @@
 """A rig from control points, for cameras that can't see a board: DLT of each camera, then one adjustment of both."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

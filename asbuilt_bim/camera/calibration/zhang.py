@@ -1,7 +1,5 @@
 """A first estimate of the rig: each camera by itself, the relative pose as the median of all views."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.camera.calibration.board_views import require_enough

@@ -1,7 +1,5 @@
 """Does a photo belong to the rig? Size, orientation, camera and zoom, before any pixel is trusted."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from asbuilt_bim.camera.photo.read import Photo

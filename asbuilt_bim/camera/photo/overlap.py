@@ -1,7 +1,5 @@
 """Do both photos of a pair belong together? Overlap, order and rows, from features that both show."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Were the photos of a pair exchanged, or both turned upside down? Taken the other way, they would fit the rig."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Their true sizes are not asked for here: measuring stays the same whatever is known of them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From the states of an element's cells to its completion and its state."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date

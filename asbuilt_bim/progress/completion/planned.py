@@ -1,7 +1,5 @@
 """Planned against actual: what the plan wanted by the status date, how late a task is, which elements are late."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The as-built area of a design face: the union of all stations' outlines in its plane, never their sum."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

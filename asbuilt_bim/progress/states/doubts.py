@@ -1,7 +1,5 @@
 """What to look at before a face is paid for: what is gone, goes on past the design, or has another size."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

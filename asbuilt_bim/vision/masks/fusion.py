@@ -4,8 +4,6 @@ The surfaces of the scene are the pieces that both speak of. A network that cove
 whether it can be is checked: walls and columns are upright planes or cylinders of a wall's or a column's size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

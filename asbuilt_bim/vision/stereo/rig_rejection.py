@@ -1,7 +1,5 @@
 """What a verdict of the rig leaves out, or warns of: the turn, its sigma and what it costs, as values of a code."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

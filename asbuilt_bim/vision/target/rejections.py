@@ -1,7 +1,5 @@
 """Why there is no target, why another disc isn't it, why the rig is in doubt: codes with their values."""
 
-from __future__ import annotations
-
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
 from asbuilt_bim.errors import Rejection, rejected
