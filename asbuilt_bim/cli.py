@@ -25,9 +25,9 @@ _FILE = FilePath()
 def app(context: click.Context, debug: bool) -> None:
     """Know from photographs what has been built: as-built areas and progress of concrete walls and columns.
 
-    Exit codes: 0 a result was written (stations that were left out are named), 1 it failed and says why
-    (also where not one station of the visit could be used; with --strict where one was left out), 2 the
-    command line is wrong.
+    Exit code 0: a result was written; stations that were left out are named. 1: it failed and says why, also
+    where no station of the visit could be used, or with --strict where one was left out. 2: the command line
+    is wrong.
     """
     context.obj = debug
 

@@ -33,7 +33,7 @@ PICTURE_WIDTH_PX = 1280
 
 
 class Progress(Protocol):
-    """Is told how far a step is: `done` of `total` pieces, `what` was the last one."""
+    """Takes note of how far a step is: `done` of `total` pieces, `what` was the last one."""
 
     def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
         """Take note."""

@@ -80,8 +80,8 @@ def monitor(
 def run_project(project: Project, place: Workplace, progress: Progress) -> RunResult:
     """Run every visit of a project in the order of dates, each with the history of those before.
 
-    A bad station is a rejection in its visit's report; a visit without one good station still gives a report, in
-    which everything is as the visits before left it.
+    A bad station is a rejection in its visit's report. A visit without one good station still gives a report: in it
+    everything is as the visits before left it.
 
     Raises:
         AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used.

@@ -42,8 +42,8 @@ class WatchedVisit:
 def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
     """Judge the rig of a visit, whose stations are in the order in which they were taken.
 
-    Stations taken with a knocked rig are refused; with `again` (--refine-rig) they are measured again with the rig
-    that their own matches show, and refused only where that one is no better.
+    Stations taken with a knocked rig are refused. With `again` (--refine-rig) they are measured again with the rig that
+    their own matches show. They are refused only where that one is no better.
     """
     healths = [health for outcome in outcomes if (health := outcome.health) is not None]
     verdicts = judge_visit(healths, rig)

@@ -36,7 +36,7 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     from asbuilt_bim.vision.networks.card import read_card
     from asbuilt_bim.vision.networks.kinds import network_digest
 
-    load_models(choice)  # opens all of them: what is wrong is said before a station is measured
+    load_models(choice)  # opens all of them: errors come before a station is measured
     named: dict[str, str] = {}
     for chosen, group in (
         (choice.segment, PluginGroup.SEGMENTERS),

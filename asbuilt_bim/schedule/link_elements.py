@@ -1,7 +1,7 @@
 """Links a schedule's tasks to the design: to the IFC's tasks, or by GlobalIds straight to elements.
 
-In this order, and only where it is one to one: a GlobalId in a custom field or column; identification and name;
-identification alone, unless it is a mere outline number; name alone.
+Links are one to one. They go by a GlobalId in a custom field or column, else by identification and name. Else they
+go by identification alone (unless it is a mere outline number), and last by name alone.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""XML of strangers: bounded in size and depth, without document types, so that no entity can grow or reach a file."""
+"""XML from elsewhere: bounded in size and depth, without document types, so that no entity can grow or reach a file."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path

@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from asbuilt_bim.errors import PluginError
 
 PREFIX = "plugin:"
-"""What stands before a plugin's name where the project file could also name a file or a network of ours."""
+"""What stands before a plugin's name where the project file could also name a file or a bundled network."""
 
 
 class PluginGroup(Enum):

@@ -128,7 +128,7 @@ class OutputFolder:
                 (self.path / relative).unlink()
 
     def _kept(self, relative: Path) -> Iterator[str]:
-        """Keep what a person made of a copy; what can't be moved can't be replaced either, which is said then."""
+        """Keep what a person made of a copy; what can't be moved can't be replaced, and a warning says so."""
         with contextlib.suppress(OSError):
             kept = keep_edited(self.path, relative)
             if kept is not None:
@@ -156,7 +156,7 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
                 pass
         except OSError as problem:
             raise output_error(path, problem) from problem
-        read_current(path)  # a damaged one is told before anything is measured
+        read_current(path)  # a damaged one is an error before anything is measured
         yield OutputFolder(path=path)
 
 

@@ -52,7 +52,7 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
 
 
 def planned_items(file: Any) -> Iterator[tuple[Any, str]]:
-    """Yield the cost items and the names of their schedules; what lies in a schedule of ours is left out."""
+    """Yield the cost items and the names of their schedules; schedules that this program wrote are left out."""
     schedules = file.by_type("IfcCostSchedule")
     of_name = Counter(schedule.Name for schedule in schedules)
     home = {

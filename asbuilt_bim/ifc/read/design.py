@@ -40,13 +40,13 @@ Planned = TypeVar("Planned", Task, CostLine)
 def read_design(path: Path | str | Sequence[Path | str], scope: str | None = None) -> BimModel:
     """Read the design from an IFC file (IFC2X3, IFC4, IFC4X3): walls and columns with their exposed faces.
 
-    Several files are one design in the world of the first: what two of them hold counts for the one named first, and
-    solids of one touch elements of another. `scope` is an ifcopenshell selector that picks the elements to be
+    Several files are one design in the world of the first. What two of them hold counts for the one named first.
+    Solids of one touch elements of another. `scope` is an ifcopenshell selector that picks the elements to be
     monitored; the others still touch them. One element that can't be used becomes a note, not an error.
 
     Raises:
-        DesignError: a file is missing, no IFC, cut short, of another schema, two walls or columns of it share a
-            GlobalId, or there is no wall or column that has a body.
+        DesignError: a file is missing, no IFC, cut short or of another schema. Or two walls or columns of it share a
+            GlobalId, or no wall or column has a body.
     """
     paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path)]
     return _design([(one, open_ifc(one)) for one in paths], scope)
@@ -159,8 +159,8 @@ def _why_empty(notes: Sequence[Note], scope: str | None) -> str:
 def read_obstacles(member: Member, products: Sequence[Any], elements: Sequence[BimElement]) -> tuple[Obstacle, ...]:
     """Return the bodies of those products of a file that touch a lateral face of an element, whosever it is.
 
-    Each is first drawn as it is before openings and clippings are taken off, which costs a tenth and can only be
-    larger; of those that touch so, the ones that were cut are then drawn again as they are.
+    Each is first drawn without its openings and clippings: that costs a tenth, and can only be larger. Of those that
+    touch, the ones with openings or clippings are then drawn again as they are.
     """
     if not elements:
         return ()

@@ -236,6 +236,6 @@ def check_unit(file: Any, products: Sequence[Any], length_scale: float, where: s
     sizes = sorted(float(np.diff(body.mesh.bounds_m, axis=0).max()) for body in bodies.values())
     if sizes and (half := sizes[(len(sizes) - 1) // 2]) > MAX_SIZE_M:
         raise DesignError(
-            f"{where}: its walls and columns are mostly {half:.0f} m long or more (limit {MAX_SIZE_M:.0f} m), and "
-            f"its unit of length is {length_scale:g} m; export it in the unit that it is drawn in"
+            f"{where}: its walls and columns are mostly {half:.0f} m long or more (limit {MAX_SIZE_M:.0f} m). "
+            f"Its unit of length is {length_scale:g} m; export it in the unit that it is drawn in"
         )

@@ -24,9 +24,9 @@ MAX_NAMED = 5
 
 
 def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[Note, ...]]:
-    """Return the tasks that are tied to elements of the design, in the file's order, and notes on the rest.
+    """Return the tasks that have elements of the design, in the file's order, and notes on the rest.
 
-    Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
+    Assignments are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
     (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
     """
     tasks, faults, worked_out = [], list[Note](), list[str]()

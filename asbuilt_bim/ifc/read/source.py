@@ -93,7 +93,7 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
 
 
 def _check_kind(path: Path, head: bytes) -> None:
-    """Refuse what isn't STEP text, naming what it is instead where that can be told."""
+    """Refuse what isn't STEP text, naming what it is instead where that shows."""
     text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
     if text.startswith(b"ISO-10303-21"):
         return

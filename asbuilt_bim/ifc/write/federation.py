@@ -49,7 +49,7 @@ def write_copies(
         names = ", ".join(str(source) for source in sources)
         raise ResultError(
             f"{names}: {len(left)} of the result's {len(report.elements)} elements are in none of these files "
-            f"({min(left)} ...): the result belongs to another design; give the files that the run was made with"
+            f"({min(left)} ...). The result belongs to another design; give the files that the run was made with"
         )
     return tuple(written)
 

@@ -15,7 +15,7 @@ RESULT = "result.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """What one visit said of a thing."""
+    """What one visit found of a thing."""
 
     day: date
     completion: Completion
@@ -30,7 +30,7 @@ class Sample:
 
 
 def samples_of(reports: Sequence[ProgressReport]) -> dict[str, list[Sample]]:
-    """Return what each visit said of each element, storey and task, by GlobalId, in the order of the days."""
+    """Return what each visit found of each element, storey and task, by GlobalId, in the order of the days."""
     found: dict[str, list[Sample]] = {}
     for report in sorted(reports, key=lambda one: one.visit_date):
         day = report.visit_date

@@ -18,7 +18,7 @@ _NO_TIME = f"{_ORIGINAL}TaskTime"
 _OVERWRITTEN = (Reason.BASIS_COMPLETE, Reason.BASIS_LOWER)
 """What our set says of a task whose own time was overwritten."""
 _BEFORE_CODES = "Completion"
-"""How it said so in copies that were written before there were codes."""
+"""The name of that property in copies that were written before there were codes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ def _basis(known: TaskVerdict, share: float, progress: TaskProgress, subject: Su
 
 
 def _remove_unused(file: Any, things: Any) -> None:
-    """Remove entities of ours, and their parts, once nothing refers to them; plain values are nothing to remove."""
+    """Remove our entities, and their parts, once nothing refers to them; plain values are nothing to remove."""
     for thing in things:
         if hasattr(thing, "is_a") and file.get_total_inverses(thing) == 0:
             parts = list(thing)

@@ -172,5 +172,5 @@ def _hours(calendar: WorkCalendar, start: datetime, finish: datetime) -> float:
 def _after(calendar: WorkCalendar, start: datetime, hours: float) -> datetime | None:
     try:
         return calendar.after(start, hours)
-    except ValueError:  # a calendar that ends: no finish is told
+    except ValueError:  # a calendar that ends: no finish is known
         return None

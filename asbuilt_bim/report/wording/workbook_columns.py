@@ -141,7 +141,7 @@ TASKS = (
         "Late",
         "text",
         10,
-        "late: the planned finish has passed and the task is not complete; unknown where it can't be said.",
+        "late: the planned finish has passed and the task is not complete; unknown where the photos don't show it.",
     ),
     _column("Elements", "count", 10, "Walls and columns of the task."),
     _column("Complete", "count", 10, "Elements seen complete."),
