@@ -26,8 +26,9 @@ MAX_NAMED = 5
 def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[Note, ...]]:
     """Return the tasks that have elements of the design, in the file's order, and notes on the rest.
 
-    Assignments are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
-    (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
+    Assignments are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and
+    IfcRelAssignsToProcess (the task works on it). What else a task makes is counted: it isn't measured, so the task is
+    not seen finished.
     """
     tasks, faults, worked_out = [], list[Note](), list[str]()
     making = ((task, assigned_elements(_products(task), elements)) for task in file.by_type("IfcTask"))
