@@ -1,7 +1,5 @@
 """Know from photographs what has been built: as-built areas and progress of concrete walls and columns, in BIM/IFC."""
 
-from __future__ import annotations
-
 import importlib
 
 from asbuilt_bim.version import __version__
@@ -32,31 +30,7 @@ _HOMES = {
 }
 """Where each public name lives; it is imported when it is first asked for, so that `import asbuilt_bim` stays light."""
 
-__all__ = [
-    "AsBuiltError",
-    "BimModel",
-    "Figure",
-    "PairMeasurement",
-    "ProgressReport",
-    "Project",
-    "Run",
-    "__version__",
-    "figures",
-    "measure_document",
-    "measure_pair",
-    "note_words",
-    "read_design",
-    "read_project",
-    "read_result",
-    "read_rig",
-    "read_schedule",
-    "remake",
-    "run",
-    "save_measurement",
-    "strip_asbuilt",
-    "words_of",
-    "write_asbuilt",
-]
+__all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> object:

@@ -1,7 +1,5 @@
 """The Python face of the whole flow: what `asbuilt-bim run` and `report` do, in a script or a notebook."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
@@ -49,7 +47,7 @@ def run(
 
     `workers` 0 is one process per processor; with more than one, a script needs `if __name__ == "__main__":`, because
     its processes are spawned. `until` gives the state as of that visit. Stations that were left out are in each
-    report's `rejections`. `progress(step, done, total, what)` is told how far it is.
+    report's `rejections`. `progress(step, done, total, what)` is called as the work goes on.
 
     Raises:
         AsBuiltError: there is no result; its text says why and what to do. An earlier result stands.

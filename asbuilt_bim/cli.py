@@ -1,7 +1,5 @@
 """The command line: thin, friendly, and never a traceback."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -27,20 +25,20 @@ _FILE = FilePath()
 def app(context: click.Context, debug: bool) -> None:
     """Know from photographs what has been built: as-built areas and progress of concrete walls and columns.
 
-    Exit codes: 0 a result was written (stations that were left out are named), 1 it failed and says why
-    (also where not one station of the visit could be used; with --strict where one was left out), 2 the
-    command line is wrong.
+    Exit code 0: a result was written; stations that were left out are named. 1: it failed and says why, also
+    where no station of the visit could be used, or with --strict where one was left out. 2: the command line
+    is wrong.
     """
     context.obj = debug
 
 
 @app.command()
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
-@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where the results go.")
+@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Folder for the results.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--visit", type=click.DateTime(["%Y-%m-%d"]), default=None, help="The state as of this visit.")
-@click.option("--strict", is_flag=True, help="Exit with 1 where a station was left out.")
-@click.option("--refine-rig", is_flag=True, help="Where the rig was knocked: use it as the visit's photos show it.")
+@click.option("--strict", is_flag=True, help="Exit with 1 if a station was left out.")
+@click.option("--refine-rig", is_flag=True, help="If the rig was knocked: use it as the visit's photos show it.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.option("--scheduler", default="", metavar="tcp://HOST:PORT", help="Measure on a Dask cluster.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")
@@ -51,7 +49,7 @@ def app(context: click.Context, debug: bool) -> None:
     type=click.IntRange(min=1),
     default=None,
     metavar="N",
-    help="Take away all but the newest N runs in FOLDER; all are kept by default.",
+    help="Keep only the newest N runs in FOLDER. Default: all.",
 )
 @click.pass_context
 def run(context: click.Context, /, **options: Any) -> None:
@@ -71,7 +69,7 @@ def run(context: click.Context, /, **options: Any) -> None:
 @app.command()
 @click.argument("folder", type=_FILE)
 @click.option(
-    "--ifc", type=_FILE, multiple=True, help="The IFC file, where it has been moved since the run; each of several."
+    "--ifc", type=_FILE, multiple=True, help="The IFC file, if it has moved since the run. Repeat for several."
 )
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
 @click.pass_context
@@ -92,18 +90,18 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--out", type=_FILE, required=True, metavar="RIG.yaml", help="The rig file to write.")
 @click.option("--report", type=_FILE, metavar="PAGE.html", help="A page that says whether to trust the calibration.")
 @click.option("--left", default="", metavar="PATTERN", help='Without a project: left board photos, "cal/left_*.jpg".')
-@click.option("--right", default="", metavar="PATTERN", help="And the right ones.")
+@click.option("--right", default="", metavar="PATTERN", help="The right ones.")
 @click.option("--board", default="", metavar="BOARD", help=_BOARD)
 @click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
-@click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="In the place of boards: measured points.")
-@click.option("--photo-size", type=PhotoSize(), default=None, metavar="WIDTHxHEIGHT", help="Of the photos they are in.")
+@click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="Measured points, instead of boards.")
+@click.option("--photo-size", type=PhotoSize(), default=None, metavar="WIDTHxHEIGHT", help="Size of those photos.")
 @click.option("--check-length", type=Metres(min=0.01, max=1000.0), metavar="METRES", help="A known length, in metres.")
-@click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in a pair of photos.")
+@click.option("--check-points", default="", metavar='"XL,YL XR,YR XL,YL XR,YR"', help="Its ends in both photos.")
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
-@click.option("--check-right", type=_FILE, metavar="PHOTO", help="And in the right one.")
-@click.option("--replace", is_flag=True, help="Write over RIG.yaml and PAGE.html where they are there.")
+@click.option("--check-right", type=_FILE, metavar="PHOTO", help="The second board in the right photo.")
+@click.option("--replace", is_flag=True, help="Replace RIG.yaml and PAGE.html if they exist.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def calibrate(context: click.Context, /, **options: Any) -> None:
@@ -151,7 +149,7 @@ def inspect(context: click.Context, file: Path) -> None:
 @app.command()
 @click.argument("file", type=_FILE, metavar="FILE.ifc")
 @click.option("--out", type=_FILE, required=True, metavar="PLAIN.ifc", help="The copy to write.")
-@click.option("--replace", is_flag=True, help="Write over PLAIN.ifc where it is there.")
+@click.option("--replace", is_flag=True, help="Replace PLAIN.ifc if it exists.")
 @click.pass_context
 def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     """Take out of an IFC copy all that asbuilt-bim wrote, and put back what it overwrote."""
@@ -174,28 +172,28 @@ def ifcpatch_dir() -> None:
 @app.command()
 @click.argument("left", type=_FILE)
 @click.argument("right", type=_FILE)
-@click.option("--rig", type=_FILE, required=True, metavar="RIG.yaml", help="The rig that took the photos.")
-@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Where pictures, faces.csv and JSON go.")
+@click.option("--rig", type=_FILE, required=True, metavar="RIG.yaml", help="Rig file of the camera pair.")
+@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Folder for pictures, faces.csv and JSON.")
 @click.option(
     "--target-diameter",
     type=Metres(0.05, 2.0),
     default=None,
     metavar="METRES",
-    help="The red disc's, as measured on it; without it the disc says nothing of the scale.",
+    help="Diameter of the red disc. Without it the disc checks no scale.",
 )
-@click.option("--no-target", is_flag=True, help="Go on without a red disc: nothing then checks the scale.")
-@click.option("--refine-rig", is_flag=True, help="Where the rig has moved: use it as these photos show it.")
+@click.option("--no-target", is_flag=True, help="Measure without a red disc; nothing checks the scale.")
+@click.option("--refine-rig", is_flag=True, help="If the rig has moved: use it as these photos show it.")
 @click.option("--masks", type=_FILE, default=None, help="PNG of labels, COCO JSON or clicked polygons of LEFT.")
-@click.option("--mask-class", multiple=True, metavar="LABEL=CLASS", help="What a PNG's label is: 1=wall, 2=column.")
+@click.option("--mask-class", multiple=True, metavar="LABEL=CLASS", help="Class of a PNG's label: 1=wall, 2=column.")
 @click.option("--segment-network", default="", metavar="CARD", help="Card of a segmenter, bundled, or plugin:NAME.")
 @click.option("--depth-network", default="", metavar="CARD", help="Card for relative depth, bundled, or plugin:NAME.")
 @click.option("--method", type=click.Choice(["default", "paper"]), default="default", help="paper: as published.")
-@click.option("--depth", type=click.Choice(["stereo", "paper", "fused"]), default=None, help="The depth map to take.")
+@click.option("--depth", type=click.Choice(["stereo", "paper", "fused"]), default=None, help="The depth map to use.")
 @click.option(
     "--inversion",
     type=click.Choice(["complement", "reciprocal"]),
     default=None,
-    help="How --method paper turns relative depth round.",
+    help="How --method paper inverts relative depth.",
 )
 @click.pass_context
 def measure(context: click.Context, /, **options: Any) -> None:
@@ -221,7 +219,7 @@ def measure(context: click.Context, /, **options: Any) -> None:
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option("--out", type=_FILE, required=True, metavar="LABELS.json", help="The COCO file to write.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
-@click.option("--replace", is_flag=True, help="Write over LABELS.json where it is there.")
+@click.option("--replace", is_flag=True, help="Replace LABELS.json if it exists.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def label(

@@ -3,8 +3,6 @@
 Nothing reads prose: code asks for a `Reason`, people read what `report/wording` makes of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -296,3 +294,8 @@ def each_once(notes: Iterable[Note]) -> tuple[Note, ...]:
 def about(kind: SubjectKind, name: str = "", station: str = "") -> Subject:
     """Return a subject, in short."""
     return Subject(kind=kind, name=name, station=station)
+
+
+def noted(code: Reason, subject: Subject, /, **values: Value) -> Note:
+    """Return a note, in short."""
+    return Note(code=code, subject=subject, values=values)

@@ -21,12 +21,19 @@ AsBuiltError                  everything this package raises on purpose; the com
 A station that can't be used is no exception: it is a `Rejection`, and the other stations count.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asbuilt_bim.codes import Reason, Subject, Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rejection:
+    """Says what was left out and why, as a code with its values; `report/wording` makes the sentence of it."""
+
+    code: Reason
+    subject: Subject
+    values: Mapping[str, Value] = field(default_factory=dict, hash=False)
 
 
 class AsBuiltError(Exception):
@@ -101,10 +108,6 @@ class MissingExtraError(AsBuiltError):
     """An optional part isn't installed."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rejection:
-    """Says what was left out and why, as a code with its values; `report/wording` makes the sentence of it."""
-
-    code: Reason
-    subject: Subject
-    values: Mapping[str, Value] = field(default_factory=dict, hash=False)
+def rejected(code: Reason, subject: Subject, /, **values: Value) -> Rejection:
+    """Return a rejection, in short."""
+    return Rejection(code=code, subject=subject, values=values)

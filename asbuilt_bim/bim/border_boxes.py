@@ -1,7 +1,5 @@
 """What a face's border leaves outside the boxes of its samples: pieces of boxes whose middle lies past it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Which design faces a station could see at all: in the frame, near enough, and not turned away."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cells of an element: a wall is divided over length x height, a column over height; and samples of its surface."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

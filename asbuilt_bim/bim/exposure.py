@@ -1,7 +1,5 @@
 """What of a face could ever be seen: its surface less where other solids touch it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -13,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from asbuilt_bim.bim.mesh import Mesh, pieces, section
 from asbuilt_bim.bim.model import BimElement, DesignFace, Obstacle
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -110,7 +108,7 @@ def expose(
 
 def _note(code: Reason, element: BimElement, values: Values) -> Note:
     named = {"ifc_class": element.ifc_class, "element": element.name}
-    return Note(code=code, subject=about(SubjectKind.ELEMENT, element.global_id), values={**named, **values})
+    return noted(code, about(SubjectKind.ELEMENT, element.global_id), **named, **values)
 
 
 def touching(elements: Sequence[BimElement], obstacles: Sequence[Obstacle]) -> frozenset[int]:

@@ -1,7 +1,5 @@
 """Triangle meshes: welding, pieces, outward orientation, volume, sections, and which points lie inside."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The design as plain data, in world metres; read by `ifc`, used by everything behind `register`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal

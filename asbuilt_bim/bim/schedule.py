@@ -1,7 +1,5 @@
 """A work schedule as plain data: working time, links between tasks, and where the dates came from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Literal

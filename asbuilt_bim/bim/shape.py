@@ -1,7 +1,5 @@
 """An element's own axes: length, thickness and height from its vertices."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.bim.mesh import Mesh

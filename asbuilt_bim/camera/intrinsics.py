@@ -1,7 +1,5 @@
 """One camera of the rig: its matrix, its lens, its picture size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

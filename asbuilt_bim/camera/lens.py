@@ -1,7 +1,5 @@
 """Lenses: how each bends a ray, how a bent one is made straight again, and how far out that can be undone."""
 
-from __future__ import annotations
-
 from typing import Literal, get_args
 
 import numpy as np

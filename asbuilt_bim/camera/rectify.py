@@ -1,7 +1,5 @@
 """Rectification: rows of left and right correspond, and the whole frame is kept."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

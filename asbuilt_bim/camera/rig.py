@@ -1,7 +1,5 @@
 """The stereo rig as it was calibrated."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

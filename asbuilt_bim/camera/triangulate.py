@@ -1,7 +1,5 @@
 """Points in space from where both ORIGINAL photos show them."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

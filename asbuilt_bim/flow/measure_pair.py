@@ -1,7 +1,5 @@
 """Measuring one photo pair from files, in a few lines: the Python face of `asbuilt-bim measure`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +8,8 @@ from asbuilt_bim.camera.photo.read import Photo, read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.camera.rig_formats.rig_file import checked_rig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import MeasureError, Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import MeasureError, rejected
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
 from asbuilt_bim.project.networks import NetworkChoice, load_models
@@ -79,8 +77,8 @@ def measure_pair(
         found = measure_photos(photos, rig, replace(chosen, target=asked), models, refine=refine_rig)
     except MeasureError as problem:
         raise MeasureError(reason_lines(problem), problem.rejections) from problem
-    file = Subject(kind=SubjectKind.FILE, name=Path(str(masks)).name)
-    unused = [Rejection(code=Reason.MASK_UNUSED, subject=file, values={"detail": text}) for text in left_out]
+    file = about(SubjectKind.FILE, Path(str(masks)).name)
+    unused = [rejected(Reason.MASK_UNUSED, file, detail=text) for text in left_out]
     return replace(found, rejections=(*found.rejections, *unused))
 
 

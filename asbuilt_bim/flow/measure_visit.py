@@ -1,7 +1,5 @@
 """A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
@@ -11,8 +9,8 @@ import cv2
 
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind
-from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, watch_rig, watch_scale
 from asbuilt_bim.measure.station import (
     MeasureOptions,
@@ -22,9 +20,8 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.check import same_photos
+from asbuilt_bim.project.check import other_days, same_photos
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
-from asbuilt_bim.project.photo_days import other_days
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.scale.cache import Cache, digest_of
@@ -36,7 +33,7 @@ PICTURE_WIDTH_PX = 1280
 
 
 class Progress(Protocol):
-    """Is told how far a step is: `done` of `total` pieces, `what` was the last one."""
+    """Takes note of how far a step is: `done` of `total` pieces, `what` was the last one."""
 
     def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
         """Take note."""
@@ -188,11 +185,9 @@ def read_pair(station: Station, project: Project) -> StationPhotos | RejectedSta
         try:
             photos.append(replace(read_photo(path), name=name))
         except PhotoError as problem:
-            subject = Subject(kind=SubjectKind.STATION, name=station.name)
+            subject = about(SubjectKind.STATION, station.name)
             detail = str(problem).replace(str(path), name)
-            rejections.append(
-                Rejection(code=Reason.PHOTO_UNUSABLE, subject=subject, values={"photo": name, "detail": detail})
-            )
+            rejections.append(rejected(Reason.PHOTO_UNUSABLE, subject, photo=name, detail=detail))
     if rejections:
         return RejectedStation(station=station.name, rejections=tuple(rejections))
     return StationPhotos(name=station.name, left=photos[0], right=photos[1])
@@ -245,6 +240,6 @@ def _picture(outcome: Outcome) -> bytes:
 
 
 def _rejected(code: Reason, station: str, detail: str = "") -> RejectedStation:
-    subject = Subject(kind=SubjectKind.STATION, name=station)
-    rejection = Rejection(code=code, subject=subject, values={"detail": detail} if detail else {})
+    subject = about(SubjectKind.STATION, station)
+    rejection = rejected(code, subject, **({"detail": detail} if detail else {}))
     return RejectedStation(station=station, rejections=(rejection,))

@@ -1,7 +1,5 @@
 """The whole flow on one screen: photos and an IFC file in, one report a visit out."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +9,7 @@ from functools import reduce
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, each_once
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
@@ -82,8 +80,8 @@ def monitor(
 def run_project(project: Project, place: Workplace, progress: Progress) -> RunResult:
     """Run every visit of a project in the order of dates, each with the history of those before.
 
-    A bad station is a rejection in its visit's report; a visit without one good station still gives a report, in
-    which everything is as the visits before left it.
+    A bad station is a rejection in its visit's report. A visit without one good station still gives a report: in it
+    everything is as the visits before left it.
 
     Raises:
         AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used.
@@ -144,8 +142,7 @@ def _left_out_before(past: Sequence[ProgressReport]) -> list[Note]:
 def _left_out(names: Sequence[str], day: date) -> list[Note]:
     """Return a note for the reports of later visits, where stations of a day count for nothing."""
     subject = about(SubjectKind.VISIT, day.isoformat())
-    stations: Values = {"stations": tuple(names)}
-    return [Note(code=Reason.STATIONS_NOT_USED, subject=subject, values=stations)] if names else []
+    return [noted(Reason.STATIONS_NOT_USED, subject, stations=tuple(names))] if names else []
 
 
 def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:

@@ -1,7 +1,5 @@
 """A visit's rig, judged from all its stations together: used, refined, or the stations refused by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -11,7 +9,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
@@ -44,8 +42,8 @@ class WatchedVisit:
 def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
     """Judge the rig of a visit, whose stations are in the order in which they were taken.
 
-    Stations taken with a knocked rig are refused; with `again` (--refine-rig) they are measured again with the rig
-    that their own matches show, and refused only where that one is no better.
+    Stations taken with a knocked rig are refused. With `again` (--refine-rig) they are measured again with the rig that
+    their own matches show. They are refused only where that one is no better.
     """
     healths = [health for outcome in outcomes if (health := outcome.health) is not None]
     verdicts = judge_visit(healths, rig)
@@ -172,31 +170,33 @@ def _record(verdict: RigVerdict, *, refined: bool) -> RigRecord:
 def _refined(names: Sequence[str], verdict: RigVerdict) -> Note:
     """Say that stations were measured with the rig as their photos show it."""
     turn, sigma = _turn(verdict)
-    values: Values = {
-        "stations": tuple(names),
-        "matches": verdict.matches,
-        "turn_rad": turn,
-        "turn_sigma_rad": sigma,
-        "area_effect": verdict.area_effect,
-        "area_effect_sigma": verdict.area_sigma,
-        "rows_px": verdict.rows_px,
-    }
-    return Note(code=Reason.RIG_USED_REFINED, subject=about(SubjectKind.RIG), values=values)
+    return noted(
+        Reason.RIG_USED_REFINED,
+        about(SubjectKind.RIG),
+        stations=tuple(names),
+        matches=verdict.matches,
+        turn_rad=turn,
+        turn_sigma_rad=sigma,
+        area_effect=verdict.area_effect,
+        area_effect_sigma=verdict.area_sigma,
+        rows_px=verdict.rows_px,
+    )
 
 
 def _knocked_between(before: RigVerdict, after: RigVerdict) -> Note:
     """Say between which stations the rig was knocked, and how it stood before and after."""
     turn_before, sigma_before = _turn(before)
     turn_after, sigma_after = _turn(after)
-    values: Values = {
-        "last_before": before.stations[-1],
-        "first_after": after.stations[0],
-        "turn_before_rad": turn_before,
-        "turn_before_sigma_rad": sigma_before,
-        "turn_after_rad": turn_after,
-        "turn_after_sigma_rad": sigma_after,
-    }
-    return Note(code=Reason.RIG_KNOCKED_BETWEEN, subject=about(SubjectKind.RIG), values=values)
+    return noted(
+        Reason.RIG_KNOCKED_BETWEEN,
+        about(SubjectKind.RIG),
+        last_before=before.stations[-1],
+        first_after=after.stations[0],
+        turn_before_rad=turn_before,
+        turn_before_sigma_rad=sigma_before,
+        turn_after_rad=turn_after,
+        turn_after_sigma_rad=sigma_after,
+    )
 
 
 def _turn(verdict: RigVerdict) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -210,4 +210,4 @@ def _camera(healths: Sequence[StationHealth], verdict: RigVerdict) -> RectifiedC
 
 
 def _subject(outcome: Outcome) -> Subject:
-    return Subject(kind=SubjectKind.STATION, name=outcome.station)
+    return about(SubjectKind.STATION, outcome.station)

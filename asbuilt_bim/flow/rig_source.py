@@ -1,7 +1,5 @@
 """The rig of a project: read from its file, or calibrated from photos of boards (once, then from the cache)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The array types that cross the package, and how an array is made read-only."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@
 frame (n away from the camera, h > 0). Two planes meet in the image on the line (q1 - q2) . r = 0.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Level surfaces (ground, slabs, soffits) found in a disparity map by the height that their pixels share."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ them, votes chain up to what one walks along without a jump in depth, and a chai
 (planes) or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 

@@ -4,8 +4,6 @@ The rectified rays are turned so that the vertical is exactly the image's y. The
 on x only, d = alpha x + gamma, so a building is a plan drawing in (x, d); a level plane's depends on y only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A mask's box, and its pixels: looked for within the box, for a face is a small part of a photo."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

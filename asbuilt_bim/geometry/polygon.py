@@ -4,8 +4,6 @@ A ring is an open (N, 2) array in metres; a polygon is a tuple of rings, the out
 its holes (clockwise); a `Region` is a tuple of polygons.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -68,11 +66,6 @@ def difference(a: Region, b: Region) -> Region:
 def grown(region: Region, distance: float) -> Region:
     """Return the region grown (or, below zero, shrunk) by `distance` with mitred corners."""
     return region_from(shape_of(region).buffer(distance, join_style="mitre", mitre_limit=4.0))
-
-
-def simplified(region: Region, tolerance: float) -> Region:
-    """Return the region with fewer vertices, nowhere further than `tolerance` from where it was."""
-    return region_from(shape_of(region).simplify(tolerance))
 
 
 def box(u0: float, v0: float, u1: float, v1: float) -> Region:
@@ -149,11 +142,6 @@ def centroid(region: Region) -> FloatArray:
     """Return the centre of mass (2,) of a region that isn't empty."""
     point = shape_of(region).centroid
     return np.array([point.x, point.y])
-
-
-def from_segments(segments: ArrayLike) -> Region:
-    """Return the region that segments (N, 2, 2) enclose, even-odd: rings inside rings are holes."""
-    return region_from(enclosed(segments))
 
 
 def enclosed(segments: ArrayLike) -> BaseGeometry:

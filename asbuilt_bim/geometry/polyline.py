@@ -1,7 +1,5 @@
 """A chain of points as the fewest straight pieces that explain it, or as the arc of a round column."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray

@@ -3,8 +3,6 @@
 A chain is what one walks along without a jump in depth: the sides of one column, a wall and its end.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

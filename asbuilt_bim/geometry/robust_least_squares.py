@@ -3,8 +3,6 @@
 A problem keeps its own model and Jacobian. How far a point may be off and when to stop is set here, once for all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

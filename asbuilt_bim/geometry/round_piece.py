@@ -1,7 +1,5 @@
 """Round columns in the plan drawing: the part of a chain that an arc explains better than straight pieces."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigid transforms as 4x4 matrices, named `b_from_a`."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike

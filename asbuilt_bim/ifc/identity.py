@@ -1,12 +1,10 @@
 """GlobalIds: what everything that counts is known by, in the result and in the copy of the file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from typing import Any
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 
 MAX_NAMED = 5
 MOST_SHOWN = 30
@@ -37,13 +35,13 @@ def with_ids(
         if not has_id(thing):
             written = thing.GlobalId or ""
             values: Values = {**named, "global_id": written[:MOST_SHOWN], "characters": len(written)}
-            bad.append(Note(code=Reason.GLOBAL_ID_INVALID, subject=about(kind), values=values))
+            bad.append(noted(Reason.GLOBAL_ID_INVALID, about(kind), **values))
         elif each_once and thing.GlobalId in first:
             values = {**named, "other": first[thing.GlobalId]}
-            bad.append(Note(code=Reason.GLOBAL_ID_TWICE, subject=about(kind, thing.GlobalId), values=values))
+            bad.append(noted(Reason.GLOBAL_ID_TWICE, about(kind, thing.GlobalId), **values))
         else:
             first[thing.GlobalId] = f"{thing.is_a()} {thing.Name or ''}".strip()
             kept.append(thing)
     left = len(bad) - MAX_NAMED
-    more = Note(code=Reason.GLOBAL_IDS_MORE, subject=about(kind), values={"count": left})
+    more = noted(Reason.GLOBAL_IDS_MORE, about(kind), count=left)
     return kept, (*bad[:MAX_NAMED], *((more,) if left > 0 else ()))

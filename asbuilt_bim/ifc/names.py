@@ -1,6 +1,4 @@
-"""What this program writes into an IFC file: the names, the measures, and the GlobalIds that tell it is ours."""
-
-from __future__ import annotations
+"""What this program writes into an IFC file: the names, the measures, and GlobalIds that show who made them."""
 
 import base64
 import hashlib
@@ -86,7 +84,7 @@ HISTORY: dict[str, tuple[PropertyKind, str]] = {
 
 
 def our_guid(key: str) -> str:
-    """Return the GlobalId of what `key` names: the same key gives the same id, and all of ours begin alike."""
+    """Return the GlobalId of what `key` names: the same key gives the same id, and all begin alike."""
     tail = bytearray(hashlib.sha256(key.encode()).digest()[:9])
     tail[1] = tail[1] & 0x3F | 0x80  # the variant that a UUID has
     return _BEGINNING + base64.b64encode(tail).translate(_IFC_LETTERS).decode()

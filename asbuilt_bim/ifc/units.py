@@ -1,7 +1,5 @@
 """The file's units against SI: each by its own unit, since areas are often in m2 where lengths are in mm."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

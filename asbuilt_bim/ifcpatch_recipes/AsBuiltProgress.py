@@ -6,8 +6,6 @@
 `ifcpatch` loads it by its path, and the class by its name; names and the form of the docstring below are what it wants.
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Lets the design's directions steady the measured areas: softly, tested, and never the offsets or tilts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

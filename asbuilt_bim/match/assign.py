@@ -1,7 +1,5 @@
 """Gives each measured face to the design faces that it lies on; what fits none is named with the nearest miss."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,8 +7,8 @@ import numpy as np
 
 from asbuilt_bim.bim.candidates import candidates
 from asbuilt_bim.bim.model import BimElement, BimModel
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -125,16 +123,15 @@ def _tilt(seen: WorldFace) -> float | None:
 def _left_over(
     seen: WorldFace, found: Sequence[FaceMatch], compared: Sequence[Comparison], elements: dict[str, BimElement]
 ) -> list[Rejection]:
-    face, subject = seen.face, Subject(kind=SubjectKind.FACE, name=seen.face.face_id, station=seen.pose.station)
+    face, subject = seen.face, about(SubjectKind.FACE, seen.face.face_id, seen.pose.station)
     if found:
         past_m2 = sum(match.past_design_m2 for match in found)
         if past_m2 > max(STRAY_SHARE * face.area_m2, STRAY_M2):
-            values: dict[str, Value] = {"past_m2": past_m2, "area_m2": face.area_m2}
-            return [Rejection(code=Reason.FACE_PAST_DESIGN, subject=subject, values=values)]
+            return [rejected(Reason.FACE_PAST_DESIGN, subject, past_m2=past_m2, area_m2=face.area_m2)]
         return []
     failed = [(pair.fault, pair) for pair in compared if pair.fault is not None]
     if not failed:
-        return [Rejection(code=Reason.FACE_WITHOUT_DESIGN, subject=subject)]
+        return [rejected(Reason.FACE_WITHOUT_DESIGN, subject)]
     fault, nearest = min(failed, key=lambda one: (one[1].excess, abs(one[1].offset_m)))
     name = elements[nearest.design.element].name or nearest.design.element
-    return [Rejection(code=fault, subject=subject, values={"nearest": name, **nearest.values})]
+    return [rejected(fault, subject, nearest=name, **nearest.values)]

@@ -1,7 +1,5 @@
 """Carries outlines and design faces into one another's coordinates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

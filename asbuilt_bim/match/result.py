@@ -1,7 +1,5 @@
 """What matching says: every measured face is matched or unmatched, every design face is observed or not."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from asbuilt_bim.errors import Rejection

@@ -1,7 +1,5 @@
 """How well a measured face fits a design face: direction, distance, overlap, kind; with the sigma of each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ The measured planes are a pattern. It is looked for near where it lies, on every
 any turn, and its feet and heads at any height. The score of a place is how many planes lie on the design there.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -14,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.match.upright_planes import (
@@ -77,7 +75,7 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
 
 
 def _of_survey(code: Reason, values: dict[str, Value]) -> Rejection:
-    return Rejection(code=code, subject=Subject(kind=SubjectKind.SURVEY), values=values)
+    return rejected(code, about(SubjectKind.SURVEY), **values)
 
 
 def find_placing(seen: Upright, walls: Upright, rises_m: Sequence[float]) -> Placing:

@@ -1,7 +1,5 @@
 """Upright planes as lines in plan: those that were measured, those that are designed, and which lie on which."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 

@@ -4,8 +4,6 @@ This is the method to compare with, not the one that is used: it measures the fa
 A cos(theta), and loses half a pixel all round.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike

@@ -1,7 +1,5 @@
 """The station's disparity kept small: at most 640 px wide, two PNGs, fore- and background never mixed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

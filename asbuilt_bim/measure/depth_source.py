@@ -1,12 +1,10 @@
 """Which depth map the areas come from: stereo, the published one, or stereo with its holes filled by a network."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.vision.stereo.depth import DepthMap, DepthMethod, RelativeDepth
 from asbuilt_bim.vision.stereo.depth_fused import fused_depth
 from asbuilt_bim.vision.stereo.depth_paper import Inversion, paper_depth
@@ -47,16 +45,16 @@ def area_depth(
     inversion: Inversion,
 ) -> DepthMap | Rejection:
     """Return the depth map that the areas come from, or why there is none. Never another one than was asked for."""
-    station = Subject(kind=SubjectKind.STATION, name=pair.name)
+    station = about(SubjectKind.STATION, pair.name)
     if wanted == "stereo":
         return stereo
     if network is None:
-        return Rejection(code=Reason.DEPTH_WITHOUT_NETWORK, subject=station, values={"depth": wanted})
+        return rejected(Reason.DEPTH_WITHOUT_NETWORK, station, depth=wanted)
     try:
         if wanted == "fused":
             return fused_depth(pair, stereo, network, target)[0]
         if target is None:
-            return Rejection(code=Reason.DEPTH_WITHOUT_TARGET, subject=station)
+            return rejected(Reason.DEPTH_WITHOUT_TARGET, station)
         return paper_depth(pair, network, target, inversion)
     except ValueError as problem:
-        return Rejection(code=Reason.DEPTH_FAILED, subject=station, values={"depth": wanted, "detail": str(problem)})
+        return rejected(Reason.DEPTH_FAILED, station, depth=wanted, detail=str(problem))

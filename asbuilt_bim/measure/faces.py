@@ -1,7 +1,5 @@
 """A measured face: its outline in metres, its area, and how sure that is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from asbuilt_bim.geometry.arrays import FloatArray

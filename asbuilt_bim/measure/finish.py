@@ -1,7 +1,5 @@
 """A settled plane and outline become a `MeasuredFace`: Green's theorem in the face's own plane, and sigma."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

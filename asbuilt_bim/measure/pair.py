@@ -1,12 +1,10 @@
 """One photo pair measured without any design: the paper's own use, and what its outputs are made from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import MeasureError, Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import MeasureError, Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.depth_source import Method, missing_network
 from asbuilt_bim.measure.faces import MeasuredFace
@@ -120,10 +118,12 @@ def _unmeasured(found: StationDetail, name: str) -> list[Rejection]:
     """Name the instances in which no face was measured."""
     measured = {face.instance for face in found.measurement.faces}
     return [
-        Rejection(
-            code=Reason.INSTANCE_WITHOUT_FACE,
-            subject=Subject(kind=SubjectKind.INSTANCE, name=f"{instance.label} {number + 1}", station=name),
-            values={"label": instance.label, "source": str(instance.source), "segmenter": instance.segmenter},
+        rejected(
+            Reason.INSTANCE_WITHOUT_FACE,
+            about(SubjectKind.INSTANCE, f"{instance.label} {number + 1}", name),
+            label=instance.label,
+            source=str(instance.source),
+            segmenter=instance.segmenter,
         )
         for number, instance in enumerate(found.instances)
         if number not in measured

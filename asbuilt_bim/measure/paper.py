@@ -4,16 +4,14 @@ Every trap of it is kept: the area is that of the face's shadow on the image pla
 column are one outline, and no uncertainty is known.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
@@ -42,9 +40,9 @@ def paper_faces(
         name = f"{pair.name}/{len(faces) + 1}"
         face = _face(pair, depth, instance, number, name)
         if face is None:
-            subject = Subject(kind=SubjectKind.INSTANCE, name=f"{instance.label} {number + 1}", station=pair.name)
+            subject = about(SubjectKind.INSTANCE, f"{instance.label} {number + 1}", pair.name)
             values = _without_depth(depth, instance)
-            rejections.append(Rejection(code=Reason.INSTANCE_WITHOUT_DEPTH, subject=subject, values=values))
+            rejections.append(rejected(Reason.INSTANCE_WITHOUT_DEPTH, subject, **values))
         elif face.area_m2 >= options.least_area_m2:
             faces.append(face)
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=None)

@@ -1,7 +1,5 @@
 """One station measured: two photos in; faces, sightings and a small depth map out. Knows nothing of the design."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """All faces of one station: drafted, outlined, solved together, finished; what is too weak is rejected by name."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,8 +8,8 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.finish import Settled, finish_face
@@ -126,8 +124,8 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
         faces.append(replace(face, face_id=f"{station}/{len(faces) + 1}"))
         return
     seen: dict[str, Value] = {"label": face.label, "area_m2": face.area_m2, "distance_m": face.distance_m}
-    subject = Subject(kind=SubjectKind.FACE, name=own, station=station)
-    rejections.append(Rejection(code=code, subject=subject, values=seen | values))
+    subject = about(SubjectKind.FACE, own, station)
+    rejections.append(rejected(code, subject, **(seen | values)))
 
 
 def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85) -> bytes:

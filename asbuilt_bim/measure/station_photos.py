@@ -1,7 +1,5 @@
 """The photos of one station: decoded, rectified, and held against the rig; or the station rejected by name."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import cv2
@@ -14,8 +12,8 @@ from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.photo.working_size import at_working_size
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import PhotoError, Rejection, RigError
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, about
+from asbuilt_bim.errors import PhotoError, Rejection, RigError, rejected
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.vision.stereo.rig_health import StationHealth, judge, station_health
@@ -54,15 +52,14 @@ def read_station(
 
     `working`: the rig at its working size (`working_rig`), where that isn't the photos' own.
     """
-    station = Subject(kind=SubjectKind.STATION, name=photos.name)
+    station = about(SubjectKind.STATION, photos.name)
     images: list[ByteImage] = []
     rejections: list[Rejection] = []
     for photo, side in ((photos.left, "left"), (photos.right, "right")):
         try:
             image = decode(photo)
         except PhotoError as error:
-            values = {"photo": photo.name, "detail": str(error)}
-            rejections.append(Rejection(code=Reason.PHOTO_UNUSABLE, subject=station, values=values))
+            rejections.append(rejected(Reason.PHOTO_UNUSABLE, station, photo=photo.name, detail=str(error)))
             continue
         size = (int(image.shape[1]), int(image.shape[0]))
         foreign = check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
@@ -81,13 +78,13 @@ def read_station(
     try:
         return rectify(_prepared(worked), left, right, photos.name)
     except (PhotoError, RigError, cv2.error) as error:
-        unusable = Rejection(code=Reason.PHOTOS_UNUSABLE, subject=station, values={"detail": str(error)})
+        unusable = rejected(Reason.PHOTOS_UNUSABLE, station, detail=str(error))
         return RejectedStation(station=photos.name, rejections=(unusable,), picture=picture)
 
 
 def _sizes(station: Subject, images: list[ByteImage]) -> Rejection:
     left, right = ((int(image.shape[1]), int(image.shape[0])) for image in images)
-    return Rejection(code=Reason.PHOTOS_DIFFER_IN_SIZE, subject=station, values={"left_px": left, "right_px": right})
+    return rejected(Reason.PHOTOS_DIFFER_IN_SIZE, station, left_px=left, right_px=right)
 
 
 def _one_photo_twice(station: Subject, images: list[ByteImage]) -> Rejection | None:
@@ -98,11 +95,7 @@ def _one_photo_twice(station: Subject, images: list[ByteImage]) -> Rejection | N
     differ, moved = float(cv2.absdiff(left, right).mean()), float(cv2.absdiff(left[:, 1:], left[:, :-1]).mean())
     if differ >= SAME_SHARE * moved:
         return None
-    return Rejection(
-        code=Reason.PHOTO_TWICE,
-        subject=station,
-        values={"differ_grey": differ, "limit_grey": SAME_SHARE * moved},
-    )
+    return rejected(Reason.PHOTO_TWICE, station, differ_grey=differ, limit_grey=SAME_SHARE * moved)
 
 
 _RIGS: dict[bytes, Rectification] = {}
@@ -145,7 +138,7 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
             swapped = swapped_rejection(pair.name, coarse, rig, pair.camera)
             if swapped is not None:
                 return RigCheck(health=None, rejections=(swapped,))
-            station = Subject(kind=SubjectKind.STATION, name=pair.name)
+            station = about(SubjectKind.STATION, pair.name)
             return RigCheck(
                 health=health,
                 rejections=(rig_rejection(Reason.RIG_KNOCKED, station, verdict),),

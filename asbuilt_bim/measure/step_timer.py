@@ -1,7 +1,5 @@
 """How long each step takes, by a clock that is given: of a station, or of a whole run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

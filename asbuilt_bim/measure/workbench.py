@@ -1,7 +1,5 @@
 """What every face of a station is worked on with: both photos made ready, where print hides concrete, and the scene."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Elements that an export gave other GlobalIds, known again by where they stand: what was seen of them counts."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

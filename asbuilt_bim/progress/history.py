@@ -1,7 +1,5 @@
 """What earlier visits decided, kept on the faces and dates of the elements; made from reports alone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from datetime import date
 from functools import partial

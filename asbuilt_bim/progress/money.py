@@ -1,7 +1,5 @@
 """Money to the cent: each line is rounded once, and a sum is the sum of the lines that stand above it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal

@@ -1,7 +1,5 @@
 """The result of a visit: one typed value, of which every file is a view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Literal

@@ -1,11 +1,9 @@
 """What a revision did to the design: walls and columns gone, new, changed in shape, moved."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.history import frame_of, stands_still
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport
 
@@ -69,4 +67,4 @@ def remap_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[Note, .
 def _note(code: Reason, elements: Sequence[ElementProgress], before: ProgressReport) -> Note:
     named = tuple(f"{e.kind} {e.name or e.global_id}" for e in elements[:_NAMED])
     values: Values = {"elements": named, "count": len(elements), "since": before.visit_date.isoformat()}
-    return Note(code=code, subject=about(SubjectKind.DESIGN), values=values)
+    return noted(code, about(SubjectKind.DESIGN), **values)

@@ -1,7 +1,5 @@
 """The three states of each design face after a visit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from asbuilt_bim.bim.model import DesignFace

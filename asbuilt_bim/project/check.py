@@ -1,16 +1,18 @@
 """Checks of a project before it is measured: its files are there, and a pair of photos counts for one station."""
 
-from __future__ import annotations
-
 import hashlib
+from collections.abc import Mapping
+from datetime import date, timedelta
 from pathlib import Path
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import ProjectError, Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.storage.regular_file import open_regular
 
 _EMPTY = hashlib.sha256().digest()
+NEAR = timedelta(days=1)
+"""Camera clocks run on another zone's time, and a visit may last past midnight."""
 
 
 def refuse_missing(project: Project) -> None:
@@ -50,17 +52,15 @@ def same_photos(project: Project, visit: Visit) -> dict[str, Rejection]:
 
 
 def _rejection(station: Station, visit: Visit, other: Visit, twin: Station, project: Project) -> Rejection:
-    return Rejection(
-        code=Reason.PHOTOS_OF_OTHER_STATION,
-        subject=Subject(kind=SubjectKind.STATION, name=station.name),
-        values={
-            "other": twin.name,
-            "other_visit": "" if other.date == visit.date else other.date.isoformat(),
-            "left": project.relative(station.left),
-            "right": project.relative(station.right),
-            "other_left": project.relative(twin.left),
-            "other_right": project.relative(twin.right),
-        },
+    return rejected(
+        Reason.PHOTOS_OF_OTHER_STATION,
+        about(SubjectKind.STATION, station.name),
+        other=twin.name,
+        other_visit="" if other.date == visit.date else other.date.isoformat(),
+        left=project.relative(station.left),
+        right=project.relative(station.right),
+        other_left=project.relative(twin.left),
+        other_right=project.relative(twin.right),
     )
 
 
@@ -81,3 +81,22 @@ def _digests(station: Station) -> tuple[bytes, bytes] | None:
         except OSError:
             return None
     return None if _EMPTY in digests else (digests[0], digests[1])
+
+
+def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]:
+    """Return one warning where photos say that they were `taken` (by station) on another day than the visit's.
+
+    They count all the same: a camera's clock may be wrong, and only the user knows.
+    """
+    off = {name: day for name, day in taken.items() if abs(day - visit.date) > NEAR}
+    if not off:
+        return ()
+    return (
+        rejected(
+            Reason.PHOTOS_OF_OTHER_DAY,
+            about(SubjectKind.VISIT, visit.date.isoformat()),
+            stations=tuple(off),
+            days=tuple(day.isoformat() for day in off.values()),
+            count=len(visit.stations),
+        ),
+    )

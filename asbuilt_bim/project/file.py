@@ -3,8 +3,6 @@
 The names here are the keys of the file and of `schemas/project-1.json`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """The networks and plugins that a project names: checked before anything is measured, opened again in each worker."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -38,7 +36,7 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     from asbuilt_bim.vision.networks.card import read_card
     from asbuilt_bim.vision.networks.kinds import network_digest
 
-    load_models(choice)  # opens all of them: what is wrong is said before a station is measured
+    load_models(choice)  # opens all of them: errors come before a station is measured
     named: dict[str, str] = {}
     for chosen, group in (
         (choice.segment, PluginGroup.SEGMENTERS),

@@ -1,7 +1,5 @@
 """Every option of the flow, step by step; the project file's `options` sets them by name."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from asbuilt_bim.match.options import MatchOptions

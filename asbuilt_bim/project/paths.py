@@ -1,7 +1,5 @@
 """Paths and names out of a project file: kept inside its folder, and safe to make files of."""
 
-from __future__ import annotations
-
 import os
 import re
 import unicodedata

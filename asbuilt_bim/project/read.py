@@ -1,7 +1,5 @@
 """The project: what the user wrote in its YAML file, checked, with every path made real."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -120,7 +118,7 @@ def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
     project = _resolve(path, written, checker)
     if problems.found:
         wrong = {problem.path for problem in problems.found}
-        for where, file in project.missing.items():  # all that is wrong is told at once
+        for where, file in project.missing.items():  # one message names all that is wrong
             if where not in wrong:
                 problems.add(where, f"there is no {project.relative(file)}")
         raise ProjectError(_message(path, problems.found, document.lines))

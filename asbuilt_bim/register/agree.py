@@ -1,7 +1,5 @@
 """Which of the sighted things agree on one pose, and which one is wrong: found by trying small subsets."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

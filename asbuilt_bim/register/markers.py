@@ -1,13 +1,11 @@
 """A station's pose from the surveyed markers that it sees in both photos."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import skew
 from asbuilt_bim.measure.station import StationMeasurement
@@ -32,12 +30,12 @@ def pose_from_markers(
     A marker that contradicts the others, or that the survey lacks, is named and left out; the station is kept.
     """
     seen, notes = _sighted(station, survey, options)
-    subject = Subject(kind=SubjectKind.STATION, name=station.station)
+    subject = about(SubjectKind.STATION, station.station)
     if len(seen) < options.min_markers:
         return None, (*notes, _too_few(subject, len(seen), options.min_markers, any_read=bool(station.markers)))
     agreement = largest_agreement(station.camera, seen, min(options.min_markers, len(seen)))
     if agreement is None:
-        return None, (*notes, Rejection(code=Reason.MARKERS_DISAGREE, subject=subject, values={"found": len(seen)}))
+        return None, (*notes, rejected(Reason.MARKERS_DISAGREE, subject, found=len(seen)))
     if agreement.ambiguous:
         return None, (*notes, _ambiguous(subject, agreement))
     notes += tuple(_wrong_marker(station.station, name, s) for name, s in agreement.wrong.items() if s > NAMED_SIGMAS)
@@ -49,16 +47,16 @@ def judged_pose(
     station: str, focal_px: float, agreement: Agreement, options: RegisterOptions, method: str
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Turn an agreement into a pose, or refuse it by its residual and its sigma ahead."""
-    subject, solution = Subject(kind=SubjectKind.STATION, name=station), agreement.solution
+    subject, solution = about(SubjectKind.STATION, station), agreement.solution
     covariance = solution.covariance.copy()
     covariance[:3, :3] += np.eye(3) * (options.rig_direction_px / focal_px) ** 2
     if solution.residual_px > options.max_residual_px:
         residual: dict[str, Value] = {"residual_px": solution.residual_px, "limit_px": options.max_residual_px}
-        return None, (Rejection(code=Reason.POSE_RESIDUAL, subject=subject, values=residual),)
+        return None, (rejected(Reason.POSE_RESIDUAL, subject, **residual),)
     ahead = sigma_ahead_m(solution.world_from_left, covariance, AHEAD_M)
     if ahead > options.max_sigma_at_5_m_m:
         sigma: dict[str, Value] = {"sigma_m": ahead, "limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
-        return None, (Rejection(code=Reason.POSE_UNCERTAIN, subject=subject, values=sigma),)
+        return None, (rejected(Reason.POSE_UNCERTAIN, subject, **sigma),)
     used = tuple(int(group.name) for group in agreement.used) if method == "markers" else ()
     pose = StationPose(
         station=station,
@@ -103,34 +101,24 @@ def _sighted(
 
 
 def _unknown(station: str, marker_id: int) -> Rejection:
-    return Rejection(
-        code=Reason.MARKER_NOT_SURVEYED,
-        subject=Subject(kind=SubjectKind.MARKER, name=str(marker_id), station=station),
-    )
+    return rejected(Reason.MARKER_NOT_SURVEYED, about(SubjectKind.MARKER, str(marker_id), station))
 
 
 def _too_few(station: Subject, count: int, needed: int, *, any_read: bool) -> Rejection:
-    return Rejection(
-        code=Reason.MARKERS_TOO_FEW,
-        subject=station,
-        values={"found": count, "needed": needed, "any_read": any_read},
-    )
+    return rejected(Reason.MARKERS_TOO_FEW, station, found=count, needed=needed, any_read=any_read)
 
 
 def _ambiguous(station: Subject, agreement: Agreement) -> Rejection:
-    return Rejection(
-        code=Reason.MARKERS_AMBIGUOUS,
-        subject=station,
-        values={"agree": tuple(group.name for group in agreement.used), "others": tuple(agreement.wrong)},
+    return rejected(
+        Reason.MARKERS_AMBIGUOUS,
+        station,
+        agree=tuple(group.name for group in agreement.used),
+        others=tuple(agreement.wrong),
     )
 
 
 def _wrong_marker(station: str, name: str, sigmas: float) -> Rejection:
-    return Rejection(
-        code=Reason.MARKER_CONTRADICTS,
-        subject=Subject(kind=SubjectKind.MARKER, name=name, station=station),
-        values=off_values(sigmas),
-    )
+    return rejected(Reason.MARKER_CONTRADICTS, about(SubjectKind.MARKER, name, station), **off_values(sigmas))
 
 
 def off_values(sigmas: float) -> dict[str, Value]:

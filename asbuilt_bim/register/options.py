@@ -1,7 +1,5 @@
 """What registration may be told."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -9,8 +9,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
@@ -40,13 +40,9 @@ def pose_from_control_points(
     station: StationMeasurement, points: Sequence[ControlPoint], options: RegisterOptions
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Find a station's pose from control points; a point that contradicts the others is named and left out."""
-    subject = Subject(kind=SubjectKind.STATION, name=station.station)
+    subject = about(SubjectKind.STATION, station.station)
     if len(points) < options.min_control_points:
-        few = Rejection(
-            code=Reason.CONTROL_POINTS_TOO_FEW,
-            subject=subject,
-            values={"found": len(points), "needed": options.min_control_points},
-        )
+        few = rejected(Reason.CONTROL_POINTS_TOO_FEW, subject, found=len(points), needed=options.min_control_points)
         return None, (few,)
     seen = [
         Sighted(
@@ -61,21 +57,19 @@ def pose_from_control_points(
     ]
     agreement = largest_agreement(station.camera, seen, SUBSET)
     if agreement is None or len(agreement.used) < options.min_control_points - 1 or agreement.ambiguous:
-        none = Rejection(
-            code=Reason.CONTROL_POINTS_DISAGREE,
-            subject=subject,
-            values={
-                "agree": len(agreement.used) if agreement else 0,
-                "found": len(points),
-                "needed": options.min_control_points - 1,
-            },
+        none = rejected(
+            Reason.CONTROL_POINTS_DISAGREE,
+            subject,
+            agree=len(agreement.used) if agreement else 0,
+            found=len(points),
+            needed=options.min_control_points - 1,
         )
         return None, (none,)
     notes = tuple(
-        Rejection(
-            code=Reason.CONTROL_POINT_CONTRADICTS,
-            subject=Subject(kind=SubjectKind.CONTROL_POINT, name=name, station=station.station),
-            values=off_values(sigmas),
+        rejected(
+            Reason.CONTROL_POINT_CONTRADICTS,
+            about(SubjectKind.CONTROL_POINT, name, station.station),
+            **off_values(sigmas),
         )
         for name, sigmas in agreement.wrong.items()
     )
@@ -117,7 +111,7 @@ def register(
 
 
 def _not_placed(station: str) -> Rejection:
-    return Rejection(code=Reason.STATION_SURVEY_MIRRORED, subject=Subject(kind=SubjectKind.STATION, name=station))
+    return rejected(Reason.STATION_SURVEY_MIRRORED, about(SubjectKind.STATION, station))
 
 
 def given_pose(station: str, world_from_left: ArrayLike, sigma_rad: float, sigma_m: float) -> StationPose:
@@ -152,8 +146,4 @@ def mirrored_survey(
     agree = sum(len(pose.markers_used) for pose in found if pose is not None)
     if agree <= MIRRORED_SHARE * seen:
         return None
-    return Rejection(
-        code=Reason.SURVEY_MIRRORED,
-        subject=Subject(kind=SubjectKind.SURVEY),
-        values={"seen": seen, "agree_mirrored": agree, "agree": used},
-    )
+    return rejected(Reason.SURVEY_MIRRORED, about(SubjectKind.SURVEY), seen=seen, agree_mirrored=agree, agree=used)

@@ -1,7 +1,5 @@
 """A station's place in the world, with its covariance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

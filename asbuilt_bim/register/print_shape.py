@@ -1,7 +1,5 @@
 """Are surveyed corners those of a square print of the told size? Units, order of corners, wrong sizes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Is the rig's scale right? A visit's known lengths against what the rig makes of them: disc, prints, distances."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -11,7 +9,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, Subject, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, weighted_median
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
@@ -91,7 +89,7 @@ def judge_scale(
 def scale_rejection(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection:
     """Return why nothing can be measured with a rig of the wrong scale, and the mistake that it looks like."""
     values = _values(verdict) | _asked(verdict.ratio, rig.baseline_m, square_m) | {"limit_share": SCALE_LIMIT}
-    return Rejection(code=Reason.SCALE_WRONG, subject=subject, values=values)
+    return rejected(Reason.SCALE_WRONG, subject, **values)
 
 
 def doubt_rejection(
@@ -109,7 +107,7 @@ def _doubt_of_all(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, squar
     if not verdict.agree or abs(off) <= limit:
         return None
     values = _values(verdict) | _asked(verdict.ratio, rig.baseline_m, square_m) | {"limit_share": limit}
-    return Rejection(code=Reason.LENGTHS_DOUBTFUL_TOGETHER, subject=subject, values=values)
+    return rejected(Reason.LENGTHS_DOUBTFUL_TOGETHER, subject, **values)
 
 
 def _doubt_of_kinds(subject: Subject, verdict: ScaleVerdict) -> Rejection | None:
@@ -119,7 +117,7 @@ def _doubt_of_kinds(subject: Subject, verdict: ScaleVerdict) -> Rejection | None
         return None
     wrong = tuple(str(kind.kind) for kind, is_off in zip(verdict.kinds, off, strict=True) if is_off)
     values = _values(verdict) | {"wrong": wrong, "limit_shares": tuple(allowed)}
-    return Rejection(code=Reason.LENGTHS_DOUBTFUL, subject=subject, values=values)
+    return rejected(Reason.LENGTHS_DOUBTFUL, subject, **values)
 
 
 def _values(verdict: ScaleVerdict) -> dict[str, Value]:

@@ -1,7 +1,5 @@
 """A camera's pose from points of the world seen in one or both rectified photos: start, least squares, covariance."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

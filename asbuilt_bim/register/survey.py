@@ -1,7 +1,5 @@
 """The surveyed markers: a table of corners in world metres, checked before a pose is built on it."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence
@@ -11,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from asbuilt_bim.bim.model import BimModel
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection, SurveyError
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, SurveyError, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import CORNERS, UNIT_MISTAKES, print_faults
@@ -104,11 +102,7 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
             "coordinates, in metres (site placement applied, no map conversion)"
         )
     return tuple(
-        Rejection(
-            code=Reason.MARKER_FAR,
-            subject=Subject(kind=SubjectKind.MARKER, name=str(marker.marker_id)),
-            values={"away_m": away, "limit_m": FAR_M},
-        )
+        rejected(Reason.MARKER_FAR, about(SubjectKind.MARKER, str(marker.marker_id)), away_m=away, limit_m=FAR_M)
         for marker, away in found
     )
 

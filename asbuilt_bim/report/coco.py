@@ -3,8 +3,6 @@
 COCO's pixel (0, 0) begins at 0.0; here its centre is at 0.0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Cost lines by schedule and currency with their sums, and what each element brings to them; others only write them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from asbuilt_bim.progress.money import total

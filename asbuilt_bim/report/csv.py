@@ -1,7 +1,5 @@
 """`quantities.csv`: elements by storey, for any program that reads tables."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Iterable, Mapping

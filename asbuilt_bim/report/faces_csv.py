@@ -1,7 +1,5 @@
 """`faces.csv` and the terminal's rows: one line a measured face."""
 
-from __future__ import annotations
-
 import csv
 import io
 

@@ -1,7 +1,5 @@
 """Writes every view of a result into a folder: overlays, table, workbook, page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from asbuilt_bim.errors import OutputError

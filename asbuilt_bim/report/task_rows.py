@@ -1,7 +1,5 @@
 """The rows of tasks and of late elements, worked out once: csv, workbook and page only write them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import date, datetime
 

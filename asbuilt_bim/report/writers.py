@@ -1,7 +1,5 @@
 """Report writers of other packages: each writes into a folder of its own, and none can spoil a run."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterable
 from pathlib import Path

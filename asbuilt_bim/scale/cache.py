@@ -3,8 +3,6 @@
 A damaged entry is computed again, never trusted; the oldest entries go when the folder grows too large.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Frozen dataclasses of arrays to bytes and back, exactly, without pickle: a cache must never run code."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

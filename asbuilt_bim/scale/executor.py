@@ -3,8 +3,6 @@
 A worker that dies (killed for memory, a crash in a decoder) costs one station, by name, never the run.
 """
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """What the numbers were made with: versions of this program's code and of the libraries that do the arithmetic."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 from importlib import metadata

@@ -1,1 +1,1 @@
-"""Work schedules given beside the IFC: MS Project XML, Primavera P6 XML, CSV; read, and tied to elements."""
+"""Work schedules given beside the IFC: MS Project XML, Primavera P6 XML, CSV; read, and linked to elements."""

@@ -1,7 +1,5 @@
 """The working time of a schedule file: the calendar of its project, and those that tasks have of their own."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from datetime import date, time
@@ -61,8 +59,9 @@ def msp_recurring(root: ET.Element) -> int:
 
 
 def own_calendars(root: ET.Element, path: Path) -> tuple[dict[str, WorkCalendar], int, int]:
-    """Return the calendars that tasks of an MS Project or P6 document have of their own, by number, and of how many
-    tasks they are; last, how many tasks name a calendar that the document lacks.
+    """Return the calendars of their own that tasks of an MS Project or P6 document have, by number.
+
+    With them: how many tasks have one, and how many name a calendar that the document lacks.
 
     Raises:
         ScheduleError: one has more exceptions than `MAX_EXCEPTIONS`; `path` is for the message.

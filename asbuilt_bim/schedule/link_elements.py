@@ -1,10 +1,8 @@
 """Links a schedule's tasks to the design: to the IFC's tasks, or by GlobalIds straight to elements.
 
-In this order, and only where it is one to one: a GlobalId in a custom field or column; identification and name;
-identification alone, unless it is a mere outline number; name alone.
+Links are one to one. They go by a GlobalId in a custom field or column, else by identification and name. Else they
+go by identification alone (unless it is a mere outline number), and last by name alone.
 """
-
-from __future__ import annotations
 
 import re
 from collections import Counter
@@ -14,7 +12,7 @@ from datetime import datetime
 
 from asbuilt_bim.bim.model import BimModel, Task
 from asbuilt_bim.bim.schedule import SCHEDULE_KEY
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.schedule.rows import ScheduleFile, ScheduleRow
 
 _OUTLINE_NUMBER = re.compile(r"[\d.\s-]*")
@@ -80,9 +78,9 @@ def _dates(task: Task, row: ScheduleRow) -> tuple[datetime | None, datetime | No
     subject = about(SubjectKind.TASK, row.name)
     if start and finish and finish < start:
         values: Values = {"given": given, "missing": missing, "ifc_dates": any(old)}
-        return (*old, Note(code=Reason.SCHEDULE_DATE_CONTRADICTED, subject=subject, values=values))
+        return (*old, noted(Reason.SCHEDULE_DATE_CONTRADICTED, subject, **values))
     values = {"missing": missing, "ifc_dates": bool(start and finish)}
-    return start, finish, Note(code=Reason.SCHEDULE_DATE_MISSING, subject=subject, values=values)
+    return start, finish, noted(Reason.SCHEDULE_DATE_MISSING, subject, **values)
 
 
 def _by_global_id(design: BimModel, rows: Sequence[ScheduleRow]) -> _Matched:
@@ -159,17 +157,16 @@ def _notes(schedule: ScheduleFile, matched: _Matched, left: Sequence[Task]) -> l
     faults = [fault for fault in (_dates(task, row)[2] for task, row in linked) if fault is not None]
     notes = [*schedule.notes, *faults[:MAX_NAMED]]
     if len(faults) > MAX_NAMED:
-        more = {"count": len(faults) - MAX_NAMED}
-        notes.append(Note(code=Reason.SCHEDULE_DATES_MORE, subject=subject, values=more))
+        notes.append(noted(Reason.SCHEDULE_DATES_MORE, subject, count=len(faults) - MAX_NAMED))
     if matched.ambiguous:
         values: Values = _some([*dict.fromkeys(matched.ambiguous.values())])
-        notes.append(Note(code=Reason.SCHEDULE_AMBIGUOUS, subject=subject, values=values))
+        notes.append(noted(Reason.SCHEDULE_AMBIGUOUS, subject, **values))
     if alone := [row.name for row in rows if row.uid not in matched.task_of and row.uid not in matched.ambiguous]:
         values = {**_some(alone), "linked": len(matched.task_of), "of": len(rows)}
-        notes.append(Note(code=Reason.SCHEDULE_NOT_LINKED, subject=subject, values=values))
+        notes.append(noted(Reason.SCHEDULE_NOT_LINKED, subject, **values))
     if left:
         values = _some([task.name for task in left])
-        notes.append(Note(code=Reason.SCHEDULE_LACKS_TASKS, subject=subject, values=values))
+        notes.append(noted(Reason.SCHEDULE_LACKS_TASKS, subject, **values))
     return notes
 
 

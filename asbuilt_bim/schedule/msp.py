@@ -3,14 +3,12 @@
 Reference: Microsoft, Project XML Data Interchange Schema (mspdi_pj12.xsd).
 """
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids, moment
 from asbuilt_bim.schedule.safe_xml import child, children, text
 
@@ -54,8 +52,7 @@ def msp_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tup
                 calendar=text(task, "CalendarUID"),
             )
         )
-    counts = {"count": baselines, "of": len(rows)}
-    note = Note(code=Reason.SCHEDULE_BASELINES, subject=about(SubjectKind.SCHEDULE, path.name), values=counts)
+    note = noted(Reason.SCHEDULE_BASELINES, about(SubjectKind.SCHEDULE, path.name), count=baselines, of=len(rows))
     return tuple(rows), ((note,) if baselines else ())
 
 

@@ -1,13 +1,11 @@
 """Primavera P6 XML (APIBusinessObjects, any version): its activities, their links and its calendar."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.schedule.msp import number
 from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids
 from asbuilt_bim.schedule.safe_xml import children, text
@@ -25,8 +23,7 @@ MAX_OUTLINE = 50
 def p6_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[Note, ...]]:
     """Return the activities of a P6 document's projects and remarks; baselines are other projects and aren't read."""
     projects = children(root, "Project")
-    count = {"count": len(projects)}
-    note = Note(code=Reason.SCHEDULE_PROJECTS, subject=about(SubjectKind.SCHEDULE, path.name), values=count)
+    note = noted(Reason.SCHEDULE_PROJECTS, about(SubjectKind.SCHEDULE, path.name), count=len(projects))
     rows = _rows([*projects, root])  # the schema allows activities beside their project too
     return tuple(rows), ((note,) if len(projects) > 1 else ())
 

@@ -1,14 +1,12 @@
 """The door of this room: reads a schedule file by what it is, whatever its name ends in, and ties it to a design."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 from typing import Literal
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource, WorkCalendar
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, own_calendars, p6_calendar
 from asbuilt_bim.schedule.link_elements import with_schedule
@@ -73,7 +71,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
 
 
 def _count(code: Reason, count: int, path: Path) -> Note:
-    return Note(code=code, subject=about(SubjectKind.SCHEDULE, path.name), values={"count": count})
+    return noted(code, about(SubjectKind.SCHEDULE, path.name), count=count)
 
 
 def _looks_like_xml(data: bytes) -> bool:

@@ -1,14 +1,12 @@
 """What a schedule file holds, whatever its format: its tasks in order, and its working time."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import date, datetime, time
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 
 MAX_ROWS = 200_000
 """The largest schedules of building projects have some ten thousand tasks."""
@@ -71,10 +69,10 @@ def dates(start: str, finish: str, task: str) -> tuple[datetime | None, datetime
     for name, written, found in (("start", start, begin), ("finish", finish, end)):
         if written and found is None:
             values: Values = {"end": name, "written": written[:30], "years": (FIRST_YEAR, LAST_YEAR)}
-            return None, None, Note(code=Reason.SCHEDULE_DATE_UNREADABLE, subject=subject, values=values)
+            return None, None, noted(Reason.SCHEDULE_DATE_UNREADABLE, subject, **values)
     if begin and end and end < begin:
         values = {"start": f"{begin:%Y-%m-%d %H:%M}", "finish": f"{end:%Y-%m-%d %H:%M}"}
-        return None, None, Note(code=Reason.SCHEDULE_FINISH_BEFORE_START, subject=subject, values=values)
+        return None, None, noted(Reason.SCHEDULE_FINISH_BEFORE_START, subject, **values)
     return begin, end, None
 
 

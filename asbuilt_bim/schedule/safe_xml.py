@@ -1,6 +1,4 @@
-"""XML of strangers: bounded in size and depth, without document types, so that no entity can grow or reach a file."""
-
-from __future__ import annotations
+"""XML from elsewhere: bounded in size and depth, without document types, so that no entity can grow or reach a file."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path

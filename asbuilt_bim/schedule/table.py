@@ -1,7 +1,5 @@
 """A schedule as CSV: one task a line, its columns named in the first."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re
@@ -9,7 +7,7 @@ from collections.abc import Mapping
 from datetime import date, datetime
 from pathlib import Path
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleRow, at_time, global_ids, moment
 
@@ -58,9 +56,8 @@ def _unread(header: list[str], rows: list[ScheduleRow], path: Path) -> tuple[Not
     lack = sum(1 for row in rows if row.start and not row.finish)
     if not named or not lack:
         return ()
-    values: Values = {"column": named[0][:40], "count": lack}
     subject = about(SubjectKind.SCHEDULE, path.name)
-    return (Note(code=Reason.SCHEDULE_DURATIONS_UNREAD, subject=subject, values=values),)
+    return (noted(Reason.SCHEDULE_DURATIONS_UNREAD, subject, column=named[0][:40], count=lack),)
 
 
 def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:

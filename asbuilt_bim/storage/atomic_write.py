@@ -1,7 +1,5 @@
 """Files that are whole whenever the power goes: written beside their place, flushed, then moved into it."""
 
-from __future__ import annotations
-
 import errno
 import os
 import tempfile

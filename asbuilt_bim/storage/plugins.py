@@ -4,8 +4,6 @@ An entry point names a callable that takes no arguments and returns the object; 
 `PluginGroup`. docs/plugins.md shows a whole package.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 from importlib.metadata import EntryPoint, entry_points
@@ -13,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from asbuilt_bim.errors import PluginError
 
 PREFIX = "plugin:"
-"""What stands before a plugin's name where the project file could also name a file or a network of ours."""
+"""What stands before a plugin's name where the project file could also name a file or a bundled network."""
 
 
 class PluginGroup(Enum):

@@ -1,7 +1,5 @@
 """Reading what somebody names: a file within bounds, and no device or pipe, which may never end or never answer."""
 
-from __future__ import annotations
-
 import errno
 import stat
 from io import BufferedReader

@@ -1,7 +1,5 @@
 """Finds the JSON Schemas (in the wheel or beside the package), and says in words where a document fails one."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from importlib import resources

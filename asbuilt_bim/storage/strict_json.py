@@ -1,7 +1,5 @@
 """JSON read with no surprises: no doubled keys, no NaN."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from typing import Any, NoReturn

@@ -3,8 +3,6 @@
 `StrictLoader` is what every YAML file goes through: projects, cards of networks, rigs.
 """
 
-from __future__ import annotations
-
 import codecs
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Supported: dataclasses, `tuple[T, ...]`, `dict[str, T]`, `T | None`, `tuple | T`
 `str`, `int`, `float`, `bool`, `date`. What else stands in a dataclass (a computed value, a matrix) can't be set.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 from collections.abc import Callable, Iterable

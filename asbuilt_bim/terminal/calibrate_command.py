@@ -1,7 +1,5 @@
 """`asbuilt-bim calibrate`: boards in, a rig file and a page out, nothing where a known length comes out wrong."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -164,7 +162,7 @@ def _checks(request: CalibrateRequest, made: _Made) -> tuple[LengthCheck, ...]:
         if board == made.board and request.check_left.resolve() in {path.resolve() for path in made.sources}:
             raise CalibrationError(
                 f"check board {request.check_left}: the rig was calibrated with this photo and these squares, so it "
-                "fits whatever they are; show another board, or measure the squares on the print and give that"
+                "fits whatever they are. Show another board, or measure the squares on the print and give that"
             )
         checks.append(check_board(rig, pair, board))
     return tuple(checks)

@@ -1,7 +1,5 @@
 """What each command does, between the command line and the pipeline; returns the exit code."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -90,7 +88,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         screen.error(_nothing_seen(result.reports[-1]))
         return INCOMPLETE
     if request.strict and incomplete:
-        screen.error("stations were left out, as said above, and --strict was asked for")
+        screen.error("stations were left out (see above), and --strict was given")
         return INCOMPLETE
     return 0
 
@@ -126,7 +124,7 @@ def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: date
     """
     if not folder.is_dir():
         raise OutputError(f"{folder}: no such folder; name the --out folder of a run")
-    if read_current(folder) is None:  # before the folder is taken: a stranger's stays as it is
+    if read_current(folder) is None:  # before the folder is taken: one without runs stays as it is
         raise ResultError(no_run(folder))
     with open_output(folder) as out:
         published = publish_again(out, ifc, when, colour=colour)

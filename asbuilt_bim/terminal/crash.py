@@ -1,7 +1,5 @@
 """A log of an unexpected error, for the person who mends it: never on the user's screen."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import platform

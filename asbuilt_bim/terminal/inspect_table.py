@@ -1,7 +1,5 @@
 """What the program understands of an IFC file, as tables."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable
@@ -36,7 +34,11 @@ def fact_tables(name: str, facts: FileFacts) -> list[Table]:
     zones = [f"{zone} ({count} spaces)" for zone, count in facts.zones[:8]]
     more = f" and {len(facts.zones) - 8} more" if len(facts.zones) > 8 else ""
     _row(table, "zones", (", ".join(zones) + more) or "none")
-    _row(table, "tasks", f"{facts.tasks_assigned} of {facts.tasks} tied to walls or columns" if facts.tasks else "none")
+    _row(
+        table,
+        "tasks",
+        f"{facts.tasks_assigned} of {facts.tasks} with walls or columns" if facts.tasks else "none",
+    )
     costs = f"{facts.cost_items} items in {facts.cost_schedules} schedules" if facts.cost_items else "none"
     if not facts.cost_has_values:
         costs += "; IFC2X3 holds neither quantities nor rates: no cost line is read, and nothing is priced"

@@ -1,7 +1,5 @@
 """`asbuilt-bim measure`: one photo pair, no IFC; faces on the terminal, pictures and JSON in a folder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -79,7 +77,7 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
     _show(found, screen)
     if not (request.masks or request.segment_network or request.method == "paper"):
         screen.say(
-            "What is a wall or a column was told by its shape alone, so slab edges and boards may be among them: "
+            "Walls and columns were recognised by shape alone, so slab edges and boards may be among them. "
             "--segment-network bundled asks the shipped network, too."
         )
     screen.say(f"Pictures and numbers: {written[-1]} and {len(written) - 1} files beside it")

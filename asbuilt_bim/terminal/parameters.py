@@ -1,7 +1,5 @@
 """What the command line's options take: paths, sizes in pixels, lengths within bounds."""
 
-from __future__ import annotations
-
 import errno
 import math
 import os
@@ -24,7 +22,7 @@ class FilePath(click.Path):
             self.fail(f"{str(value)[:40]!r}... is longer than a path can be", param, context)
         try:
             Path(os.fsdecode(value)).stat()
-        except OSError as problem:  # what isn't there or mustn't be read is said where it is wanted
+        except OSError as problem:  # what is missing or can't be read is an error where it is used
             if problem.errno == errno.ELOOP:
                 self.fail(f"{str(value)!r} is a link that leads back to itself; name the place itself", param, context)
         return super().convert(value, param, context)

@@ -1,7 +1,5 @@
 """The end of a run on the terminal: storeys with completion and bounds, and which stations were left out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from rich.table import Table

@@ -1,7 +1,5 @@
 """Where an edge lies to a fraction of a pixel: the place on a profile across it where it is half-way."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

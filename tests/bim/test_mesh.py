@@ -21,7 +21,7 @@ from asbuilt_bim.bim.mesh import (
 )
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.geometry.polygon import area, from_segments
+from asbuilt_bim.geometry.polygon import area, enclosed, region_from
 
 _QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
@@ -71,7 +71,7 @@ def test_welding_joins_what_a_kernel_gives_twice_and_two_boxes_stay_two_pieces()
 def test_a_section_has_the_area_of_the_cut_and_misses_above() -> None:
     mesh = box((2.0, 3.0, 1.0))
     frame = PlaneFrame(origin_m=frozen([0, 0, 0]), u=frozen([1, 0, 0]), v=frozen([0, 1, 0]))
-    assert area(from_segments(section(mesh, frame, 0.5))) == pytest.approx(6.0)
+    assert area(region_from(enclosed(section(mesh, frame, 0.5)))) == pytest.approx(6.0)
     assert len(section(mesh, frame, 1.5)) == 0
 
 

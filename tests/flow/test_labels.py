@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.flow.labels import label_job
 from asbuilt_bim.flow.measure_visit import StationJob
 from asbuilt_bim.measure.station import MeasureOptions
 from asbuilt_bim.report.coco import LabelledPhoto
-from asbuilt_bim.terminal.label_command import label_command
+from asbuilt_bim.terminal.label_command import label_command, label_job
 from asbuilt_bim.terminal.screen import Screen
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of

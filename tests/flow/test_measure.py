@@ -155,7 +155,7 @@ def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table
     done = measure(folder, "--no-target", "--masks", str(folder / "clicks.json"))
     assert done.exit_code == 0, done.stderr
     assert "nothing checks it" in done.output
-    assert "told by its shape alone" not in done.output  # the masks tell it
+    assert "recognised by shape alone" not in done.output  # the masks tell it
     assert "no face was measured in this mask" in done.stderr
     out = folder / "out"
     document = json.loads((out / "measure.json").read_text(encoding="utf-8"))
@@ -183,7 +183,7 @@ def test_a_pair_in_which_not_one_face_was_measured_ends_with_1_and_its_pictures_
 
 def test_an_earlier_measurement_is_replaced_whole_and_strangers_files_stay(folder: Path) -> None:
     first = measure(folder, "--no-target", out="again")
-    assert first.exit_code == 0 and "told by its shape alone" in first.output
+    assert first.exit_code == 0 and "recognised by shape alone" in first.output
     before = set((folder / "again" / "figures").iterdir())
     (folder / "again" / "notes.txt").write_text("mine", encoding="utf-8")
     paper = measure(

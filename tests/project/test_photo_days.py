@@ -4,7 +4,7 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.project.photo_days import other_days
+from asbuilt_bim.project.check import other_days
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.project_folder import write_project

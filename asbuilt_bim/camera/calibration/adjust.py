@@ -1,7 +1,5 @@
 """All boards, both cameras and the rig in one least-squares adjustment, and the covariance that it gives."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

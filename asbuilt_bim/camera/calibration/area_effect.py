@@ -1,7 +1,5 @@
 """What a calibration's uncertainty does to an area: the sigma of a square face at 5 m, and where it comes from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,15 +1,13 @@
 """Pairs of board photos, read and found: what a calibration is made from, and what it has to do without."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
 from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.photo.read import Photo, decode
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
+from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection, rejected
 from asbuilt_bim.geometry.arrays import frozen
 
 FEWEST_PAIRS = 6
@@ -76,23 +74,21 @@ def _odd_camera(pair: Subject, found: Sequence[Camera], usual: Sequence[Camera])
         models, serials, focals_mm, orientations = zip(*cameras, strict=True)
         values |= {f"{owner}models": models, f"{owner}serials": serials}
         values |= {f"{owner}focals_mm": focals_mm, f"{owner}orientations": orientations}
-    return Rejection(code=Reason.BOARD_PAIR_OF_OTHER_CAMERA, subject=pair, values=values)
+    return rejected(Reason.BOARD_PAIR_OF_OTHER_CAMERA, pair, **values)
 
 
 def _copy(pair: tuple[Photo, Photo], earlier: tuple[Photo, Photo]) -> Rejection:
-    return Rejection(code=Reason.BOARD_PAIR_TWICE, subject=_subject(*pair), values={"other": _name(*earlier)})
+    return rejected(Reason.BOARD_PAIR_TWICE, _subject(*pair), other=_name(*earlier))
 
 
 def _no_board(pair: Subject, board: Board) -> Rejection:
-    return Rejection(
-        code=Reason.BOARD_NOT_FOUND,
-        subject=pair,
-        values={
-            "board": board.kind,
-            "columns": board.columns,
-            "rows": board.rows,
-            "dictionary": board.dictionary,
-        },
+    return rejected(
+        Reason.BOARD_NOT_FOUND,
+        pair,
+        board=board.kind,
+        columns=board.columns,
+        rows=board.rows,
+        dictionary=board.dictionary,
     )
 
 
@@ -103,7 +99,7 @@ def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> Board
     try:
         seen_left, seen_right = (find_board(decode(photo), board) for photo in (left, right))
     except PhotoError as error:
-        return Rejection(code=Reason.PHOTO_UNUSABLE, subject=pair, values={"detail": str(error)})
+        return rejected(Reason.PHOTO_UNUSABLE, pair, detail=str(error))
     if seen_left is None or seen_right is None:
         return _no_board(pair, board)
     seen_right = same_way_round(seen_left, seen_right, board)
@@ -122,7 +118,7 @@ def _name(left: Photo, right: Photo) -> str:
 
 
 def _subject(left: Photo, right: Photo) -> Subject:
-    return Subject(kind=SubjectKind.BOARD_PAIR, name=_name(left, right))
+    return about(SubjectKind.BOARD_PAIR, _name(left, right))
 
 
 def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) -> None:

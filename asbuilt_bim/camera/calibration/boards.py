@@ -1,7 +1,5 @@
 """Boards: what is printed on them, and where a photo shows its corners."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

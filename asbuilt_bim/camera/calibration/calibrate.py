@@ -1,7 +1,5 @@
 """Calibration: pairs of photos of a board in, a stereo rig with its covariance out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

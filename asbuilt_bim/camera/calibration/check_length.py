@@ -1,7 +1,5 @@
 """The one test of a rig's scale: a known length, seen by it. A wrong square size cancels out of everything else."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Is a calibration to be trusted? A small reprojection error proves little: these are the figures that say more."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +8,7 @@ from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust, rms_px
 from asbuilt_bim.camera.calibration.lens_check import CornerFit, better_lens
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, right_from_left_of
 from asbuilt_bim.camera.triangulate import triangulate
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import apply, rigid
@@ -134,7 +132,7 @@ def scale_sigmas(adjusted: Adjustment) -> tuple[float, float, float]:
 
 def warning(code: Reason, values: Values) -> Note:
     """Return a note on what to take care of with a calibration."""
-    return Note(code=code, subject=about(SubjectKind.RIG), values=values)
+    return noted(code, about(SubjectKind.RIG), **values)
 
 
 def share_covered(pixels: FloatArray, size: tuple[int, int]) -> float:

@@ -1,7 +1,5 @@
 """The file of control points: places measured on site, and where both photos of one pair show them."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

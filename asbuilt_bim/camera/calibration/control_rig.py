@@ -1,7 +1,5 @@
 """A rig from control points, for cameras that can't see a board: DLT of each camera, then one adjustment of both."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 
@@ -29,8 +27,8 @@ from asbuilt_bim.camera.calibration.parameters import (
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import rig_problems
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind
-from asbuilt_bim.errors import CalibrationError, Rejection
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.errors import CalibrationError, Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, vector_from_rotation
 
@@ -171,10 +169,11 @@ def _worst(
     if miss[worst] <= limit:
         return None
     left_out.append(
-        Rejection(
-            code=Reason.CONTROL_POINT_MISFIT,
-            subject=Subject(kind=SubjectKind.CONTROL_POINT, name=control.names[worst]),
-            values={"miss_px": float(miss[worst]), "limit_px": limit},
+        rejected(
+            Reason.CONTROL_POINT_MISFIT,
+            about(SubjectKind.CONTROL_POINT, control.names[worst]),
+            miss_px=float(miss[worst]),
+            limit_px=limit,
         )
     )
     return worst

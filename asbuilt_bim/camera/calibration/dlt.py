@@ -1,7 +1,5 @@
 """The direct linear transformation: a camera from points whose places in space are known."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Does the lens model hold? What another model explains of the residuals was no noise of corners."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Shared parameters (S,): of each camera fx fy cx cy and its lens's coefficients, 
 the translation of right_from_left. How many there are tells the lens model.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

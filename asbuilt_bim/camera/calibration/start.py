@@ -1,7 +1,5 @@
 """One camera from its photos of a board, by itself: Zhang's method, or where that fails the focal length that fits."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

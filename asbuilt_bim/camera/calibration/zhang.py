@@ -1,7 +1,5 @@
 """A first estimate of the rig: each camera by itself, the relative pose as the median of all views."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.camera.calibration.board_views import require_enough
@@ -9,8 +7,8 @@ from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.calibration.start import start_camera
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import inverse, rigid, vector_from_rotation
 
@@ -44,7 +42,7 @@ def first_estimate(
         if not bad.any():
             bad = _moved(poses)
             left_out += [
-                Rejection(code=Reason.BOARD_PAIR_MOVED, subject=Subject(kind=SubjectKind.BOARD_PAIR, name=view.name))
+                rejected(Reason.BOARD_PAIR_MOVED, about(SubjectKind.BOARD_PAIR, view.name))
                 for view, is_bad in zip(views, bad, strict=True)
                 if is_bad
             ]
@@ -56,11 +54,7 @@ def first_estimate(
 
 def misfit(name: str, rms_px: float, limit_px: float) -> Rejection:
     """Return that a pair's corners don't fit the other pairs."""
-    return Rejection(
-        code=Reason.BOARD_PAIR_MISFIT,
-        subject=Subject(kind=SubjectKind.BOARD_PAIR, name=name),
-        values={"rms_px": rms_px, "limit_px": limit_px},
-    )
+    return rejected(Reason.BOARD_PAIR_MISFIT, about(SubjectKind.BOARD_PAIR, name), rms_px=rms_px, limit_px=limit_px)
 
 
 def bad_view_limit_px(rms: FloatArray) -> float:

@@ -1,13 +1,11 @@
 """Does a photo belong to the rig? Size, orientation, camera and zoom, before any pixel is trusted."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from asbuilt_bim.camera.photo.read import Photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 
 Side = Literal["left", "right"]
 
@@ -68,4 +66,4 @@ def _zoom(photo: Photo, rig: StereoRig) -> list[Rejection]:
 
 
 def _rejection(code: Reason, photo: Photo, **values: Value) -> Rejection:
-    return Rejection(code=code, subject=Subject(kind=SubjectKind.PHOTO, name=photo.name), values=values)
+    return rejected(code, about(SubjectKind.PHOTO, photo.name), **values)

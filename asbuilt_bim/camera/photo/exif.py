@@ -1,7 +1,5 @@
 """What a photo's EXIF says of its camera: a small, bounded reader that never fails on hostile bytes."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from datetime import date

@@ -1,15 +1,13 @@
 """Do both photos of a pair belong together? Overlap, order and rows, from features that both show."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray
 
 LEAST_OVERLAP = 0.30
@@ -90,39 +88,21 @@ def check_pair(pair: RectifiedPair, matches: PairMatches | None = None) -> tuple
 
     `matches` are those of `match_pair`, where they are there already.
     """
-    subject = Subject(kind=SubjectKind.STATION, name=pair.name)
+    subject = about(SubjectKind.STATION, pair.name)
     matches = match_pair(pair) if matches is None else matches
     count = len(matches.left_px)
     if count < _FEWEST:
-        return (
-            Rejection(
-                code=Reason.PHOTOS_UNRELATED,
-                subject=subject,
-                values={"found": count, "needed": _FEWEST, "least_overlap": LEAST_OVERLAP},
-            ),
-        )
+        return (rejected(Reason.PHOTOS_UNRELATED, subject, found=count, needed=_FEWEST, least_overlap=LEAST_OVERLAP),)
     behind = _behind(subject, matches)
     if behind is not None:
         return (behind,)
     rejections = []
     rows = float(np.median(np.abs(matches.rows_px)))
     if rows > ROW_LIMIT_PX:
-        rejections.append(
-            Rejection(
-                code=Reason.PHOTOS_ROWS_APART,
-                subject=subject,
-                values={"rows_px": rows, "limit_px": ROW_LIMIT_PX},
-            )
-        )
+        rejections.append(rejected(Reason.PHOTOS_ROWS_APART, subject, rows_px=rows, limit_px=ROW_LIMIT_PX))
     share = overlap_share(pair, matches)
     if share < LEAST_OVERLAP:
-        rejections.append(
-            Rejection(
-                code=Reason.PHOTOS_OVERLAP,
-                subject=subject,
-                values={"share": share, "limit_share": LEAST_OVERLAP},
-            )
-        )
+        rejections.append(rejected(Reason.PHOTOS_OVERLAP, subject, share=share, limit_share=LEAST_OVERLAP))
     return tuple(rejections)
 
 
@@ -136,7 +116,7 @@ def _behind(subject: Subject, matches: PairMatches) -> Rejection | None:
     if share <= BEHIND_LIMIT:
         return None
     code = Reason.PHOTOS_BEHIND_RIG if nearer_below(matches) > UPRIGHT else Reason.PHOTOS_LOOK_SWAPPED
-    return Rejection(code=code, subject=subject, values={"share": share, "limit_share": BEHIND_LIMIT})
+    return rejected(code, subject, share=share, limit_share=BEHIND_LIMIT)
 
 
 def nearer_below(matches: PairMatches) -> float:

@@ -1,7 +1,5 @@
 """A picture file's outside: which kind it is, how large, whether it is whole, all before anything is decoded."""
 
-from __future__ import annotations
-
 import re
 import struct
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Photos: read as bytes first, looked at from outside, then decoded as they were stored, never turned by EXIF."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Were the photos of a pair exchanged, or both turned upside down? Taken the other way, they would fit the rig."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +8,8 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.photo.overlap import BEHIND_LIMIT, ROW_LIMIT_PX, UPRIGHT, PairMatches, nearer_below
 from asbuilt_bim.camera.rectify import RectifiedCamera, turns
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray
 
 _FEWEST = 25
@@ -48,10 +46,12 @@ def swapped_rejection(station: str, matches: PairMatches, rig: StereoRig, camera
     best = int(np.argmin(rows))
     if rows[best] > ROW_LIMIT_PX or as_given < _BETTER * rows[best]:
         return None
-    return Rejection(
-        code=_WAYS[best].code,
-        subject=Subject(kind=SubjectKind.STATION, name=station),
-        values={"rows_px": as_given, "undone_rows_px": rows[best], "limit_px": ROW_LIMIT_PX},
+    return rejected(
+        _WAYS[best].code,
+        about(SubjectKind.STATION, station),
+        rows_px=as_given,
+        undone_rows_px=rows[best],
+        limit_px=ROW_LIMIT_PX,
     )
 
 

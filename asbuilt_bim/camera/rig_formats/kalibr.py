@@ -1,7 +1,5 @@
 """Rigs of Kalibr (camchain.yaml) and of the EuRoC data sets (a sensor.yaml each side)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TypeGuard
 

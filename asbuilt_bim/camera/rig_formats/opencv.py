@@ -1,7 +1,5 @@
 """Rigs in OpenCV's files (FileStorage, YAML or XML), under the names in common use, read and written."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeGuard

@@ -1,7 +1,5 @@
 """Any rig file that people have: ours, OpenCV's, Kalibr's, ROS's, EuRoC's, told apart by what stands in it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, get_args

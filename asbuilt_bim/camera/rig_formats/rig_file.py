@@ -1,7 +1,5 @@
 """The rig file: a calibrated rig as YAML, without losing a digit."""
 
-from __future__ import annotations
-
 import itertools
 import operator
 from collections.abc import Iterator

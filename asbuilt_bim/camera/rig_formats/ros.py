@@ -1,7 +1,5 @@
 """Rigs as ROS keeps them: a camera_info file of each camera, the baseline in the right one's projection matrix."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TypeGuard
 

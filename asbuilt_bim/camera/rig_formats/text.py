@@ -1,7 +1,5 @@
 """The text of a rig file, ours or another program's, as plain values: nothing that runs, refers or expands is read."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

@@ -4,13 +4,12 @@ A run that fails half-way (disk full, no right to write, the power cut) leaves t
 of its own.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json
 import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -19,10 +18,11 @@ from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.output.kept import bytes_of, keep_edited, kept_runs
-from asbuilt_bim.flow.output.lock import run_lock
 from asbuilt_bim.flow.output.places import COPIED, COPIED_FOLDERS, CURRENT, RUN_NAME, check_sources, check_strangers
 from asbuilt_bim.storage.atomic_write import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.storage.strict_json import parse_json
+
+_HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ class OutputFolder:
                 (self.path / relative).unlink()
 
     def _kept(self, relative: Path) -> Iterator[str]:
-        """Keep what a person made of a copy; what can't be moved can't be replaced either, which is said then."""
+        """Keep what a person made of a copy; what can't be moved can't be replaced, and a warning says so."""
         with contextlib.suppress(OSError):
             kept = keep_edited(self.path, relative)
             if kept is not None:
@@ -156,7 +156,7 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
                 pass
         except OSError as problem:
             raise output_error(path, problem) from problem
-        read_current(path)  # a damaged one is told before anything is measured
+        read_current(path)  # a damaged one is an error before anything is measured
         yield OutputFolder(path=path)
 
 
@@ -242,3 +242,40 @@ def _copies(run: Path) -> list[Path]:
     models = [f.name for f in sorted(run.glob("*.asbuilt.ifc"))]
     deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).rglob("*")) if f.is_file()]
     return [*deep, *(Path(name) for name in (*models, *COPIED) if (run / name).is_file())]  # the page last
+
+
+@contextlib.contextmanager
+def run_lock(path: Path, folder: Path) -> Iterator[None]:
+    """Hold `path` as a lock; `folder` is what the message names.
+
+    A file system that knows no locks (some network folders) is used without.
+
+    Raises:
+        OutputError: another process holds it, or the file can't be made.
+    """
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as problem:
+        raise OutputError(f"{folder}: can't be written ({problem.strerror}); choose another --out") from problem
+    try:
+        _take(handle, folder)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _take(handle: int, folder: Path) -> None:
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as problem:
+        if problem.errno in _HELD:
+            raise OutputError(
+                f"{folder}: another run is writing here; wait for it, or choose another --out"
+            ) from problem

@@ -1,7 +1,5 @@
 """What is kept in an output folder: copies that a person has changed, and the newest runs."""
 
-from __future__ import annotations
-
 import contextlib
 import filecmp
 import shutil

@@ -1,7 +1,5 @@
 """The output folder of `measure`: written beside, then put in place; files that are not its own are never touched."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import shutil

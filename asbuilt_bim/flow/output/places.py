@@ -1,7 +1,5 @@
 """Where outputs may go: never over what a project reads, never among the files of others."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -49,9 +47,9 @@ def check_sources(path: Path, sources: Iterable[Path]) -> None:
 
 
 def check_strangers(path: Path) -> None:
-    """Check that a folder without a run is empty, or isn't there: a project's own would be strewn with outputs.
+    """Check that a folder without a run is empty or missing: outputs don't go among the files of others.
 
-    What the system hides in a folder doesn't count. One that holds runs is ours, also where its pointer was deleted.
+    Files that the system hides there don't count. A folder with runs is an output folder, even without its pointer.
 
     Raises:
         OutputError: it holds something else.

@@ -1,7 +1,5 @@
 """What a run folder holds: written by `run` from what was measured, by `report` from `result.json` alone."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Sequence
@@ -48,9 +46,8 @@ def publish_run(
 ) -> Published:
     """Write a run's files into a run folder of its own and make it current; `writers` are other packages'.
 
-    `colour` paints the elements of the IFC copy by state; `keep_runs` takes away all but so many of the newest runs,
-    unless not one station of the visit could be used. A
-    run that knows nothing at all (not one station of any visit could be used) is kept beside an earlier one that does.
+    `colour` paints the elements of the IFC copy by state. `keep_runs` keeps only so many of the newest runs, unless
+    no station of the visit could be used. A run without a usable station in any visit doesn't replace an earlier one.
 
     Raises:
         OutputError: something can't be written; the earlier run stays current.

@@ -1,7 +1,5 @@
 """Bodies of IFC products as meshes in world metres, by ifcopenshell's geometry kernel."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

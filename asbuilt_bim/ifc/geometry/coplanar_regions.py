@@ -1,7 +1,5 @@
 """A mesh's lateral triangles, grouped into flat facets."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Round columns come as many narrow facets: here they become one cylinder again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,7 +117,7 @@ def _wrapped(angle: FloatArray) -> FloatArray:
 
 
 def _seam(angles: FloatArray) -> tuple[float, float]:
-    """Return the angle at which the mantle is cut open, a facet's border, and the arc that it covers."""
+    """Return the angle at which the lateral surface is cut open, a facet's border, and the arc that it covers."""
     borders = np.unique(np.round(np.mod(angles.reshape(-1), 2.0 * np.pi), 6))
     gaps = np.diff(np.append(borders, borders[0] + 2.0 * np.pi))
     widest = int(np.argmax(gaps))

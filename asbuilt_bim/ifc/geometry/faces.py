@@ -1,7 +1,5 @@
 """A mesh's lateral faces, each with an id that survives export, moving and renumbering."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator
 

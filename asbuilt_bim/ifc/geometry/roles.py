@@ -1,7 +1,5 @@
 """What part each face of a wall plays: side, end, or reveal of an opening."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +33,8 @@ class Surface:
 def wall_roles(mesh: Mesh, surfaces: list[Surface], axis_from_world: FloatArray) -> list[FaceRole]:
     """Return the role of each surface of a wall.
 
-    A narrow face across the length (in a bent wall: one that doesn't go on gently in its neighbour) is an end; it is a
-    reveal where what it looks at is the wall's own concrete, across an opening. Everything else is a side.
+    A narrow face across the length is an end. In a bent wall, that is one with a sharp edge to its neighbour. It is a
+    reveal where it looks at the wall's own concrete, across an opening. Everything else is a side.
     """
     thick_m = _thickness(mesh, sum(surface.area_m2 for surface in surfaces))
     depth_m = float(np.ptp(mesh.vertices_m[np.unique(mesh.triangles)] @ axis_from_world[1, :3]))

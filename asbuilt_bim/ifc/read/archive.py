@@ -1,7 +1,5 @@
 """The one model inside an .ifczip, unpacked within bounds."""
 
-from __future__ import annotations
-
 import zipfile
 import zlib
 from collections.abc import Iterator

@@ -1,6 +1,4 @@
-"""What a task or a cost item is tied to: building elements, through types and assemblies, measured here or not."""
-
-from __future__ import annotations
+"""What a task or a cost item is assigned to: building elements, through types and assemblies, measured here or not."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -9,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assigned:
-    """What a tie means: GlobalIds of measured walls and columns, and how many other building elements."""
+    """What an assignment means: GlobalIds of measured walls and columns, and how many other building elements."""
 
     elements: tuple[str, ...]
     others: int

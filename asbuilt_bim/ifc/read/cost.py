@@ -1,28 +1,26 @@
 """Cost schedules: what each line pays for, how much of it, and at what rate."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from asbuilt_bim.bim.model import CostLine
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.names import AS_BUILT
 from asbuilt_bim.ifc.read.assignments import Assigned, assigned_elements
-from asbuilt_bim.ifc.read.cost_notes import cost_notes
 from asbuilt_bim.ifc.units import Measure, Units, quantity_measure, unit_scale, unit_symbol
 
 _MAX_DEPTH = 32
 MAX_NUMBER = 1e15
 """No building's quantity, rate or unit; sums of what is beyond it lose cents, then overflow."""
+MOST_TWICE = 10
 
 
 def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[tuple[CostLine, ...], tuple[Note, ...]]:
     """Return the cost lines that pay for elements of the design, and notes on the items that can't be used."""
     if file.schema == "IFC2X3":
-        note = Note(code=Reason.COST_NOT_IN_IFC2X3, subject=about(SubjectKind.DESIGN))
+        note = noted(Reason.COST_NOT_IN_IFC2X3, about(SubjectKind.DESIGN))
         return (), (note,) if file.by_type("IfcCostItem") else ()
     lines: dict[int, CostLine] = {}
     notes: list[Note] = []
@@ -46,16 +44,15 @@ def read_cost_lines(file: Any, elements: frozenset[str], units: Units) -> tuple[
     whole = [number for number in lines if _has_part_among(file.by_id(number), lines)]
     for line in [lines.pop(number) for number in whole]:
         subject = about(SubjectKind.COST_LINE, line.global_id)
-        notes.append(Note(code=Reason.COST_NESTED, subject=subject, values={"item": line.name or line.global_id}))
+        notes.append(noted(Reason.COST_NESTED, subject, item=line.name or line.global_id))
     notes += cost_notes(list(lines.values()))
     if elsewhere:
-        count = {"count": elsewhere}
-        notes.append(Note(code=Reason.COST_OF_OTHER_WORK, subject=about(SubjectKind.DESIGN), values=count))
+        notes.append(noted(Reason.COST_OF_OTHER_WORK, about(SubjectKind.DESIGN), count=elsewhere))
     return tuple(lines.values()), tuple(notes)
 
 
 def planned_items(file: Any) -> Iterator[tuple[Any, str]]:
-    """Yield the cost items and the names of their schedules; what lies in a schedule of ours is left out."""
+    """Yield the cost items and the names of their schedules; schedules that this program wrote are left out."""
     schedules = file.by_type("IfcCostSchedule")
     of_name = Counter(schedule.Name for schedule in schedules)
     home = {
@@ -138,7 +135,7 @@ def _line(file: Any, item: Any, schedule: str, pays_for: Assigned, units: Units)
 
 def _note(code: Reason, item: Any, values: Values) -> Note:
     subject = about(SubjectKind.COST_LINE, item.GlobalId)
-    return Note(code=code, subject=subject, values={"item": item.Name or item.GlobalId, **values})
+    return noted(code, subject, item=item.Name or item.GlobalId, **values)
 
 
 def _sum_of_rates(values: Sequence[Any], measure: Measure, units: Units, scale: float) -> float | Reason:
@@ -168,3 +165,40 @@ def _rate(value: Any, measure: Measure, units: Units, scale: float, depth: int =
     if measure != "count":
         basis *= unit_scale(value.UnitBasis.UnitComponent) / scale
     return amount / basis if basis > 0.0 else None
+
+
+def cost_notes(lines: Sequence[CostLine]) -> list[Note]:
+    """Return the notes on the lines of a file; of those that repeat each other the first few."""
+    unmeasured = [_unmeasured(line) for line in lines if line.others]
+    schedules = sorted({line.schedule for line in lines})
+    several = [noted(Reason.COST_SCHEDULES_SEVERAL, about(SubjectKind.DESIGN), count=len(schedules))]
+    credits = [_takes_off(line) for line in lines if line.planned_quantity * line.rate < 0.0]
+    return [*unmeasured, *credits, *(several if len(schedules) > 1 else ()), *list(_paid_twice(lines))[:MOST_TWICE]]
+
+
+def _unmeasured(line: CostLine) -> Note:
+    values: Values = {"item": _label_of(line), "others": line.others, "of": len(line.elements) + line.others}
+    return noted(Reason.COST_PART_UNMEASURED, _subject(line), **values)
+
+
+def _takes_off(line: CostLine) -> Note:
+    amount = abs(line.planned_quantity * line.rate)
+    return noted(Reason.COST_TAKES_OFF, _subject(line), item=_label_of(line), amount=amount, currency=line.currency)
+
+
+def _paid_twice(lines: Sequence[CostLine]) -> Iterator[Note]:
+    """Name the lines of one schedule that pay for an element by the same measure as a line before them."""
+    first: dict[tuple[str, str, str], CostLine] = {}
+    for line in lines:
+        keys = [(line.schedule, line.measure, element) for element in line.elements]
+        for old in dict.fromkeys(_label_of(first[key]) for key in keys if key in first):
+            yield noted(Reason.COST_PAID_TWICE, _subject(line), item=_label_of(line), other=old, measure=line.measure)
+        first |= {key: line for key in keys if key not in first}
+
+
+def _subject(line: CostLine) -> Subject:
+    return about(SubjectKind.COST_LINE, line.global_id)
+
+
+def _label_of(line: CostLine) -> str:
+    return line.name or line.global_id

@@ -1,7 +1,5 @@
 """One IFC file, or several that describe one building, become a `BimModel`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -11,7 +9,7 @@ from typing import Any, TypeVar
 
 from asbuilt_bim.bim.exposure import expose, touching
 from asbuilt_bim.bim.model import BimElement, BimModel, CostLine, Obstacle, Task
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import freeze, frozen
 from asbuilt_bim.ifc.geometry.bodies import Body, read_bodies
@@ -42,13 +40,13 @@ Planned = TypeVar("Planned", Task, CostLine)
 def read_design(path: Path | str | Sequence[Path | str], scope: str | None = None) -> BimModel:
     """Read the design from an IFC file (IFC2X3, IFC4, IFC4X3): walls and columns with their exposed faces.
 
-    Several files are one design in the world of the first: what two of them hold counts for the one named first, and
-    solids of one touch elements of another. `scope` is an ifcopenshell selector that picks the elements to be
+    Several files are one design in the world of the first. What two of them hold counts for the one named first.
+    Solids of one touch elements of another. `scope` is an ifcopenshell selector that picks the elements to be
     monitored; the others still touch them. One element that can't be used becomes a note, not an error.
 
     Raises:
-        DesignError: a file is missing, no IFC, cut short, of another schema, two walls or columns of it share a
-            GlobalId, or there is no wall or column that has a body.
+        DesignError: a file is missing, no IFC, cut short or of another schema. Or two walls or columns of it share a
+            GlobalId, or no wall or column has a body.
     """
     paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path)]
     return _design([(one, open_ifc(one)) for one in paths], scope)
@@ -132,11 +130,11 @@ def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:
             notes += (*task_notes, *cost_notes)
     if homeless := sum(not element.storey for element in design.elements):
         values: Values = {"count": homeless, "storeys": len(design.storeys)}
-        notes.append(Note(code=Reason.NO_STOREY, subject=about(SubjectKind.DESIGN), values=values))
+        notes.append(noted(Reason.NO_STOREY, about(SubjectKind.DESIGN), **values))
     for code, things in ((Reason.NOT_IN_TASKS, tasks.values()), (Reason.NOT_IN_COST_LINES, lines.values())):
         if without := len(ids.difference(*(thing.elements for thing in things))) if things else 0:
             values = {"count": without, "of": len(ids)}
-            notes.append(Note(code=code, subject=about(SubjectKind.DESIGN), values=values))
+            notes.append(noted(code, about(SubjectKind.DESIGN), **values))
     return replace(design, tasks=tuple(tasks.values()), cost_lines=tuple(lines.values()), notes=tuple(notes))
 
 
@@ -161,8 +159,8 @@ def _why_empty(notes: Sequence[Note], scope: str | None) -> str:
 def read_obstacles(member: Member, products: Sequence[Any], elements: Sequence[BimElement]) -> tuple[Obstacle, ...]:
     """Return the bodies of those products of a file that touch a lateral face of an element, whosever it is.
 
-    Each is first drawn as it is before openings and clippings are taken off, which costs a tenth and can only be
-    larger; of those that touch so, the ones that were cut are then drawn again as they are.
+    Each is first drawn without its openings and clippings: that costs a tenth, and can only be larger. Of those that
+    touch, the ones with openings or clippings are then drawn again as they are.
     """
     if not elements:
         return ()

@@ -1,7 +1,5 @@
 """Walls and columns of a file as plain elements, and the solids around them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +12,7 @@ import numpy as np
 from asbuilt_bim.bim.mesh import merged, pieces, signed_volume, turned_outwards
 from asbuilt_bim.bim.model import BimElement, ElementClass
 from asbuilt_bim.bim.shape import axes
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import inverse
@@ -80,7 +78,7 @@ def read_elements(member: Member, number: int, scope: str | None, taken: frozens
                 elements.append(element)
     if twice := len(everything) - len(candidates):
         subject = about(SubjectKind.FILE, member.path.name)
-        notes.append(Note(code=Reason.IN_EARLIER_FILE, subject=subject, values={"count": twice}))
+        notes.append(noted(Reason.IN_EARLIER_FILE, subject, count=twice))
     return ReadElements(
         elements=tuple(elements),
         others=_others(file, everything, {product.id() for product in chosen}, taken),
@@ -101,8 +99,7 @@ def _others(file: Any, candidates: list[Any], picked: set[int], taken: frozenset
 def _bodiless_note(labels: list[str]) -> tuple[Note, ...]:
     if not labels:
         return ()
-    values: Values = {"elements": tuple(labels[:_NAMED]), "count": len(labels)}
-    return (Note(code=Reason.NO_BODY, subject=about(SubjectKind.DESIGN), values=values),)
+    return (noted(Reason.NO_BODY, about(SubjectKind.DESIGN), elements=tuple(labels[:_NAMED]), count=len(labels)),)
 
 
 def _read_or_note(product: Any, body: Body, units: Units, number: int) -> BimElement | Note:
@@ -114,7 +111,7 @@ def _read_or_note(product: Any, body: Body, units: Units, number: int) -> BimEle
 
 def _note(code: Reason, product: Any, values: Values) -> Note:
     named = {"ifc_class": product.is_a(), "element": product.Name or ""}
-    return Note(code=code, subject=about(SubjectKind.ELEMENT, product.GlobalId), values={**named, **values})
+    return noted(code, about(SubjectKind.ELEMENT, product.GlobalId), **named, **values)
 
 
 def _by_type(file: Any, name: str) -> list[Any]:
@@ -239,6 +236,6 @@ def check_unit(file: Any, products: Sequence[Any], length_scale: float, where: s
     sizes = sorted(float(np.diff(body.mesh.bounds_m, axis=0).max()) for body in bodies.values())
     if sizes and (half := sizes[(len(sizes) - 1) // 2]) > MAX_SIZE_M:
         raise DesignError(
-            f"{where}: its walls and columns are mostly {half:.0f} m long or more (limit {MAX_SIZE_M:.0f} m), and "
-            f"its unit of length is {length_scale:g} m; export it in the unit that it is drawn in"
+            f"{where}: its walls and columns are mostly {half:.0f} m long or more (limit {MAX_SIZE_M:.0f} m). "
+            f"Its unit of length is {length_scale:g} m; export it in the unit that it is drawn in"
         )

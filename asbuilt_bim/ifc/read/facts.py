@@ -1,7 +1,5 @@
 """What a file says about itself beside its geometry: units, place on the map, zones, classes, schedule, costs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from typing import Any

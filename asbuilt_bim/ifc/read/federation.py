@@ -1,7 +1,5 @@
 """Files that describe one building together: each in the world of the first; equal storeys are one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement, Storey
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import inverse
 from asbuilt_bim.ifc.read.georeference import Georeference, read_georeference
@@ -70,7 +68,7 @@ def _place(path: Path, own: Georeference | None, first: Member | None) -> tuple[
         return np.eye(4), ()
     maps = [georeference.crs if georeference else "" for georeference in (own, other)]
     values: Values = {"map": maps[0], "other_file": first.path.name, "other_map": maps[1]}
-    return np.eye(4), (Note(code=Reason.NOT_ON_ONE_MAP, subject=about(SubjectKind.FILE, path.name), values=values),)
+    return np.eye(4), (noted(Reason.NOT_ON_ONE_MAP, about(SubjectKind.FILE, path.name), **values),)
 
 
 def same_storeys(

@@ -1,7 +1,5 @@
 """Where a file's world lies on the map: its IfcMapConversion, in metres."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

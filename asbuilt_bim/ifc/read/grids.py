@@ -1,7 +1,5 @@
 """Placements at grid intersections, which the geometry kernel doesn't know, as local placements."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import ifcopenshell.util.element

@@ -1,14 +1,12 @@
 """When a task is planned, and why its dates don't count where they don't."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
 
 import ifcopenshell.util.date
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.read.work_calendar import worked_out_finish
 
 
@@ -77,7 +75,7 @@ def _by_duration(task: Any, times: Any, start: datetime) -> PlannedDates:
 
 def _fault(code: Reason, task: Any, values: Values) -> Note:
     subject = about(SubjectKind.TASK, str(task.GlobalId))
-    return Note(code=code, subject=subject, values={"task": str(task.Name or task.GlobalId), **values})
+    return noted(code, subject, task=str(task.Name or task.GlobalId), **values)
 
 
 def _date_and_time(day: Any, clock: Any) -> datetime:

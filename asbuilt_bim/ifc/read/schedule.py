@@ -1,7 +1,5 @@
 """The work schedule: tasks, their dates, and the elements that they make."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 
@@ -9,7 +7,7 @@ import ifcopenshell.util.date
 
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.identity import has_id, with_ids
 from asbuilt_bim.ifc.read.assignments import assigned_elements
 from asbuilt_bim.ifc.read.planned_dates import planned_dates
@@ -26,10 +24,11 @@ MAX_NAMED = 5
 
 
 def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], tuple[Note, ...]]:
-    """Return the tasks that are tied to elements of the design, in the file's order, and notes on the rest.
+    """Return the tasks that have elements of the design, in the file's order, and notes on the rest.
 
-    Ties are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and IfcRelAssignsToProcess
-    (the task works on it). What else a task makes is counted: it is not measured, so the task is not seen finished.
+    Assignments are read both ways: IfcRelAssignsToProduct (the element is what the task makes), and
+    IfcRelAssignsToProcess (the task works on it). What else a task makes is counted: it isn't measured, so the task is
+    not seen finished.
     """
     tasks, faults, worked_out = [], list[Note](), list[str]()
     making = ((task, assigned_elements(_products(task), elements)) for task in file.by_type("IfcTask"))
@@ -57,7 +56,7 @@ def read_tasks(file: Any, elements: frozenset[str]) -> tuple[tuple[Task, ...], t
         )
     notes = (*_several_schedules(found), *_worked_out(worked_out), *faults[:MAX_NAMED])
     left = len(faults) - MAX_NAMED
-    more = Note(code=Reason.TASK_DATES_MORE, subject=about(SubjectKind.DESIGN), values={"count": left})
+    more = noted(Reason.TASK_DATES_MORE, about(SubjectKind.DESIGN), count=left)
     return tuple(tasks), (*strangers, *notes, *((more,) if left > 0 else ()))
 
 
@@ -66,7 +65,7 @@ def _worked_out(tasks: list[str]) -> list[Note]:
     if not tasks:
         return []
     values: Values = {"count": len(tasks), "tasks": tuple(tasks[:MAX_NAMED])}
-    return [Note(code=Reason.FINISH_WORKED_OUT, subject=about(SubjectKind.DESIGN), values=values)]
+    return [noted(Reason.FINISH_WORKED_OUT, about(SubjectKind.DESIGN), **values)]
 
 
 def _several_schedules(tasks: Iterable[Any]) -> list[Note]:
@@ -76,8 +75,7 @@ def _several_schedules(tasks: Iterable[Any]) -> list[Note]:
         return []
     kinds = [(one.Name or one.GlobalId, getattr(one, "PredefinedType", None)) for one in schedules.values()]
     names = tuple(f"{name} ({kind})" if kind else str(name) for name, kind in kinds[:MAX_NAMED])
-    values: Values = {"count": len(schedules), "schedules": names}
-    return [Note(code=Reason.WORK_SCHEDULES_SEVERAL, subject=about(SubjectKind.DESIGN), values=values)]
+    return [noted(Reason.WORK_SCHEDULES_SEVERAL, about(SubjectKind.DESIGN), count=len(schedules), schedules=names)]
 
 
 def _schedules_of(task: Any) -> Iterable[Any]:

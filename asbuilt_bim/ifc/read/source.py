@@ -3,8 +3,6 @@
 Its header is looked at first: a schema name that ifcopenshell can't hold ends the process.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Sequence
@@ -95,7 +93,7 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
 
 
 def _check_kind(path: Path, head: bytes) -> None:
-    """Refuse what isn't STEP text, naming what it is instead where that can be told."""
+    """Refuse what isn't STEP text, naming what it is instead where that shows."""
     text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
     if text.startswith(b"ISO-10303-21"):
         return

@@ -1,7 +1,5 @@
 """Where products belong: storeys, parts of a whole, materials, own quantities."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

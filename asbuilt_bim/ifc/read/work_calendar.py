@@ -1,7 +1,5 @@
 """Planned finishes that a file leaves to be worked out: a start, a duration, and the calendar that it is worked by."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from datetime import date, datetime, timedelta

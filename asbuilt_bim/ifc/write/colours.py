@@ -1,12 +1,10 @@
 """Surface colours by state, so that any viewer shows progress; they can be taken off again.
 
-An item bears one style at most. Where the design has styled it, the design's IfcStyledItem is set aside: detached,
-numbered in its name, and kept in a styled representation of a material of ours (the place that the schema has for
-styled items without an item). Taking the colours off puts it back. A style inside a mapped source would hide that of
-the element: it is moved out to all who use the source, each in its own colour or the one it had.
+An item bears one style at most. Where the design has styled it, the design's IfcStyledItem is set aside: detached and
+numbered in its name. It is kept in a styled representation of a material that this program makes: there the schema
+lets styled items be without an item. Taking the colours off puts it back. A style inside a mapped source would hide
+that of the element. So it is moved out to all who use the source, each in its own colour or the one it had.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -101,7 +99,7 @@ class Painter:
         self._count += 1
 
     def _put_aside(self, item: Any) -> None:
-        """Detach what styles an item, under the number that the next style or layer of ours bears."""
+        """Detach what styles an item, under the number that our next style or layer bears."""
         for styled in item.StyledByItem or ():
             own = "" if styled.Name is None else f" '{styled.Name}'"
             styled.Item, styled.Name = None, f"{_ASIDE} {self._count}{own}"

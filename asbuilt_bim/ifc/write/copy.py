@@ -1,7 +1,5 @@
 """A copy of the IFC file that carries the result; the source is never touched."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import uuid
@@ -96,7 +94,7 @@ def mark_file(
 
 
 def strip_asbuilt(source: Path | str, target: Path | str) -> int:
-    """Write a copy of `source` without anything of ours, overwritten values put back; return how many sets went.
+    """Write a copy of `source` without what this program added, old values put back; return how many sets went.
 
     Raises:
         DesignError: the source can't be read.
@@ -151,8 +149,8 @@ def _elements(marker: Marker, report: ProgressReport, name: str) -> list[tuple[E
     missing = [progress.global_id for progress, element in pairs if element is None]
     if missing:
         raise ResultError(
-            f"{name}: {len(missing)} of the result's {len(pairs)} elements are not in this file ({missing[0]} ...): "
-            "the result belongs to another design; give the IFC file that the run was made with"
+            f"{name}: {len(missing)} of the result's {len(pairs)} elements are not in this file ({missing[0]} ...). "
+            "The result belongs to another design; give the IFC file that the run was made with"
         )
     return pairs
 

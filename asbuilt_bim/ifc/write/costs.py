@@ -1,13 +1,11 @@
 """As-built quantities in cost schedules of their own, which mirror the planned ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from datetime import date
 from typing import Any
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.names import AS_BUILT
 from asbuilt_bim.ifc.write.entities import LABEL_LENGTH, Marker
 from asbuilt_bim.progress.report import CostProgress
@@ -93,15 +91,16 @@ def _item(marker: Marker, line: CostProgress) -> Any:
 def _basis(line: CostProgress, *, rounded: bool) -> Note:
     """Say which bound of the as-built quantity an item holds."""
     best: Values = {} if line.as_built_best is None else {"best": line.as_built_best}
-    values: Values = {
+    return noted(
+        Reason.BASIS_COST,
+        about(SubjectKind.COST_LINE, line.global_id),
         **best,
-        "takes_off": line.takes_off,
-        "certain": line.as_built_lower,
-        "rounded": rounded,
-        "planned": line.planned_quantity,
-        "unit": line.unit,
-    }
-    return Note(code=Reason.BASIS_COST, subject=about(SubjectKind.COST_LINE, line.global_id), values=values)
+        takes_off=line.takes_off,
+        certain=line.as_built_lower,
+        rounded=rounded,
+        planned=line.planned_quantity,
+        unit=line.unit,
+    )
 
 
 def _unit_of(planned: Any) -> Any:

@@ -1,6 +1,4 @@
-"""Makes our entities in an open IFC file: SI in, the file's units out, every rooted one with a GlobalId of ours."""
-
-from __future__ import annotations
+"""Makes our entities in an open IFC file: SI in, the file's units out, every rooted one with one of our GlobalIds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from datetime import date, datetime
@@ -86,7 +84,7 @@ class Marker:
         return self.file.create_entity("IfcPropertySingleValue", Name=name, NominalValue=value)
 
     def add_set(self, thing: Any, name: str, properties: Sequence[Any], description: str | None = None) -> None:
-        """Give a thing a property set; one that hasn't a name of ours bears it in its description."""
+        """Give a thing a property set; one without one of our names bears it in its description."""
         key = f"{thing.GlobalId}/{name}"
         new = self.rooted("IfcPropertySet", key, Name=name, Description=description, HasProperties=properties)
         self._relate(thing, new, key)

@@ -1,7 +1,5 @@
 """The result into copies of the design's files: each element into the file that owns it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -51,7 +49,7 @@ def write_copies(
         names = ", ".join(str(source) for source in sources)
         raise ResultError(
             f"{names}: {len(left)} of the result's {len(report.elements)} elements are in none of these files "
-            f"({min(left)} ...): the result belongs to another design; give the files that the run was made with"
+            f"({min(left)} ...). The result belongs to another design; give the files that the run was made with"
         )
     return tuple(written)
 

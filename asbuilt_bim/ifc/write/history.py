@@ -1,7 +1,5 @@
 """The visits as a time series: one IfcPerformanceHistory for each element, storey and task that is known of."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
@@ -17,7 +15,7 @@ RESULT = "result.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """What one visit said of a thing."""
+    """What one visit found of a thing."""
 
     day: date
     completion: Completion
@@ -32,7 +30,7 @@ class Sample:
 
 
 def samples_of(reports: Sequence[ProgressReport]) -> dict[str, list[Sample]]:
-    """Return what each visit said of each element, storey and task, by GlobalId, in the order of the days."""
+    """Return what each visit found of each element, storey and task, by GlobalId, in the order of the days."""
     found: dict[str, list[Sample]] = {}
     for report in sorted(reports, key=lambda one: one.visit_date):
         day = report.visit_date

@@ -1,7 +1,5 @@
 """State, completion and as-built areas of elements, storeys and tasks: our sets, and standard ones where they fit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from asbuilt_bim.ifc.names import PROGRAM, Value

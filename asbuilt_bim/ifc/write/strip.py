@@ -1,7 +1,5 @@
 """Takes out what this program wrote, and puts back what it overwrote."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -24,9 +22,9 @@ _PARTS = (
 
 
 def strip(file: Any) -> int:
-    """Remove everything of ours from an open file, restore its task times and colours; return how many sets there were.
+    """Remove what this program added to an open file, restore task times and colours; return how many sets there were.
 
-    Ours is what bears one of our GlobalIds or names, and what only that refers to. All else is untouched.
+    That is what bears one of our GlobalIds or names, and what only that refers to. All else is untouched.
     """
     put_colours_back(file)
     roots = own_roots(file)

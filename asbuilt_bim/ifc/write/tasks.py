@@ -1,12 +1,10 @@
 """Measured progress of tasks: IfcTaskTime, or in IFC2X3 IfcScheduleTimeControl."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Any
 
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.names import Value
 from asbuilt_bim.ifc.read.planned_dates import task_times
 from asbuilt_bim.ifc.write.entities import DESCRIPTION, Marker
@@ -20,7 +18,7 @@ _NO_TIME = f"{_ORIGINAL}TaskTime"
 _OVERWRITTEN = (Reason.BASIS_COMPLETE, Reason.BASIS_LOWER)
 """What our set says of a task whose own time was overwritten."""
 _BEFORE_CODES = "Completion"
-"""How it said so in copies that were written before there were codes."""
+"""The name of that property in copies that were written before there were codes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +37,7 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
     """
     known, subject = verdict(progress), about(SubjectKind.TASK, progress.progress.key)
     if known.share is None:
-        return TaskValues(values={"Basis": Note(code=Reason.BASIS_UNKNOWN, subject=subject)})
+        return TaskValues(values={"Basis": noted(Reason.BASIS_UNKNOWN, subject)})
     holder, why = _holder(task, subject)
     if why is not None:
         return TaskValues(values={"Basis": why})
@@ -94,11 +92,11 @@ def _holder(task: Any, subject: Subject) -> tuple[Any, Note | None]:
     """Return what holds a task's time (None: it has to be made), or why nothing can."""
     times = task_times(task)
     if not times and task.file.schema == "IFC2X3":
-        return None, Note(code=Reason.BASIS_NO_TIME, subject=subject)
+        return None, noted(Reason.BASIS_NO_TIME, subject)
     if len(times) > 1:
-        return None, Note(code=Reason.BASIS_SEVERAL_TIMES, subject=subject, values={"count": len(times)})
+        return None, noted(Reason.BASIS_SEVERAL_TIMES, subject, count=len(times))
     if times and task.file.get_total_inverses(times[0]) > 1 and _shared(times[0]):
-        return None, Note(code=Reason.BASIS_SHARED_TIME, subject=subject)
+        return None, noted(Reason.BASIS_SHARED_TIME, subject)
     return (times[0] if times else None), None
 
 
@@ -123,14 +121,14 @@ def _basis(known: TaskVerdict, share: float, progress: TaskProgress, subject: Su
     """Say which number is the task's completion."""
     group, best = progress.progress, progress.progress.completion.best
     if known.finished:
-        return Note(code=Reason.BASIS_COMPLETE, subject=subject, values={"lower": group.completion.lower})
+        return noted(Reason.BASIS_COMPLETE, subject, lower=group.completion.lower)
     estimate: Values = {} if best is None else {"best": best}
     values: Values = {**estimate, "unknown": group.unknown, "others": progress.others, "left_empty": share <= 0.0}
-    return Note(code=Reason.BASIS_LOWER, subject=subject, values=values)
+    return noted(Reason.BASIS_LOWER, subject, **values)
 
 
 def _remove_unused(file: Any, things: Any) -> None:
-    """Remove entities of ours, and their parts, once nothing refers to them; plain values are nothing to remove."""
+    """Remove our entities, and their parts, once nothing refers to them; plain values are nothing to remove."""
     for thing in things:
         if hasattr(thing, "is_a") and file.get_total_inverses(thing) == 0:
             parts = list(thing)

@@ -1,7 +1,5 @@
 """The templates of our property and quantity set, for authoring programs that want to show them by name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A mask's contour as straight pieces: what runs upright or level on the face is one piece, however it wiggles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal

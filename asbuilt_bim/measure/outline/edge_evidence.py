@@ -6,8 +6,6 @@ nor where a strip labelled otherwise, at the face's own depth, parts it from ano
 mask alone draws an outline inwards, depth was lost: the face doesn't end there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """How much each place of a face's raster looks like the face: disparity, both pictures' agreement, colour."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """A face's outline: each side of its contour put on the edge that the photos show, corners where sides meet."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

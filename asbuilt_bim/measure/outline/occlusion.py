@@ -1,7 +1,5 @@
 """Was a face seen whole? What touches the frame is cut, what has something nearer at its border is hidden in part."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

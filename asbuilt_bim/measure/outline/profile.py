@@ -1,7 +1,5 @@
 """Places along an outline, to look from them at what lies beyond it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The ring that straight sides close: corners where neighbours' lines cross, the contour's own points between."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

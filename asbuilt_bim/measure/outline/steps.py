@@ -1,7 +1,5 @@
 """Borders that run straight and step seldom: the cheapest one by dynamic programming over all of them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import cv2

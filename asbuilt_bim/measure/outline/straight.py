@@ -1,7 +1,5 @@
 """Sides of a face that run plumb and level, drawn straight on: the mask's rags don't matter, openings are cut out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ faces agree along their edge; an upright edge has one disparity. A constraint th
 worst one first, so a battered wall stays battered.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

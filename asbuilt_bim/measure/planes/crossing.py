@@ -4,8 +4,6 @@ Two planes cross where their disparities are one: where those are sure to a tent
 a pixel a pixel, as faces at a right angle do at 8 m, the line is sure to two pixels and not to half of one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

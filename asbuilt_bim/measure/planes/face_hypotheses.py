@@ -1,7 +1,5 @@
 """Faces in the making: a piece of an instance, its plane as the photos show it, its outline."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

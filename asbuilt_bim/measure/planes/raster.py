@@ -1,7 +1,5 @@
 """A face seen straight on: both photos, labels and disparities carried to the face's own plane, plumb lines upright."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -3,8 +3,6 @@
 The right photo read at x - q . r must look like the left one. Hundredths of a pixel, without the matcher's locking.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

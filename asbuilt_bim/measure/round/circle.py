@@ -1,7 +1,5 @@
 """The circle of a round column in the level plan: found between its mantle's ends, fitted to four silhouettes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Round columns: silhouettes are tangent rays and give direction and radius over distance; stereo the distance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Top and foot of a round column: where both photos show an edge round it, at one height of its mantle."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A joint between panels, a stain or the border of shade is an upright line that b
 on past it; an edge of the background has the background on both sides. The silhouette alone parts the two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The upright silhouettes of a round column in both photos: tangents of one circle in the level plan."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

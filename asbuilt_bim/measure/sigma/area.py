@@ -1,7 +1,5 @@
 """How sure an area is: what the photos leave open (the face's own), and what the calibration does (shared by all)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -3,15 +3,13 @@
 Their true sizes are not asked for here: measuring stays the same whatever is known of them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
@@ -71,15 +69,9 @@ def without_scale(
     if target is not None:
         return ()
     if required:
-        return reasons or (
-            Rejection(code=Reason.TARGET_ABSENT, subject=Subject(kind=SubjectKind.TARGET, station=name)),
-        )
+        return reasons or (rejected(Reason.TARGET_ABSENT, about(SubjectKind.TARGET, station=name)),)
     both = sum(1 for marker in markers if marker.right_px is not None)
     if both >= least:
         return ()
-    few = Rejection(
-        code=Reason.SCALE_UNCHECKED,
-        subject=Subject(kind=SubjectKind.STATION, name=name),
-        values={"found": both, "needed": least},
-    )
+    few = rejected(Reason.SCALE_UNCHECKED, about(SubjectKind.STATION, name), found=both, needed=least)
     return (*reasons, few)

@@ -1,7 +1,5 @@
 """Money: the as-built quantity of each cost line in its own unit, and what it has earned."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from asbuilt_bim.bim.model import BimElement, CostLine

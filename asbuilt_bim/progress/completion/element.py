@@ -1,7 +1,5 @@
 """From the states of an element's cells to its completion and its state."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
@@ -9,7 +7,7 @@ from datetime import date
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, each_once
+from asbuilt_bim.codes import Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.progress.history import VisitHistory
@@ -65,16 +63,19 @@ def progress_of(
     seen_unfinished = bool(stations) and state in ("part", "not started")
     doubts = list(doubts_of(element, surfaces, state, options))
     subject = about(SubjectKind.ELEMENT, element.global_id)
-    because = [Note(code=why, subject=subject, values={"coverage": completion.coverage})] if why else []
+    because = [noted(why, subject, coverage=completion.coverage)] if why else []
     notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
-        values: Values = {
-            "kind": element.kind,
-            "element": element.name,
-            "cells": int(conflict),
-            "stations": tuple(stations),
-        }
-        notes.append(Note(code=Reason.PHOTOS_DISAGREE, subject=subject, values=values))
+        notes.append(
+            noted(
+                Reason.PHOTOS_DISAGREE,
+                subject,
+                kind=element.kind,
+                element=element.name,
+                cells=int(conflict),
+                stations=tuple(stations),
+            )
+        )
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)

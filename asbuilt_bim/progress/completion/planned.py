@@ -1,7 +1,5 @@
 """Planned against actual: what the plan wanted by the status date, how late a task is, which elements are late."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +7,7 @@ from datetime import date, datetime, timedelta
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
 
 _EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
@@ -65,7 +63,7 @@ def verdict(task: TaskProgress) -> TaskVerdict:
 
 
 def _note(code: Reason, task: TaskProgress, values: Values) -> Note:
-    return Note(code=code, subject=about(SubjectKind.TASK, task.progress.key), values=values)
+    return noted(code, about(SubjectKind.TASK, task.progress.key), **values)
 
 
 def percent_down(share: float) -> str:

@@ -1,7 +1,5 @@
 """Stations, measured faces and design faces as the result keeps them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from datetime import date
 

@@ -1,7 +1,5 @@
 """Storeys, tasks and the whole: the elements' completion put together, weighted by what they weigh."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Sums a visit up: elements, storeys, tasks, cost lines, and all that was left out, in one report."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import date

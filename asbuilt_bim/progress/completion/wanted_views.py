@@ -1,7 +1,5 @@
 """What to photograph next: the sides that would bring the bounds together most, and where to stand before each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date

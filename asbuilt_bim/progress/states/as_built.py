@@ -1,14 +1,12 @@
 """The as-built area of a design face: the union of all stations' outlines in its plane, never their sum."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from asbuilt_bim.bim.model import DesignFace
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
@@ -125,10 +123,12 @@ def _combined(whole: Sequence[FaceMatch]) -> tuple[float, float, tuple[Note, ...
     mean = float(weights @ areas / weights.sum())
     apart = np.abs(areas - mean) > APART_SIGMAS * sigmas
     notes = tuple(
-        Note(
-            code=Reason.AREAS_APART,
-            subject=about(SubjectKind.FACE, match.face_id, match.station),
-            values={"area_m2": match.area_m2, "mean_m2": mean, "sigmas": APART_SIGMAS},
+        noted(
+            Reason.AREAS_APART,
+            about(SubjectKind.FACE, match.face_id, match.station),
+            area_m2=match.area_m2,
+            mean_m2=mean,
+            sigmas=APART_SIGMAS,
         )
         for match, far in zip(whole, apart, strict=True)
         if far

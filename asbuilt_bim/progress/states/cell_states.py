@@ -1,7 +1,5 @@
 """From the states of an element's faces to its cells: built, open, in conflict or unknown, and within what bounds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Each design face after a visit: what of it is built, what is open, and what nobody knows."""
 
-from __future__ import annotations
-
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.progress.history import VisitHistory

@@ -1,7 +1,5 @@
 """Whether what stands there has the colour of concrete: timber, rusty steel, bricks, plants and paint haven't."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -10,7 +10,7 @@ import numpy as np
 from asbuilt_bim.bim.border_boxes import border_boxes
 from asbuilt_bim.bim.cells import CellSamples, cell_samples
 from asbuilt_bim.bim.model import BimElement, DesignFace
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
@@ -199,9 +199,9 @@ def _notes(
     element = about(SubjectKind.ELEMENT, face.element)
     hidden = float(samples.area_m2[own & votes.before & ~decided].sum())
     if hidden >= 0.1:
-        notes.append(Note(code=Reason.PARTLY_HIDDEN, subject=element))
+        notes.append(noted(Reason.PARTLY_HIDDEN, element))
     if 0.1 <= gone_m2 < GONE_M2:
-        notes.append(Note(code=Reason.GONE_LITTLE, subject=element, values={"area_m2": gone_m2}))
+        notes.append(noted(Reason.GONE_LITTLE, element, area_m2=gone_m2))
     return [*notes, *(_not_counted(match, options) for match in matches if match not in votes.spoken)]
 
 
@@ -209,9 +209,9 @@ def _not_counted(match: FaceMatch, options: ProgressOptions) -> Note:
     """Say why a measured face was not counted as built."""
     subject = about(SubjectKind.FACE, match.face_id, match.station)
     if stands_off(match, options):
-        return Note(code=Reason.STANDS_OFF, subject=subject, values={"offset_m": match.offset_m})
+        return noted(Reason.STANDS_OFF, subject, offset_m=match.offset_m)
     code = Reason.STARTER_BARS if looks_like_bars(match, options) else Reason.SURFACE_UNCLEAR
-    return Note(code=code, subject=subject, values={"area_m2": match.area_m2})
+    return noted(code, subject, area_m2=match.area_m2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -243,8 +243,7 @@ def check_whole(
         kept.append(replace(match, whole=False))
         parts.append(match.face_id)
         subject = about(SubjectKind.FACE, match.face_id, match.station)
-        values: Values = {"more_m2": more_m2, "area_m2": match.area_m2}
-        notes.append(Note(code=Reason.PAST_OUTLINE, subject=subject, values=values))
+        notes.append(noted(Reason.PAST_OUTLINE, subject, more_m2=more_m2, area_m2=match.area_m2))
     return Checked(matches=tuple(kept), parts=tuple(parts), notes=tuple(notes))
 
 

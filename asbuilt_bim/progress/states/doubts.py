@@ -1,13 +1,11 @@
 """What to look at before a face is paid for: what is gone, goes on past the design, or has another size."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement, DesignFace
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
@@ -29,7 +27,7 @@ def past_design(matches: Sequence[FaceMatch], options: ProgressOptions) -> Itera
         allowed_m2 = max(PAST_M2, PAST_SHARE * match.area_m2, options.sigmas * match.area_sigma_image_m2)
         if past_m2 > allowed_m2:
             subject = about(SubjectKind.FACE, match.face_id, match.station)
-            yield Note(code=Reason.PAST_DESIGN, subject=subject, values={"area_m2": past_m2})
+            yield noted(Reason.PAST_DESIGN, subject, area_m2=past_m2)
 
 
 def doubts_of(
@@ -39,7 +37,7 @@ def doubts_of(
     gone_m2 = sum(surface.gone_area_m2 for surface in surfaces if surface.gone_area_m2 >= GONE_M2)
     if gone_m2:
         subject = about(SubjectKind.ELEMENT, element.global_id)
-        yield Note(code=Reason.GONE, subject=subject, values={"area_m2": gone_m2})
+        yield noted(Reason.GONE, subject, area_m2=gone_m2)
     for face, surface in zip(element.faces, surfaces, strict=True):
         yield from surface.doubts
         size = other_size(face, surface, options) if state == "complete" else None
@@ -58,4 +56,4 @@ def other_size(face: DesignFace, surface: SurfaceState, options: ProgressOptions
     if abs(other_m2) <= allowed_m2 or in_pieces:
         return None
     values: Values = {"area_m2": surface.as_built_area_m2, "sigma_m2": sigma_m2, "design_m2": face.exposed_area_m2}
-    return Note(code=Reason.OTHER_SIZE, subject=about(SubjectKind.FACE, face.face_id), values=values)
+    return noted(Reason.OTHER_SIZE, about(SubjectKind.FACE, face.face_id), **values)

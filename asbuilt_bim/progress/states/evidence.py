@@ -1,7 +1,5 @@
 """What one station's depth says of points of the design's surface: there, seen through, hidden, or nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """Which outlines of measured faces may speak for built concrete: not formwork, starter bars or a neighbour's side."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Samples of a face as the picture that they are: what hangs together, and what surrounds a sample."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

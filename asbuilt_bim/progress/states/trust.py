@@ -1,7 +1,5 @@
 """What depth alone may be taken for built concrete and what for open: formwork, bars and stray depth are told apart."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.bim.cells import CellSamples

@@ -1,7 +1,5 @@
 """What every station says of every sample of an element's surface, put together: weights for built and for open."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

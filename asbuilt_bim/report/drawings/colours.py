@@ -1,7 +1,5 @@
 """The colours of the report: told apart by colour-blind eyes too, and never the only sign of a state."""
 
-from __future__ import annotations
-
 from asbuilt_bim.progress.report import ProgressReport, State
 
 STATE_COLOURS: dict[State, str] = {

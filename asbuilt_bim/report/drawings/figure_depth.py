@@ -1,7 +1,5 @@
 """The depth map in colours with its scale, and how far the measured surface lies off each face."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

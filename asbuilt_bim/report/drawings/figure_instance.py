@@ -1,7 +1,5 @@
 """One wall or column as the paper's figures 10, 11 and 13: its mask, its boundary in pixels, itself in metres."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

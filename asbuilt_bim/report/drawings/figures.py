@@ -1,7 +1,5 @@
 """The pictures of one measured pair, as the paper shows them: returned, never shown or printed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Puts labels where they don't cover one another."""
 
-from __future__ import annotations
-
 import numpy as np
 
 Box = tuple[float, float, float, float]  # left, top, width, height

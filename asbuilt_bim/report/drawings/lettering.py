@@ -1,7 +1,5 @@
 """Text on pictures: OpenCV 5's own font where there is one, the plain Hershey letters of OpenCV 4 otherwise."""
 
-from __future__ import annotations
-
 import unicodedata
 from typing import Any
 

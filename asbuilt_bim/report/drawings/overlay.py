@@ -1,7 +1,5 @@
 """`overlays/<station>.jpg`: the rectified left photo with the measured faces and the target drawn on it."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

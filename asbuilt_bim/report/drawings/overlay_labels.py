@@ -1,7 +1,5 @@
 """The labels of an overlay: what they say, what they point at, and where they find room."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """What a station's overlay shows and where: worked out once, drawn by OpenCV (jpg) and as SVG (page)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

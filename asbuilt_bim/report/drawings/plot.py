@@ -1,7 +1,5 @@
 """Axes on a picture: ticks, a grid, rings and a colour bar, drawn with OpenCV; no plotting library is needed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The page that says whether a calibration is to be trusted: one file, without scripts and without requests."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,7 +14,6 @@ from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_d
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
-from asbuilt_bim.storage.atomic_write import replace_bytes, writing
 
 TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
@@ -97,15 +94,6 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
 def calibration_page(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> bytes:
     """Return the page as the file holds it."""
     return calibration_html(calibration, checks).encode("utf-8", "replace")
-
-
-def write_calibration_page(calibration: Calibration, path: Path, checks: tuple[LengthCheck, ...] = ()) -> None:
-    """Write the page, whole or not at all.
-
-    Raises: OutputError where it can't be written.
-    """
-    with writing(path):
-        replace_bytes(path, calibration_page(calibration, checks))
 
 
 def _share(value: float) -> str:

@@ -1,7 +1,5 @@
 """Drawings of a calibration: where corners were seen and how they were missed, what the lens leaves, view by view."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Each observed design face drawn from outside: what is built, open and unknown of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

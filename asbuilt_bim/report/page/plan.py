@@ -1,7 +1,5 @@
 """A plan of each storey: elements coloured by state, and where the photos were taken."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -100,7 +98,7 @@ def _footprints(report: ProgressReport) -> dict[str, FloatArray]:
 
 
 def _corners(face: DesignFaceRecord) -> FloatArray:
-    """Return the world x and y (N, 2) that a face covers; a mantle gives its whole circle."""
+    """Return the world x and y (N, 2) that a face covers; a lateral surface gives its whole circle."""
     origin, u, v = face.frame_m
     if face.kind == "cylinder":
         angles = np.linspace(0.0, 2.0 * math.pi, 32, endpoint=False)

@@ -1,7 +1,5 @@
 """The page's own rows: what to photograph next and where to stand, and what changed since the last visit."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """`report.html`: one file that holds everything, without scripts and without requests."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How each array field of the result is written as JSON: its shape, its decimals, and the check on the way back."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal

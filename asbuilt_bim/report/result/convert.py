@@ -1,7 +1,5 @@
 """`ProgressReport` to plain values and back, by cattrs: no field is named twice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from datetime import date, datetime
@@ -19,8 +17,10 @@ from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressRepo
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
 from asbuilt_bim.report.result.notes_json import note_fields, note_from_plain, with_codes, with_words
 from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection_to_plain
-from asbuilt_bim.report.result.terms import SHARES
 from asbuilt_bim.report.wording.of_faces import source_of
+
+SHARES = frozenset({"best", "lower", "upper", "coverage", "surface_coverage", "planned"})
+"""Keys that hold a share in 0..1."""
 
 
 def report_to_plain(report: ProgressReport) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """`result.json`: the one file that every other output is made from."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +18,7 @@ from asbuilt_bim.storage.strict_json import parse_json
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
 MINOR = 4  # raised when keys are added
-MAX_BYTES = 500_000_000  # some thousand stations; a larger file is not one of ours, or would fill the memory
+MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
 REMEDY = "run the visit again, or take the file of another run folder"
@@ -83,8 +81,8 @@ def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
     """Read results of earlier runs in the order of their visits, all of them before the day `until`.
 
     Raises:
-        ResultError: one can't be read, is of that day or later, two are of one visit, or one was made without the one
-            before it: what only that one saw would be lost.
+        ResultError: one can't be read, is of that day or later, or two are of one visit. Or one was made without the
+            one before it: what only that one saw would be lost.
     """
     past = sorted(((read_result(path), path) for path in paths), key=lambda pair: pair[0].visit_date)
     for number, (report, path) in enumerate(past):

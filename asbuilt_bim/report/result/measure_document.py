@@ -1,7 +1,5 @@
 """`measure.json`: what was measured of one photo pair, for other programs; held against `schemas/measure-1.json`."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 from typing import Any
 

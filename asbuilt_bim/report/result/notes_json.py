@@ -1,7 +1,5 @@
 """Notes in `result.json`: the English text under the key of old, and beside it the codes that it was made from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, get_type_hints

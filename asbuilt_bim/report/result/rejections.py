@@ -1,7 +1,5 @@
 """A rejection in a file: its code, subject and values for programs, the English beside them for people."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

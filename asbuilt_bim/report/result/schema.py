@@ -3,8 +3,6 @@
 `python -m asbuilt_bim.report.result.schema schemas/result-1.json` writes the file; a test compares them.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping
@@ -19,9 +17,10 @@ from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
+from asbuilt_bim.report.result.convert import SHARES
 from asbuilt_bim.report.result.document import FORMAT, VERSION
 from asbuilt_bim.report.result.notes_json import CODES, note_fields
-from asbuilt_bim.report.result.terms import SHARES, describe, describe_class
+from asbuilt_bim.report.wording.result_terms import describe, describe_class
 from asbuilt_bim.report.wording.unstated import TEXTS
 
 _NUMBER = {"type": "number"}

@@ -1,7 +1,5 @@
 """The lines of an exported schedule, worked out once: MS Project and P6 only write them in their own words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, time
@@ -174,5 +172,5 @@ def _hours(calendar: WorkCalendar, start: datetime, finish: datetime) -> float:
 def _after(calendar: WorkCalendar, start: datetime, hours: float) -> datetime | None:
     try:
         return calendar.after(start, hours)
-    except ValueError:  # a calendar that ends: no finish is told
+    except ValueError:  # a calendar that ends: no finish is known
         return None

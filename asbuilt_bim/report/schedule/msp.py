@@ -1,12 +1,10 @@
 """`schedule.msp.xml`: the tasks with what was measured, as MS Project reads them.
 
-What is measured is physical: it is written as PhysicalPercentComplete, with that as the earned value method, and as
-PercentComplete too, which is the column that people look at; actual and remaining duration follow from it. Unknown
+What is measured is physical: it is written as PhysicalPercentComplete, with that as the earned value method. It is
+PercentComplete too, the column that people look at; actual and remaining duration follow from it. Unknown
 tasks get none of these elements. Reference: Microsoft, Project XML Data Interchange Schema (mspdi_pj12.xsd), whose
 elements are a sequence: their order counts.
 """
-
-from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET

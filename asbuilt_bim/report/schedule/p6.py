@@ -5,8 +5,6 @@ percent, no status and no remaining duration (all are optional): an import that 
 they are. Elements are in alphabetical order, as P6's own schema (p6apibo.xsd) has them.
 """
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Sequence

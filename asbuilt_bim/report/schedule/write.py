@@ -1,7 +1,5 @@
 """The door of this room: the tasks as a table and as schedules that planning programs import."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from datetime import date, datetime
 from pathlib import Path

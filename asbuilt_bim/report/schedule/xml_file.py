@@ -1,7 +1,5 @@
 """XML as files: elements in the order given, text that can't break out of them."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Says in words what changed from one result to the next."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from datetime import date

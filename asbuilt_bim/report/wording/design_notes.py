@@ -1,7 +1,5 @@
 """Sentences on the IFC file, and on what a revision did to it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason

@@ -1,7 +1,5 @@
 """The sentence of every note: the one place where a code becomes words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason

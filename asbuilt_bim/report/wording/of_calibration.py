@@ -1,7 +1,5 @@
 """Words for board pairs and control points that a calibration left out."""
 
-from __future__ import annotations
-
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 

@@ -1,7 +1,5 @@
 """Words for measured faces that fit no design face, and for a survey that lies beside the design."""
 
-from __future__ import annotations
-
 import math
 
 from asbuilt_bim.codes import Reason

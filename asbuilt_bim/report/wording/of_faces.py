@@ -1,7 +1,5 @@
 """Words for depth maps, masks and faces that could not be measured, and for who found a wall or column."""
 
-from __future__ import annotations
-
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill

@@ -1,7 +1,5 @@
 """Words for a station's photos, and for stations that could not be worked on."""
 
-from __future__ import annotations
-
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 

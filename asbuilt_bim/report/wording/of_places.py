@@ -1,7 +1,5 @@
 """Words for markers, control points and poses: where a station stood."""
 
-from __future__ import annotations
-
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 
@@ -80,7 +78,7 @@ PLACES: Table = {
     ),
     Reason.SURVEY_MIRRORED: Words(
         reason="it is a mirror image of the site: of {seen} markers in view {agree_mirrored} agree in the mirror, "
-        "{agree} as they are given; x and y are exchanged (easting and northing), or one axis counts the wrong way",
+        "{agree} as they are given. x and y are exchanged (easting and northing), or one axis counts the wrong way",
         remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
     ),
     Reason.STATION_SURVEY_MIRRORED: Words(reason="the survey is a mirror image of the site"),

@@ -1,7 +1,5 @@
 """Words for a rig that no longer stands as it was calibrated, and for one whose scale is off."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -95,7 +93,7 @@ def _undetermined(values: Values) -> Words:
         f"{values['matches']} matches {effect_text(values)}; that leaves it open by",
         value=fill("{area_sigma:.1%}", values),
         limit=_share_limit(values),
-        remedy="take stations with near and far things all over the frame; a rig file of another program doesn't say "
+        remedy="take stations with near and far things all over the frame. A rig file of another program doesn't say "
         "how well its lenses are known: calibrate the rig with asbuilt-bim calibrate",
     )
 

@@ -1,7 +1,5 @@
 """Words for the red target and for other red discs."""
 
-from __future__ import annotations
-
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 

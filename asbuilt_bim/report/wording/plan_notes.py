@@ -1,7 +1,5 @@
 """Sentences on planned dates, the schedule file and cost lines."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason

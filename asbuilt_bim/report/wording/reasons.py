@@ -1,7 +1,5 @@
 """Rejections in English: `words_of` says what was left out and why. To translate, replace the tables beside it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from asbuilt_bim.codes import Subject, SubjectKind

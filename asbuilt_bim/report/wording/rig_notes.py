@@ -1,7 +1,5 @@
 """Sentences on the rig and on its calibration."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

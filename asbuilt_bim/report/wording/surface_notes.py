@@ -1,7 +1,5 @@
 """Sentences on surfaces, elements and stations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from asbuilt_bim.codes import Note, Reason

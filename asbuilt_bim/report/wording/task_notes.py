@@ -1,7 +1,5 @@
 """Sentences that go out with a task or a cost line: to its schedule, and into the IFC copy."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason

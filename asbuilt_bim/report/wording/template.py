@@ -1,7 +1,5 @@
 """Templates of sentences: `{area_m2:m²}` writes a value with its unit, `{count:# task|# tasks}` counts."""
 
-from __future__ import annotations
-
 import string
 from collections.abc import Callable, Mapping
 from typing import Any

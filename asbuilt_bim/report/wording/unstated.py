@@ -1,7 +1,5 @@
 """Rejections of results that were written before there were codes: their texts as they are, and whom they are about."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

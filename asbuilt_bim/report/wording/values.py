@@ -1,7 +1,5 @@
 """Numbers and states as people read them: the one place that says how the report writes a value."""
 
-from __future__ import annotations
-
 import math
 import re
 from datetime import date, datetime

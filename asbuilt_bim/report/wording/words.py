@@ -1,7 +1,5 @@
 """How a sentence is filled: a template of named values, units written as the report writes them."""
 
-from __future__ import annotations
-
 import math
 import string
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """The workbook's columns, and what each one means (the sheet `Notes` is written from here)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 _BEST = (
@@ -143,7 +141,7 @@ TASKS = (
         "Late",
         "text",
         10,
-        "late: the planned finish has passed and the task is not complete; unknown where it can't be said.",
+        "late: the planned finish has passed and the task is not complete; unknown where the photos don't show it.",
     ),
     _column("Elements", "count", 10, "Walls and columns of the task."),
     _column("Complete", "count", 10, "Elements seen complete."),

@@ -1,7 +1,5 @@
 """The sheet `Cost`: cost lines in their own unit, with formulas that go on calculating."""
 
-from __future__ import annotations
-
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
@@ -68,7 +66,7 @@ def _line(sheet: Worksheet, row: int, line: CostProgress, styles: Styles) -> Non
 
 
 def _total(sheet: Worksheet, row: int, first: int, group: CostGroup, styles: Styles) -> None:
-    """Write the sums of a group; a sum of nothing known is unknown, and what is left out is said."""
+    """Write the sums of a group; a sum of nothing known is unknown, and its name counts the lines left out."""
     suffix = f", best without {group.unknown} unknown of {len(group.lines)} lines" if group.unknown else ""
     cells: list[Cell] = [""] * len(COST)
     cells[0] = f"Total {group.name}{suffix}"

@@ -1,7 +1,5 @@
 """A table on a worksheet: columns with a width and a number format, cells that can't run, unknown that can't be 0."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, datetime

@@ -1,7 +1,5 @@
 """`quantities.xlsx`: the workbook for cost control."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 from pathlib import Path

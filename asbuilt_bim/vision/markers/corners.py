@@ -1,7 +1,5 @@
 """A marker's corners as the meeting points of its four printed edges, each a line through many sub-pixel edges."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

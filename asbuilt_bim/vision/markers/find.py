@@ -1,7 +1,5 @@
 """AprilTags and ArUco markers: their corners in both photos."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

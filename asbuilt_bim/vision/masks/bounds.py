@@ -1,7 +1,5 @@
 """Bounds on outlines that somebody gives: what crosses itself all over is no outline, and takes hours to fill."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """COCO JSON read with care: polygons, run lengths plain and packed, categories that mean walls and columns."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files of masks: a PNG of labels, COCO JSON, or clicked polygons (JSON, CSV); all in pixels of the original photo."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping

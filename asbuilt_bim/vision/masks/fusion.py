@@ -4,16 +4,14 @@ The surfaces of the scene are the pieces that both speak of. A network that cove
 whether it can be is checked: walls and columns are upright planes or cylinders of a wall's or a column's size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, freeze
 from asbuilt_bim.vision.masks.given import box_of
 from asbuilt_bim.vision.masks.refinement import refined_mask
@@ -133,16 +131,14 @@ def _alone(pair: RectifiedPair, seen: Sequence[Instance], spoken: set[int], name
             continue
         x0, y0, x1, y1 = one.box_px
         notes.append(
-            Rejection(
-                code=Reason.INSTANCE_WITHOUT_SURFACE,
-                subject=Subject(kind=SubjectKind.INSTANCE, name=f"{one.label} {number + 1}", station=pair.name),
-                values={
-                    "label": one.label,
-                    "segmenter": name,
-                    "score": float(one.score),
-                    "x_px": (x0 + x1) // 2,
-                    "y_px": (y0 + y1) // 2,
-                },
+            rejected(
+                Reason.INSTANCE_WITHOUT_SURFACE,
+                about(SubjectKind.INSTANCE, f"{one.label} {number + 1}", pair.name),
+                label=one.label,
+                segmenter=name,
+                score=float(one.score),
+                x_px=(x0 + x1) // 2,
+                y_px=(y0 + y1) // 2,
             )
         )
     return tuple(notes)

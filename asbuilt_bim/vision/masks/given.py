@@ -1,7 +1,5 @@
 """Masks that somebody gives: in pixels of the ORIGINAL left photo, carried through the lens to the rectified frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """What stands in the photo as one piece: the `Segmenter` interface and its answer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal, Protocol, runtime_checkable

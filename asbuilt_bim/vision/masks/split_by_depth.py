@@ -1,7 +1,5 @@
 """What a mask from outside holds of one thing: the surfaces that stand together, without what lies behind or before."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

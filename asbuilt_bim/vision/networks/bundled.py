@@ -1,7 +1,5 @@
 """The networks that come with the program: one that finds walls and columns, one for relative depth."""
 
-from __future__ import annotations
-
 from importlib import resources
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A network's card: the small YAML file that says what an ONNX file wants, and what its answers mean."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a segmenter's answer comes to, whatever its family: one thing, its class number, how sure, and where."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

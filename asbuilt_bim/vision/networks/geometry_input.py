@@ -4,8 +4,6 @@ The same function serves training and use. A plane n . X = d gives 1/Z = (n . ra
 picture, and its slopes give the normal.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

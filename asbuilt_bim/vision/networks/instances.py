@@ -1,7 +1,5 @@
 """Reads the layout `centres`: a class for each pixel and an arrow to its thing's middle become things with masks."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

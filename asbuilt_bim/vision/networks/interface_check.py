@@ -1,7 +1,5 @@
 """Segmenters and depth networks of other packages, held to their interface: what they get wrong is named as theirs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Networks in the places that the flow has for them: a second opinion on instances, relative depth, dense stereo."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass, field
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Things that vote for one place but stand behind each other, told apart by stereo: a column before a wall's middle."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

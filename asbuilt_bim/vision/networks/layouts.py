@@ -3,8 +3,6 @@
 Each reader takes a network's outputs by role and gives its `Sighting`s; a wrong shape is refused by name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import cv2

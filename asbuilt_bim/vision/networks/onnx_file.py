@@ -6,8 +6,6 @@ then a varint, 4 or 8 bytes, or a length and bytes); everything else is skipped 
 Reference: ONNX IR specification, onnx.proto3 (ModelProto, GraphProto, NodeProto, AttributeProto, TensorProto).
 """
 
-from __future__ import annotations
-
 import mmap
 from collections.abc import Iterator
 from pathlib import Path

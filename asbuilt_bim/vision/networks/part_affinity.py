@@ -7,8 +7,6 @@ Reference: Keuper et al. 2015, Efficient decomposition of image and mesh graphs 
 edge contraction).
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A photo made into a network's input, and the way back: where each of the photo's pixels lies in the input."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

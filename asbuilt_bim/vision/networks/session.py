@@ -1,7 +1,5 @@
 """One loaded network: arrays in, checked arrays out, within a bound of memory."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache

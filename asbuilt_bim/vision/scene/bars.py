@@ -5,8 +5,6 @@ tell them: what is seen between them lies behind, so the photos disagree along t
 what fine structure they show runs upright, line beside line, where concrete has grain.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import cv2

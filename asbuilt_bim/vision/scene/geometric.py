@@ -1,7 +1,5 @@
 """Walls and columns told by geometry alone: what stands upright, hangs together at convex edges, and has their size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """One photo read as surfaces: upright planes, round columns and floors, and which pixel belongs to which."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

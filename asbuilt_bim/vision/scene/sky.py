@@ -1,7 +1,5 @@
 """Where the photo shows sky: further than anything, so what should stand there does not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

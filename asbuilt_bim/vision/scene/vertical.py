@@ -1,7 +1,5 @@
 """Which way is up: the vanishing direction of the photo's upright edges."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

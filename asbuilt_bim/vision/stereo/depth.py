@@ -1,7 +1,5 @@
 """Depth per pixel of the rectified left photo, with its sigma, and which method gave it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, Protocol
 

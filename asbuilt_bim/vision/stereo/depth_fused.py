@@ -1,7 +1,5 @@
 """Stereo first, network second: relative depth brought to stereo by scale and shift fills what stereo can't see."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

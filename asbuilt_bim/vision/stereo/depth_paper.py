@@ -1,7 +1,5 @@
 """The published depth map: a network's relative depth, inverted, times one scalar from the target (eq. 4)."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import cv2

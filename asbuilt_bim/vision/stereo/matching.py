@@ -1,7 +1,5 @@
 """Dense stereo: a rectified pair becomes a disparity and its sigma per pixel of the left photo."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

@@ -4,8 +4,6 @@ Dense stereo smears bars and gaps into one, or gives up on them. Taken out of bo
 a morphological closing fills what is dark and thin with what is seen beside it, and leaves solid things as they are.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """What a rig that no longer stands as it was calibrated does to a measured area, and to the rows of the photos."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M, SIDE_M

@@ -4,8 +4,6 @@ A turn about the vertical (yaw) hides from the rows' mean difference and ruins e
 differ over the frame. So all five numbers of the essential matrix are fitted, with what the matches leave open.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -4,8 +4,6 @@ Never by the mean vertical residual: a yaw of 0.2 degrees moves it by a fifth of
 the fitted correction: what it does to an area at 5 m and to the rows, against its sigma.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

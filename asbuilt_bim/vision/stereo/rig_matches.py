@@ -1,7 +1,5 @@
 """Matches all over both photos of a station, to a tenth of a pixel: what the rig's health is judged on."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

@@ -1,17 +1,15 @@
 """What a verdict of the rig leaves out, or warns of: the turn, its sigma and what it costs, as values of a code."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 
 from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, SIGNIFICANT, RigVerdict
 
-RIG = Subject(kind=SubjectKind.RIG)
+RIG = about(SubjectKind.RIG)
 
 
 def rig_rejection(
@@ -33,7 +31,7 @@ def rig_rejection(
         "refined": refined,
         "by_area": bool(abs(verdict.area_effect) > max(AREA_LIMIT, SIGNIFICANT * verdict.area_sigma)),
     }
-    return Rejection(code=code, subject=subject, values=values)
+    return rejected(code, subject, **values)
 
 
 def turn_values(verdict: RigVerdict) -> dict[str, Value]:

@@ -1,7 +1,5 @@
 """Sampling the right photo along disparities: what every photometric step here stands on."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

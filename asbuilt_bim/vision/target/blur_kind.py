@@ -7,8 +7,6 @@ or look like it, so neither kind is ever sure: it is asked how likely each is.
 Reference: Cox 1958, the regression of binary sequences.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ The centre of an ellipse is not the picture of the circle's centre; fitting the 
 makes that exact, uses one shape for both photos, and gives the covariance of what is asked for: centre and diameter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 Points err by whole arcs, so that no single one stands out; but without a foreign arc the others fit much better.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray

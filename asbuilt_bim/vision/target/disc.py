@@ -1,7 +1,5 @@
 """Red discs in one photo: their outline to a fraction of a pixel, and how sure it is that they are discs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A red disc's surroundings in a photo: the channel that shows its edge best, and how much of its inside is red."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """What lies to both sides of a red disc's outline: is the inside red, and the outside less so."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -8,8 +8,6 @@ What is behind may change along a profile too; no place fits then, and such prof
 trusted.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

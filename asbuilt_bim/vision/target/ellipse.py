@@ -1,7 +1,5 @@
 """Ellipses in the picture: fitted to edge points, some of which don't belong to them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

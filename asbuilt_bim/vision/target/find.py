@@ -1,7 +1,5 @@
 """The red disc: its centres in both photos, and its distance by triangulation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,8 +9,6 @@ discs and other red things answer in development pairs (benchmarks/target/odds.p
 Reference: Cox 1958, the regression of binary sequences.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

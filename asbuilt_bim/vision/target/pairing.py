@@ -1,7 +1,5 @@
 """A red disc in the left photo and one in the right that one circle in space makes: which could be the target."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is red in a photo, in sun and in shade: a score that light cancels out of, and the blobs it makes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
 

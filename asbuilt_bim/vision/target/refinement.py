@@ -9,8 +9,6 @@ before something brighter then comes out too large, or too near. So the second l
 each circle counts by how likely its kind is (`blur_kind`).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

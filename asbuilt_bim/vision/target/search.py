@@ -1,7 +1,5 @@
 """The target by its told size: an outline in one photo says how far away it is, and so where the other shows it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

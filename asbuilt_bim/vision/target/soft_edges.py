@@ -11,8 +11,6 @@ them: concrete's brightness changes, its hue hardly does.
 Reference: Rasmussen & Williams 2006, Gaussian processes, eq. 2.30 (marginal likelihood).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -3,7 +3,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
@@ -13,8 +12,7 @@ from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.camera.calibration.checks import warning
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.errors import OutputError
-from asbuilt_bim.report.page.calibration import calibration_html, verdict, write_calibration_page
+from asbuilt_bim.report.page.calibration import calibration_html, verdict
 from tests.camera.board_pictures import CHESS, pairs
 from tests.camera.calibration.test_control_rig import control
 from tests.camera.virtual import SIZE
@@ -92,8 +90,3 @@ def test_a_page_of_control_points_speaks_of_points_not_of_boards() -> None:
     html = calibration_html(rig_from_control_points(control(24, 0.3), SIZE))
     assert "of 24 and 24 points" in html and "in points kept back" in html and "points measured in another unit" in html
     assert "board of another size" not in html and "diagonals" not in html and "model of lens explains" not in html
-
-
-def test_a_page_that_cannot_be_written_is_named(made: Calibration, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match=r"page\.html: can't be written"):
-        write_calibration_page(made, tmp_path / "nowhere" / "page.html")

@@ -1,7 +1,5 @@
 """The door of this room: what is damaged in a JPEG, by its coded data and by its decoded picture."""
 
-from __future__ import annotations
-
 from asbuilt_bim.camera.photo.jpeg.scan import damage_in_scan, jpeg_frame
 from asbuilt_bim.camera.photo.jpeg.seam import seam
 from asbuilt_bim.geometry.arrays import ByteImage

@@ -7,8 +7,6 @@ in brightness that such a bit leaves), a wrong length that the codes after it ma
 pictures, and damage before the coded data that leaves valid tables.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 import struct

@@ -8,8 +8,6 @@ first or last `_ENDS` MCUs of a row (there the staircase is a straight line, as 
 last row, and what a restart marker ends at once.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

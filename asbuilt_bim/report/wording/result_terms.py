@@ -1,10 +1,5 @@
 """What each key of `result.json` means, in one sentence: the descriptions of its schema."""
 
-from __future__ import annotations
-
-SHARES = frozenset({"best", "lower", "upper", "coverage", "surface_coverage", "planned"})
-"""Keys that hold a share in 0..1."""
-
 CLASSES = {
     "ProgressReport": "All that a run found out, for one visit and what earlier ones had decided.",
     "Completion": "Completion in 0..1 with its bounds; unknown is null, never 0.",
