@@ -1,8 +1,8 @@
 """Upright planes, round columns and level surfaces grown in a disparity map.
 
-In the levelled view a building is a plan drawing: columns of pixels vote for the disparities that stand upright in
-them, votes chain up to what one walks along without a jump in depth, and a chain is cut into the fewest straight pieces
-(planes) or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
+In the levelled view a building is a plan drawing. Columns of pixels vote for the disparities that stand upright in
+them. Votes without a jump in depth between them form a chain. A chain is cut into the fewest straight pieces (planes)
+or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
 """
 
 from __future__ import annotations

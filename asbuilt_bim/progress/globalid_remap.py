@@ -125,7 +125,7 @@ def _boxes(faces: Iterable[tuple[str, PlaneFrame | CylinderFrame, Region]]) -> d
 
 
 def _corners(frame: PlaneFrame | CylinderFrame, ring: FloatArray) -> FloatArray:
-    """Return points (N, 3) that a ring reaches to; a mantle, wherever its seam is, reaches all round."""
+    """Return points (N, 3) that a ring reaches to; a lateral surface, wherever its seam is, reaches all round."""
     if isinstance(frame, PlaneFrame):
         return frame.from_uv(ring)
     ends = frame.origin_m + np.array([ring[:, 1].min(), ring[:, 1].max()])[:, None] * frame.axis

@@ -1,4 +1,4 @@
-"""What judging progress may be told."""
+"""Options of judging progress."""
 
 from __future__ import annotations
 

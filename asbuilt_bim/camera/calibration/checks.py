@@ -29,10 +29,10 @@ _LARGE_SCALE_SIGMA = 0.005
 class Checks:
     """What is known of a calibration beyond its own misfit.
 
-    Coverage: share of an 8 x 6 grid of the frame where corners were seen. Hold-out: corners of views that a third of
-    the pairs at a time were kept from (the rig from the others, the board's pose from the LEFT photo, the misfit in
-    the right one). Length: median relative error of the boards' diagonals, triangulated in those same views. Lens
-    left: what another model of lens explains of the residuals, 0 where none does.
+    Coverage: share of an 8 x 6 grid of the frame where corners were seen. Hold-out: a third of the pairs at a time is
+    kept out, and the rig is fitted to the others. The board's pose is from the LEFT photo, the misfit that of the
+    corners in the right one. Length: median relative error of the boards' diagonals, triangulated in those same views.
+    Lens left: what another model of lens explains of the residuals, 0 where none does.
     """
 
     coverage_left: float

@@ -153,7 +153,7 @@ def _counts(
 ) -> FloatArray:
     """Return how many samples each side has in each cell, all, built and open: (3, sides, cells).
 
-    A mantle is taken as eight sides, since no station sees half of it.
+    A lateral surface is taken as eight sides, since no station sees half of it.
     """
     samples: CellSamples = cell_samples(element, options.spacing_m)
     size = cells.shape[0] * cells.shape[1]

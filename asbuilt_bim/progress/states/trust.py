@@ -1,4 +1,4 @@
-"""What depth alone may be taken for built concrete and what for open: formwork, bars and stray depth are told apart."""
+"""What depth alone proves, built or open: formwork, bars and stray depth are kept apart from concrete."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def _image(document: dict[str, Any], size: tuple[int, int], photo_name: str) -> 
     if not isinstance(number, int):
         raise MaskError("images: id is not a whole number")
     if sum(image.get("id") == number for image in images) > 1:
-        raise MaskError(f"images: the id {number} stands twice; masks of two photos couldn't be told apart")
+        raise MaskError(f"images: the id {number} stands twice; masks of two photos couldn't be distinguished")
     return number
 
 

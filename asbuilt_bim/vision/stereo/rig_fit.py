@@ -28,12 +28,12 @@ LENS_CELLS = (6, 4)
 class RigFit:
     """A correction (5,) in radians: the right camera's turn about x, y, z, the baseline's direction along y and z.
 
-    In the rectified frame of the rig that it corrects: a point X seen by the left camera lies at
-    `R(turn) (X - b unit(1, ty, tz))` for the right one, and the calibration says `X - b (1, 0, 0)`.
-    `information` (5, 5) is the matches' own; `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in
-    `relative_units`, into `information @ correction`: so it is the same for photos worked on at a smaller size.
-    `from_lens` (5, 24) does so with what the lenses leave across the rows, in pixels, in each of 6 x 4 cells of the
-    left photo: an error common to all matches of a cell, at every station.
+    In the rectified frame of the rig that it corrects, a point X seen by the left camera lies at `R(turn) (X - b
+    unit(1, ty, tz))` for the right one. The calibration says `X - b (1, 0, 0)`. `information` (5, 5) is the matches'
+    own. `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in `relative_units`, into `information @
+    correction`. So it is the same for photos worked on at a smaller size. `from_lens` (5, 24) does so with what the
+    lenses leave across the rows, in pixels, in each of 6 x 4 cells of the left photo. That error is common to all
+    matches of a cell, at every station.
     """
 
     correction_rad: FloatArray
