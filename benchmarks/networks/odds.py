@@ -1,11 +1,11 @@
-"""Fits the odds of `vision/networks/kinship.py`: which parts of walls and columns are one thing, on pairs with truth.
+"""Fits the odds of `vision/networks/part_affinity.py`: which parts of walls and columns are one instance, with truth.
 
 python benchmarks/networks/odds.py 20 21 24        prints the odds, feature by feature; --segment takes another card
 python benchmarks/networks/odds.py --quick         on two pairs of the sample, nothing drawn
 
 Logistic regression over all pairs of parts of these seeds' pairs, larger parts weighing more: with stereo, with the
-photo's surfaces too, and without either; with the network's map of classes and with the true one, so that the odds hold
-for a better network too.
+photo's surfaces too, and without either. Both the network's map of classes and the true one are used, so that the odds
+hold for a better network too.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from benchmarks.networks.pictures import DEVELOPMENT_SEEDS, Shot, drawn_shots, s
 PURE = 0.6
 """A part of which no element has this share says nothing."""
 SURE = 0.98
-Rows = list[tuple[NDArray[np.float64], bool, float]]  # features, one thing or two, weight
+Rows = list[tuple[NDArray[np.float64], bool, float]]  # features, one instance or two, weight
 
 
 def rows_of(shot: Shot, loaded: LoadedNetwork) -> Iterator[tuple[NDArray[np.float64], bool, float]]:

@@ -4,7 +4,7 @@ python benchmarks/real/rigs.py --check --json figures.json      about two minute
 python benchmarks/real/rigs.py --quick                          one real rig and the laser
 
 The photographs are not part of the project: ASBUILT_BIM_DATA names their folder (default ../shared/data). What is
-absent is said and not judged. The halves of a rig show consistency only: a board of another size cancels out.
+absent is named and not judged. The halves of a rig show consistency only: a board of another size cancels out.
 """
 
 from __future__ import annotations

@@ -149,8 +149,8 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, object]:
 def element_lines(runs: list[SiteRun]) -> list[Line]:
     """Judge states and completion of the elements, visit by visit.
 
-    A cell counts as visible when half of one of its sides is (`half_visible_share`); that any 2 cm sample of it can be
-    seen (`visible_share`) is told beside it, and decides what counts as not observed.
+    A cell counts as visible when half of one of its sides is (`half_visible_share`). That any 2 cm sample of it can be
+    seen (`visible_share`) is reported beside it, and decides what counts as not observed.
     """
     right = wrong = unknown = unobserved = false_zero = slivers_right = slivers = 0
     gaps: list[float] = []

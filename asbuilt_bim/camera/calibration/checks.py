@@ -56,13 +56,13 @@ def refuse_impossible(right_from_left: FloatArray, scale: str, remedy: str) -> N
     baseline = float(np.linalg.norm([x, y, z]))
     if x < 0.0 and abs(x) > abs(y):
         raise CalibrationError(
-            f"calibration: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left one; "
-            "exchange left and right of the board photos (and of the stations, if they were named the same way)"
+            f"calibration: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left one. "
+            "Exchange left and right of the board photos (and of the stations, if they were named the same way)"
         )
     if abs(x) < np.hypot(y, z):
         raise CalibrationError(
             f"calibration: the right camera stands at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the left one, not beside "
-            "it; use photos as the cameras stored them, of a rig held level"
+            "it. Use photos as the cameras stored them, of a rig held level"
         )
     low, high = BASELINE_M
     if not low <= baseline <= high:

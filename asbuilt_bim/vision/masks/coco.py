@@ -105,7 +105,7 @@ def _categories(document: dict[str, Any]) -> tuple[dict[int, InstanceClass], dic
         if not isinstance(number, int) or not isinstance(name, str):
             raise MaskError(f"categories[{index}]: needs id (a whole number) and name")
         if number in classes or number in strangers:
-            raise MaskError(f"categories[{index}]: the id {number} stands twice; its masks' class couldn't be told")
+            raise MaskError(f"categories[{index}]: the id {number} stands twice; its masks' class isn't known")
         found = class_of(name)
         if found is None:
             strangers[number] = name[:40]

@@ -16,8 +16,17 @@ from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.vision.stereo.rig_effect import STEP_RAD, row_effect_px, worst_area_effect
-from asbuilt_bim.vision.stereo.rig_fit import PRIOR_RAD, RigFit, corrected_rig, fit_rig, relative_units, rig_numbers
+from asbuilt_bim.vision.stereo.rig_fit import (
+    PRIOR_RAD,
+    STEP_RAD,
+    RigFit,
+    corrected_rig,
+    fit_rig,
+    relative_units,
+    rig_numbers,
+    row_effect_px,
+    worst_area_effect,
+)
 from asbuilt_bim.vision.stereo.rig_matches import MATCHES_PER_MEASUREMENT, levelled_matches
 
 AREA_LIMIT = 0.02

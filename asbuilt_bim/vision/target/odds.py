@@ -1,11 +1,11 @@
 """How likely it is that an outline which two photos agree on is the target's and no other red thing's.
 
-These are asked: how much of the outline is where the circle says, how much has its edge further in or further out, and
-how closely it keeps to the circle. Also how evenly red the inside is, how red it is, how near the given diameter it
-comes and how sure that is. What a cover hides counts neither way. A cover's own edge lies further in. Only something as
-red behind puts an edge further out, so that this counts for more. Each answer has a weight, their sum is the logarithm
-of the odds, and one limit decides, so that no single answer refuses a disc. The weights are counted, by regression on
-what discs and other red things answer in development pairs (benchmarks/target/odds.py).
+These are asked: how much of the outline is where the circle says, how much is further in or out, and how closely it
+keeps to the circle. Also how evenly red the inside is, how red it is, how near the given diameter it comes and how sure
+that is. What a cover hides counts neither way. A cover's own edge lies further in. Only something as red behind puts an
+edge further out, so that this counts for more. Each answer has a weight, their sum is the logarithm of the odds, and
+one limit decides, so that no single answer refuses a disc. The weights are counted, by regression on what discs and
+other red things answer in development pairs (benchmarks/target/odds.py).
 Reference: Cox 1958, the regression of binary sequences.
 """
 

@@ -4,7 +4,7 @@ JPEG codes a block's mean as its difference from the last one's, so one turned b
 blocks that follow, row after row. The seam is a staircase on the grid of the MCUs: above the rest of one row of them,
 and below its beginning, with the same height everywhere. Nothing that can be photographed does that. Not found: steps
 of less than three grey levels, or of less than ten where a picture is full of texture. Nor steps in the first or last
-`_ENDS` MCUs of a row (there the staircase is a straight line, as a horizon may be), or in the first and last row. Nor
+row, or in the first or last `_ENDS` MCUs of a row. There the staircase is a straight line, as a horizon may be. Nor
 what a restart marker ends at once.
 """
 
