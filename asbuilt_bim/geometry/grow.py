@@ -35,7 +35,7 @@ class GrowOptions:
     piece_penalty: float = 30.0  # a corner must explain 30 units of chi-square: 5 sigma
     straight_deg: float = 8.0  # pieces that meet at less are one plane: the matcher bends at depth edges
     one_plane_px: float = 0.25  # and within this at their seam: a step of 5 cm at 7 m shows as 0.25 px
-    corner_deg: float = 20.0  # two faces of one thing meet at more: corners are square, chamfers 45 degrees
+    corner_deg: float = 20.0  # two faces of one body meet at more: corners are square, chamfers 45 degrees
     touch_px: float = 0.8  # pieces meet where their lines pass each other within this
 
 

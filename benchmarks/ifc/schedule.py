@@ -143,7 +143,7 @@ def by_mpxj(python: Path, paths: list[Path]) -> dict[Path, dict[str, Told]]:
 
 
 def _of_mpxj(row: dict[str, Any]) -> Told:
-    sort = next((said for said in row["said"] if said in SORTS), None)
+    sort = next((word for word in row["said"] if word in SORTS), None)
     return Told(percent=row["percent"], started=row["started"], sort=sort)
 
 

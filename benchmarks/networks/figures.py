@@ -70,9 +70,9 @@ class Tally:
             shape = things[0].mask.shape if things else found[0].mask.shape
             out = _any([thing.mask for thing in things if thing.ignored], shape)
             concrete = _any([thing.mask for thing in things], shape) & ~out
-            said = _any([one.mask for one in found], shape) & ~out
-            self.both += int(np.count_nonzero(concrete & said))
-            self.either += int(np.count_nonzero(concrete | said))
+            answered = _any([one.mask for one in found], shape) & ~out
+            self.both += int(np.count_nonzero(concrete & answered))
+            self.either += int(np.count_nonzero(concrete | answered))
 
     def join(self, other: Tally) -> None:
         """Take in what was made of further photos."""

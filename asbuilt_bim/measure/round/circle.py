@@ -68,7 +68,7 @@ def _holds(end: LateralEnd | None) -> bool:
 
 
 def _lateral_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> list[LateralEnd | None]:
-    """Return where the lateral surface ends off the circle's left and right side, None where it can't be said."""
+    """Return where the lateral surface ends off the circle's left and right side, None where that isn't known."""
     chord = chord_plane(bench, circle)
     return [
         lateral_end(bench, circle, expected_side(bench, circle, np.zeros(2), mask, side), chord) for side in (-1, 1)

@@ -214,7 +214,7 @@ def _ring(
 
 
 def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return what the rings (n, 9) say together: one thing, or a depth edge that runs through.
+    """Return what the rings (n, 9) say together: one surface, or a depth edge that runs through.
 
     What stands before a part of a ring hides it and says nothing of the design: then what is seen past it decides.
     """

@@ -72,17 +72,17 @@ def test_radius_sigma_holds_in_monte_carlo() -> None:
 def fitted(
     monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]], end: LateralEnd | None
 ) -> RoundCircle:
-    """Fit with what is seen within a reach (px), and with a mantle that ends as told off every circle."""
+    """Fit with what is seen within a reach (px), and with a lateral surface that ends as told off every circle."""
     monkeypatch.setattr(round_circle, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
     monkeypatch.setattr(round_circle, "_distance", lambda *_: (DISTANCE_M, 0.003))
-    monkeypatch.setattr(round_circle, "_mantle_ends", lambda *_: [end, end])
+    monkeypatch.setattr(round_circle, "_lateral_ends", lambda *_: [end, end])
     return fit_circle(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
 
 
 PLAIN = LateralEnd(offset_px=0.0, strength=0.8, beyond=0.8, within=0.1)
 
 
-def test_silhouettes_where_the_mantle_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silhouettes_where_the_lateral_surface_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
     found = fitted(monkeypatch, lambda reach: silhouettes(), PLAIN)
     assert found.proven
     assert found.circle.radius_m == pytest.approx(0.2, abs=1e-6)
@@ -92,9 +92,9 @@ def test_silhouettes_where_the_mantle_ends_prove_the_circle(monkeypatch: pytest.
 @pytest.mark.parametrize(
     "end",
     [None, replace(PLAIN, offset_px=4.0), replace(PLAIN, beyond=0.2, strength=0.3)],
-    ids=["not in the right photo", "the mantle goes on", "the same on both sides"],
+    ids=["not in the right photo", "the lateral surface goes on", "the same on both sides"],
 )
-def test_silhouettes_that_the_mantle_does_not_end_on_are_doubted(
+def test_silhouettes_that_the_lateral_surface_does_not_end_on_are_doubted(
     monkeypatch: pytest.MonkeyPatch, end: LateralEnd | None
 ) -> None:
     found = fitted(monkeypatch, lambda reach: silhouettes(both=False), end)
@@ -103,7 +103,7 @@ def test_silhouettes_that_the_mantle_does_not_end_on_are_doubted(
     assert found.radius_sigma_m == pytest.approx(0.015, rel=0.01)
 
 
-def test_only_where_the_mantle_was_not_found_are_silhouettes_looked_for_far_off(
+def test_only_where_the_lateral_surface_was_not_found_are_silhouettes_looked_for_far_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     far: list[float] = []
