@@ -4,8 +4,8 @@ python benchmarks/run_all.py                      the smallest case of each, two
 python benchmarks/run_all.py --slow --out FOLDER  each whole, for hours; its figures go to FOLDER
 python benchmarks/run_all.py --only ifc           those whose path holds this text
 
-What lacks data (ASBUILT_BIM_DATA) or a package is skipped, and said so. Exit code 1 where one crashes, takes too long,
-or falls short of limits that it is expected to keep.
+What lacks data (ASBUILT_BIM_DATA) or a package is skipped, and named. Exit code 1 where one crashes, takes too long, or
+falls short of limits that it is expected to keep.
 """
 
 from __future__ import annotations

@@ -27,8 +27,11 @@ SEEDS = (20, 31, 37, 106, 108, 139)
 MOST_SIGMAS = 0.05
 MOST_POINTS = 0.001
 EXACT = 1e-5
-"""Two runs of ONE program differ by up to 5e-6 of a value: where memory lies decides in which order numbers are summed,
-and robust fits carry the last digit further. What a changed rule does is larger by orders."""
+"""Two runs of ONE program differ by up to 5e-6 of a value.
+
+Where memory lies decides in which order numbers are summed, and robust fits carry the last digit further. What a
+changed rule does is larger by orders.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,7 @@ SHARES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """One thing to be shown: `holds` is None where the line only informs."""
+    """One line to be shown: `holds` is None where the line only informs."""
 
     what: str
     figure: str

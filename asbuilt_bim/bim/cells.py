@@ -41,10 +41,10 @@ class Cells:
 class CellSamples:
     """Samples of an element's EXPOSED lateral faces, reveals left out, on a regular grid in each face.
 
-    `points_m` and outward `normals` (N, 3) in world; `face` (N,) index into `element.faces`; `uv_m` (N, 2) on that
-    face; `cell` (N,) number of the cell (its weight may be 0); `area_m2` (N,) sums up to each exposed area; `step_m`
-    (N, 2) is the grid's spacing: the sample stands for the box uv - step/2 .. uv + step/2, and for what the border
-    leaves beside it (`border_boxes`).
+    `points_m` and outward `normals` (N, 3) are in world. `face` (N,) is the index into `element.faces`, `uv_m` (N, 2)
+    the place on that face. `cell` (N,) is the cell's number (its weight may be 0). `area_m2` (N,) sums up to each
+    exposed area. `step_m` (N, 2) is the grid's spacing: the sample stands for the box uv - step/2 .. uv + step/2, and
+    for what the border leaves beside it (`border_boxes`).
     """
 
     points_m: FloatArray

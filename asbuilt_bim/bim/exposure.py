@@ -23,7 +23,7 @@ NEAR_M = 0.01
 SLIVER_M = 0.01
 """A strip narrower than this beside a contact is a modeller's tolerance, and no pixel will ever decide it."""
 STRIPS = 48
-"""A full mantle is cut along this many flat strips (7.5 degrees: 1 mm off at a radius of half a metre)."""
+"""A full lateral surface is cut along this many flat strips (7.5 degrees: 1 mm off at a radius of half a metre)."""
 
 _BROKEN = (ArithmeticError, LookupError, RuntimeError, ValueError, ShapelyError)
 _AT_ONCE = 1024  # windows asked for at once: bounds the memory where everything is near everything
@@ -31,9 +31,9 @@ _AT_ONCE = 1024  # windows asked for at once: bounds the memory where everything
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Window:
-    """A rectangle (u0, v0, u1, v1) in a plane along which a face is cut: a flat face's own, or a strip of a mantle.
+    """A rectangle (u0, v0, u1, v1) in the plane that a face is cut in: a flat face's own, or a strip of a cylinder's.
 
-    `shift_m` is what the strip's u is short of the mantle's.
+    `shift_m` is the lateral surface's u less the strip's.
     """
 
     frame: PlaneFrame
@@ -124,7 +124,7 @@ def touching(elements: Sequence[BimElement], obstacles: Sequence[Obstacle]) -> f
 
 
 def _windows(face: DesignFace) -> Iterator[_Window]:
-    """Yield what a face is cut along: a mantle by flat strips that touch it, each for its own piece of u."""
+    """Yield what a face is cut along: a lateral surface by flat strips that touch it, each for its own piece of u."""
     u0, v0, u1, v1 = bounds(face.rings_uv_m)
     if isinstance(face.frame, PlaneFrame):
         yield _Window(frame=face.frame, box_uv_m=(u0, v0, u1, v1))
@@ -168,7 +168,7 @@ def _section(mesh: Mesh, window: _Window) -> FloatArray | None:
 
 
 def _tangent(frame: CylinderFrame, u_m: float) -> PlaneFrame:
-    """Return the plane frame that touches the mantle along the line at `u_m`, its v that of the mantle."""
+    """Return the plane frame tangent to the lateral surface along the line at `u_m`, with the same v."""
     out = frame.outward(np.array([u_m, 0.0]))
     return PlaneFrame(
         origin_m=frozen(frame.origin_m + frame.radius_m * out),

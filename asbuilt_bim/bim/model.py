@@ -19,8 +19,8 @@ class DesignFace:
     """One planar or cylindrical lateral face of an element's design geometry, in world metres.
 
     `rings_uv_m`: polygons of the face as tuples of open rings (N, 2) in (u, v) metres, outer first (counter-clockwise),
-    then holes; `exposed_uv_m` the same after contact with other elements has been taken off. For a cylinder u runs
-    along the mantle. `face_id` is the element's GlobalId + "-" + a digest of its rounded local geometry.
+    then holes. `exposed_uv_m`: the same, less contact with other elements. For a cylinder u runs along the lateral
+    surface. `face_id` is the element's GlobalId + "-" + a digest of its rounded local geometry.
     """
 
     face_id: str
@@ -39,7 +39,7 @@ class BimElement:
 
     `axis_from_world` (4, 4) gives element coordinates: x along the length (0 .. length_m), y across, z up
     (0 .. height_m). `volume_m3` is the net volume of the mesh. `qto` holds the file's own base quantities in SI,
-    for showing beside ours only.
+    only to be shown beside the computed ones.
     """
 
     global_id: str

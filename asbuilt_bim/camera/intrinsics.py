@@ -13,8 +13,8 @@ from asbuilt_bim.geometry.arrays import FloatArray
 class Intrinsics:
     """The camera matrix of eq. 1 and the lens.
 
-    `K` (3, 3) in pixels, pixel centres at integers; `distortion` in OpenCV's order: (5,) k1 k2 p1 p2 k3, (8,) rational
-    k1 k2 p1 p2 k3 k4 k5 k6, or (4,) fisheye k1 k2 k3 k4. Their number tells the model.
+    `K` (3, 3) in pixels, pixel centres at integers. `distortion` is in OpenCV's order: (5,) k1 k2 p1 p2 k3, (8,)
+    rational k1 k2 p1 p2 k3 k4 k5 k6, or (4,) fisheye k1 k2 k3 k4. Their number tells the model.
 
     Raises: ValueError for another number of coefficients.
     Reference: Perez & Tah 2023, eq. 1.

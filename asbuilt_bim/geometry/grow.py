@@ -1,8 +1,8 @@
 """Upright planes, round columns and level surfaces grown in a disparity map.
 
-In the levelled view a building is a plan drawing: columns of pixels vote for the disparities that stand upright in
-them, votes chain up to what one walks along without a jump in depth, and a chain is cut into the fewest straight pieces
-(planes) or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
+In the levelled view a building is a plan drawing. Columns of pixels vote for the disparities that stand upright in
+them. Votes without a jump in depth between them form a chain. A chain is cut into the fewest straight pieces (planes)
+or arcs (round columns) that explain it. No pixel is visited twice, and nothing is drawn at random.
 """
 
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ class GrowOptions:
     piece_penalty: float = 30.0  # a corner must explain 30 units of chi-square: 5 sigma
     straight_deg: float = 8.0  # pieces that meet at less are one plane: the matcher bends at depth edges
     one_plane_px: float = 0.25  # and within this at their seam: a step of 5 cm at 7 m shows as 0.25 px
-    corner_deg: float = 20.0  # two faces of one thing meet at more: corners are square, chamfers 45 degrees
+    corner_deg: float = 20.0  # two faces of one body meet at more: corners are square, chamfers 45 degrees
     touch_px: float = 0.8  # pieces meet where their lines pass each other within this
 
 

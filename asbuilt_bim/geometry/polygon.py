@@ -1,7 +1,7 @@
 """Polygons in a plane: Green's theorem, and set operations on regions with holes.
 
-A ring is an open (N, 2) array in metres; a polygon is a tuple of rings, the outer one first (counter-clockwise), then
-its holes (clockwise); a `Region` is a tuple of polygons.
+A ring is an open (N, 2) array in metres. A polygon is a tuple of rings: the outer one first (counter-clockwise), then
+its holes (clockwise). A `Region` is a tuple of polygons.
 """
 
 from collections.abc import Iterable, Sequence

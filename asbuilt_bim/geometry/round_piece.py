@@ -110,10 +110,10 @@ def _circle(
 
 
 def _smeared_sigma(circle: Circle, x: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Return the points' sigma with what the matcher's window smears near a silhouette, where the mantle turns away.
+    """Return the points' sigma, with the smear of the matcher's window near a silhouette added.
 
-    There a pixel across is several in disparity, and just beyond it the window still answers with the column's edge:
-    such points say nothing against a circle.
+    There the surface turns away, and a pixel across is several in disparity. Just past the silhouette the window still
+    answers with the column's edge. Such points say nothing against a circle.
     """
     across = (disparity_of_circle(circle, x + SMEAR_PX) - disparity_of_circle(circle, x - SMEAR_PX)) / (2.0 * SMEAR_PX)
     distance = float(np.hypot(circle.x_m, circle.z_m))

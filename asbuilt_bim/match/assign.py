@@ -32,7 +32,7 @@ MAX_TILT_SIGMA_RAD = float(np.radians(0.5))
 def match_faces(placement: Placement, design: BimModel, options: MatchOptions) -> MatchResult:
     """Match every measured face of the placed stations to the design, nothing lost.
 
-    A face that runs over several design faces is divided along their borders; where two design faces claim the same
+    A face that runs over several design faces is divided along their borders. Where two design faces claim the same
     region of an outline, the one that fits better has it. `unobserved` are the design faces that no station faces.
     """
     elements = {element.global_id: element for element in design.elements}

@@ -1,4 +1,4 @@
-"""What matching may be told."""
+"""Options of matching."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class MatchOptions:
     """Limits of a match, each with its reason."""
 
-    max_distance_m: float = 20.0  # a face further off is too small in the photo to be told from its neighbour
+    max_distance_m: float = 20.0  # a face further off is too small in the photo to be known from its neighbour
     max_angle_deg: float = 12.0  # walls of a building differ in direction by more; a good plane errs by less
     max_offset_m: float = 0.10  # half a thin wall: a front is never taken for its back
     sigmas: float = 3.0  # added to both limits for what the measurement itself may err

@@ -14,7 +14,7 @@ from asbuilt_bim.geometry.polygon import Region
 Frame = PlaneFrame | CylinderFrame
 
 WIDE_M = 1000.0
-"""Wider than any mantle: a band of heights all round a column."""
+"""Wider than any lateral surface: a band of heights all round a column."""
 
 
 def mapped(region: Region, change: Callable[[FloatArray], FloatArray]) -> Region:
@@ -23,9 +23,9 @@ def mapped(region: Region, change: Callable[[FloatArray], FloatArray]) -> Region
 
 
 def to_frame(region: Region, source: Frame, target: Frame) -> Region:
-    """Carry a region of one frame's (u, v) into another's: along the normal on planes, radially on mantles.
+    """Carry a region of one frame's (u, v) into another's: along the normal on planes, radially on lateral surfaces.
 
-    On a mantle the region is cut at the target's seam, so that u stays within (-pi r, pi r].
+    On a lateral surface the region is cut at the target's seam, so that u stays within (-pi r, pi r].
     """
     if isinstance(target, CylinderFrame):
         return _rolled(region, source, target)
@@ -33,7 +33,7 @@ def to_frame(region: Region, source: Frame, target: Frame) -> Region:
 
 
 def design_region(design: DesignFace, frame: Frame) -> Region:
-    """Return a design face in a measured frame's (u, v); of a mantle only the heights count."""
+    """Return a design face in a measured frame's (u, v); of a lateral surface only the heights count."""
     if isinstance(design.frame, PlaneFrame) and isinstance(frame, PlaneFrame):
         return to_frame(design.rings_uv_m, design.frame, frame)
     bands = []

@@ -33,7 +33,7 @@ class FaceMatch:
     tilt_rad: float | None  # from plumb along the face's up, where the vertical is known by the markers
     score: float
     adjusted: bool = False  # the design's normal has been used for the area
-    past_design_m2: float = 0.0  # of the measured face, on no design face; told with its largest part
+    past_design_m2: float = 0.0  # of the measured face, on no design face; given with its largest part
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -33,12 +33,17 @@ BAND_M = 0.02
 """A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one. So no smaller move
 makes one fit that did not: it is a building's own tolerance."""
 COARSE_M, COARSE_RAD = 3.0 * BAND_M, float(np.radians(0.5))
-"""How near a place is found at first. Elements built some centimetres off, each its own way, lie this NEAR the design
-in many places: there must be more on it than near it here, or on it most of those near it."""
+"""How near a place is found at first.
+
+Elements built some centimetres off, each its own way, lie this NEAR the design in many places. So more must lie on it
+than near it here, or on it most of those near it.
+"""
 ON_OF_NEAR = 0.75
 NEAR_M, FAR_M, RISE_M = 0.6, 30.0, 2.0
-"""Moves looked for near by, where one column of a grid isn't yet taken for the next; anywhere; and in height, where
-whole storeys are told by what stands on them."""
+"""Moves looked for: near by, where one column of a grid isn't yet taken for the next; anywhere; and in height.
+
+Whole storeys are known by what stands on them.
+"""
 LEAST_MORE, LEAST_MORE_SHARE = 3, 0.25
 """So many planes more, and so large a share of all, on as many elements, lie on the design there. So do feet and heads.
 """

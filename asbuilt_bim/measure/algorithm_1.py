@@ -1,7 +1,7 @@
 """Algorithm 1 as it was published: boundary pixels with a depth become world coordinates, Green's theorem their area.
 
-This is the method to compare with, not the one that is used: it measures the face's shadow on the image plane,
-A cos(theta), and loses half a pixel all round.
+This is the method to compare with, not the one that is used. It measures the face's shadow on the image plane, A
+cos(theta), and loses half a pixel all round.
 """
 
 import cv2

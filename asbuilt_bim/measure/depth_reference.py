@@ -34,8 +34,8 @@ def pack(depth: DepthMap, sky: BoolArray, occluder_free_px: Float32Array | None 
 
     `beyond_px` (H, W) is the disparity past thin things, NaN not found, 0 sky; its blocks keep their middle pixel.
 
-    Each block keeps the lower median of its measured disparities, a value that was measured, not a mean across an edge;
-    a block with under half of its pixels measured counts as not measured, and as sky where sky is the most of it.
+    Each block keeps the lower median of its measured disparities: a value that was measured, not a mean across an edge.
+    A block with under half of its pixels measured counts as not measured, and as sky where sky is the most of it.
     """
     height, width = depth.disparity_px.shape
     scale = max(1, -(-width // MOST_WIDTH_PX))

@@ -23,13 +23,15 @@ from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.masks.segment import Instance
 
 PROVEN_SIGMA_PX = 1.7
-"""How well the matcher's border lies where no photo shows an edge, but what was measured beyond proves that the face
-ends there: of 43 whole faces of 20 development twins. Where nothing proves it, it errs by its full 3 px and more."""
+"""Sigma of the matcher's border where no photo shows an edge, but what was measured past it proves the face's end.
+
+From 43 whole faces of 20 development twins. Where nothing proves it, it errs by its full 3 px and more.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Settled:
-    """A draft whose plane (q, covariance) and outline are final."""
+    """A face hypothesis whose plane (q, covariance) and outline are final."""
 
     hypothesis: FaceHypothesis
     q_px: FloatArray

@@ -1,7 +1,7 @@
 """`method: paper`: the published pipeline from mask and depth map to areas (eq. 5, 6, Algorithm 1), to compare with.
 
-Every trap of it is kept: the area is that of the face's shadow on the image plane, a mask is a mask, two faces of a
-column are one outline, and no uncertainty is known.
+Every trap of it is kept. The area is that of the face's shadow on the image plane, and the mask is used as it is. Two
+faces of a column are one outline, and no uncertainty is known.
 """
 
 from collections.abc import Sequence

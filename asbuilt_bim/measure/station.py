@@ -73,8 +73,8 @@ class MeasureOptions:
 class Models:
     """What stands in the place of, or beside, this package's own means; None: there is none.
 
-    `segmenter` in the place of geometry; `opinion` beside it: its instances and the geometry's are brought together;
-    `relative_depth` for `depth: paper` and `depth: fused`; `matcher` in the place of semi-global matching.
+    `segmenter` replaces geometry. `opinion` is used beside it: its instances and the geometry's are brought together.
+    `relative_depth` is for `depth: paper` and `depth: fused`. `matcher` replaces semi-global matching.
     """
 
     segmenter: Segmenter | None = None

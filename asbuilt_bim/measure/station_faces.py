@@ -40,7 +40,7 @@ class FaceOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StationFaces:
-    """The faces of a station, what was left out, and up (3,) in the left frame (None where no edge said)."""
+    """The faces of a station, what was left out, and up (3,) in the left frame (None where no edge shows it)."""
 
     faces: tuple[MeasuredFace, ...]
     rejections: tuple[Rejection, ...]
@@ -139,7 +139,7 @@ def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85)
 
 
 def adjust_hypotheses(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> Adjusted:
-    """Solve the drafts' planes together."""
+    """Solve the face hypotheses' planes together."""
     scene = bench.scene
     vertical = scene.vertical
     sigma = vertical.sigma_rad if vertical is not None else np.radians(10.0)
@@ -172,7 +172,7 @@ def _edge_sights(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list
 
 
 def _touches(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list[Touch]:
-    """Return which drafts of one instance meet in a visible edge."""
+    """Return which face hypotheses of one instance meet in a visible edge."""
     camera = bench.pair.camera
     place = {hypothesis.piece: i for i, hypothesis in enumerate(hypotheses)}
     touches: list[Touch] = []

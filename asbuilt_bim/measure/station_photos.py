@@ -41,7 +41,7 @@ class RejectedStation:
     station: str
     rejections: tuple[Rejection, ...]
     picture: ByteImage | None = None
-    health: StationHealth | None = None  # of the rig, where the photos said something of it
+    health: StationHealth | None = None  # of the rig, where the photos show something of it
     scale: ScaleEvidence | None = None  # None where the station was refused before its target and markers were read
 
 

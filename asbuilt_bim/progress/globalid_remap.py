@@ -18,9 +18,8 @@ from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, FaceR
 def remapped_ids(report: ProgressReport, design: BimModel) -> dict[str, str]:
     """Return old GlobalId -> new one of the elements that a design holds under another GlobalId than a result.
 
-    Both have to be of one kind, with one box round their exposed faces in the world (to `STILL_M`), and neither may
-    have a second one of which that holds: two solids don't stand in one place, and where a file says so neither is
-    taken for the other.
+    Both have to be of one kind, with one box round their exposed faces in the world (to `STILL_M`). Neither may have a
+    second match: two solids don't stand in one place, and where a file says so neither is taken for the other.
     """
     there, known = {e.global_id for e in design.elements}, {e.global_id for e in report.elements}
     fresh = {e.global_id: e.kind for e in design.elements if e.global_id not in known}
@@ -123,7 +122,7 @@ def _boxes(faces: Iterable[tuple[str, PlaneFrame | CylinderFrame, Region]]) -> d
 
 
 def _corners(frame: PlaneFrame | CylinderFrame, ring: FloatArray) -> FloatArray:
-    """Return points (N, 3) that a ring reaches to; a mantle, wherever its seam is, reaches all round."""
+    """Return points (N, 3) that a ring reaches to; a lateral surface, wherever its seam is, reaches all round."""
     if isinstance(frame, PlaneFrame):
         return frame.from_uv(ring)
     ends = frame.origin_m + np.array([ring[:, 1].min(), ring[:, 1].max()])[:, None] * frame.axis

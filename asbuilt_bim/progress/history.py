@@ -156,7 +156,7 @@ def _on_plane(old: PlaneFrame, new: PlaneFrame, region: Region) -> Region:
 
 
 def _unrolled_onto(old: CylinderFrame, new: CylinderFrame, region: Region) -> Region:
-    """Return a region on a mantle of another seam and radius: turned, stretched, and wrapped round the new seam."""
+    """Return a region on a cylinder of another seam and radius: turned, stretched, and wrapped round the new seam."""
     side = np.cross(new.axis, new.zero)
     turn = float(np.arctan2(old.zero @ side, old.zero @ new.zero))
     rise = float((old.origin_m - new.origin_m) @ new.axis)

@@ -1,4 +1,4 @@
-"""What judging progress may be told."""
+"""Options of judging progress."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class ProgressOptions:
     building_tolerance_m: float = 0.05  # concrete may stand this far from its design and still be that concrete
     sigmas: float = 3.0  # the tolerance grows with what the measurement may err
     rig_sigma_px: float = 0.15  # disparity that a calibrated rig may err by in common (yaw of 0.008 degrees)
-    max_blur_m: float = 0.45  # built is said where 3 sigma are within a column's own depth: what stands there is it
+    max_blur_m: float = 0.45  # built where 3 sigma are within a column's own depth: what stands there is it
     margin_px: int = 3  # reference pixels round a sample that must say the same: stereo smears depth edges
     decided_share: float = 0.5  # of one side's samples in a cell must say the same: fewer, and clutter could decide
     sole_share: float = 0.25  # the same where none says otherwise: what a prop or a neighbour hides says nothing

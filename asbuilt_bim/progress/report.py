@@ -13,7 +13,7 @@ from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
 SHARE_DECIMALS = 9
-"""What a result keeps of a share: 1 + 1e-16 of a weighted mean is 1, and of a million m2 a thousandth is still told."""
+"""What a result keeps of a share: 1 + 1e-16 of a weighted mean is 1, and of a million m2 a thousandth still shows."""
 
 State = Literal["complete", "part", "not started", "unknown"]
 
@@ -306,7 +306,7 @@ class ProgressReport:
 
     @property
     def nothing_seen(self) -> bool:
-        """Say whether not one station of the visit counts: all that is told is what was known before."""
+        """Say whether not one station of the visit counts: all that is reported was known before."""
         return not self.placed
 
     @property

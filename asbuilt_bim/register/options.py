@@ -1,4 +1,4 @@
-"""What registration may be told."""
+"""Options of registration."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ class RegisterOptions:
     min_markers: int = 2  # one marker alone turns about its own normal: 4 corners hold no check
     min_control_points: int = 6  # four fix a pose; two more let a wrong one be found
     max_residual_px: float = 3.0  # a sound rig and survey leave under 1 px
-    max_sigma_at_5_m_m: float = 0.03  # a face 5 m ahead must be told from its neighbour, and built from open
+    max_sigma_at_5_m_m: float = 0.03  # a face 5 m ahead must be known from its neighbour, and built from open
     min_corner_sigma_px: float = 0.25  # what the lens model leaves over, however sharp the corner is
     rig_direction_px: float = 0.5  # how well a calibration knows the principal point: it turns every pose in common
     control_point_sigma_m: float = 0.005  # a point measured by tape or total station on rough concrete

@@ -1,4 +1,4 @@
-"""Are surveyed corners those of a square print of the told size? Units, order of corners, wrong sizes."""
+"""Are surveyed corners those of a square print of the given size? Units, order of corners, wrong sizes."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class _Fault:
 def print_faults(prints_m: Mapping[int, FloatArray], size_m: float) -> list[str]:
     """Return a line for each print, by marker, whose corners (4, 3) in metres are no square of `size_m`.
 
-    Where most of them are wrong in size alike it is not the prints but what was told of them: that is one line.
+    Where most of them are wrong in size alike the given size is wrong, not the prints: that is one line.
     """
     faults = {marker: fault for marker, xyz in prints_m.items() if (fault := _fault(xyz, size_m)) is not None}
     alike = [fault for fault in faults.values() if fault.remedy]

@@ -98,7 +98,7 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
         raise SurveyError(
             f"the survey: {len(found)} of {len(survey)} markers lie further than {FAR_M:.0f} m from the building of "
             f"{design.file_name} (marker {marker.marker_id}: {_metres(away)}; the building spans "
-            f"{_xyz(low)} to {_xyz(high)} m){_offset_hint(survey, low, high)}; give the survey in the IFC's world "
+            f"{_xyz(low)} to {_xyz(high)} m){_offset_hint(survey, low, high)}. Give the survey in the IFC's world "
             "coordinates, in metres (site placement applied, no map conversion)"
         )
     return tuple(

@@ -46,8 +46,8 @@ def edge_channels(image: ByteImage) -> Float32Array:
 def find_edges(channels: Float32Array, points: FloatArray, outward: FloatArray, reach_px: float) -> Edges:
     """Find the edge nearest to each of `points` (N, 2) along its `outward` unit direction (N, 2).
 
-    `channels` are those of `edge_channels`. A profile reaches `reach_px` to both sides; its outer thirds say what
-    inside and outside look like, and the edge is where the mix of both passes one half: symmetric blur leaves it there.
+    `channels` are those of `edge_channels`. A profile reaches `reach_px` to both sides; its outer thirds show inside
+    and outside. The edge is where the mix of both passes one half: symmetric blur leaves it there.
     """
     steps = int(np.ceil(reach_px / _STEP_PX))
     offsets: FloatArray = np.linspace(-steps * _STEP_PX, steps * _STEP_PX, 2 * steps + 1)

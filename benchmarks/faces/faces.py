@@ -64,7 +64,7 @@ def face_rows(read: Read, way: str, measure: Way) -> list[Row]:
 
 def _compared(face: MeasuredFace, truth: dict[str, Any]) -> Row:
     sigma = face.area_sigma_m2
-    told_as: Row = {"found": True, "whole": face.whole, "name": face.face_id, "sigma_m2": sigma}
+    found_as: Row = {"found": True, "whole": face.whole, "name": face.face_id, "sigma_m2": sigma}
     true_m2 = truth["area_m2"]
     if truth["kind"] == "cylinder":
         # what is claimed is the visible arc: of the true circle, from where it stands, as much as the tangents hold
@@ -72,13 +72,13 @@ def _compared(face: MeasuredFace, truth: dict[str, Any]) -> Row:
             return {"found": False}
         distance = truth["level_distance_m"]
         true_m2 = 2.0 * truth["radius_m"] * np.arccos(truth["radius_m"] / distance) * truth["height_m"]
-        told_as["radius_error"] = face.frame.radius_m / truth["radius_m"] - 1.0
+        found_as["radius_error"] = face.frame.radius_m / truth["radius_m"] - 1.0
     elif isinstance(face.frame, CylinderFrame):
         return {"found": False}
-    told_as["true_m2"] = true_m2
-    told_as["error"] = face.area_m2 / true_m2 - 1.0
-    told_as["pull"] = (face.area_m2 - true_m2) / sigma if sigma > 0 else float("inf")
-    return told_as
+    found_as["true_m2"] = true_m2
+    found_as["error"] = face.area_m2 / true_m2 - 1.0
+    found_as["pull"] = (face.area_m2 - true_m2) / sigma if sigma > 0 else float("inf")
+    return found_as
 
 
 def ours(true_masks: bool) -> Way:

@@ -1,8 +1,9 @@
 """The published method as ways of `faces.py`: on true masks, with the depth map of an all but perfect network.
 
-The network is the truth: the inverse depth of every pixel, sharp to the pixel, with 1 % of low-frequency error, told up
-to scale and shift. No real one is as good, so what is left of the published method's error is its own. (A network that
-smears edges by 2 px, as real ones do, puts boundary pixels half-way to the background: areas are then off by factors.)
+The network is the truth: the inverse depth of every pixel, sharp to the pixel, with 1 % of low-frequency error, known
+up to scale and shift. No real one is as good, so what is left of the published method's error is its own. (A network
+that smears edges by 2 px, as real ones do, puts boundary pixels half-way to the background: areas are then off by
+factors.)
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 `python benchmarks/house/prose.py` prints a line a page; `--check` exits with 1 where a page falls short, `--json FILE`
 writes the figures. Pages may be named instead. Code, tables, headings, HTML comments, pictures and the addresses of
-links aren't counted; `code` in a line is one word; each item of a list is a sentence of its own.
+links aren't counted. `code` in a line is one word. Each item of a list is a sentence of its own.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 python benchmarks/house/scrambled.py --check     the whole sample, twice
 python benchmarks/house/scrambled.py --quick     two of its stations
 
-All wording lies in asbuilt_bim.report.wording. A process of its own replaces what that package says, its texts and what
-its functions return, by texts with other letters, before anything else is imported; then it runs the program.
+All wording lies in asbuilt_bim.report.wording. A process of its own replaces that package's texts and what its
+functions return by texts with other letters, before anything else is imported. Then it runs the program.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def entities(file: Any) -> dict[int, str]:
 
 
 def changes(before: Any, after: Any, colour: bool = False) -> tuple[list[str], set[int]]:
-    """Return what became of the originals beyond the short list, in words, and the numbers of what was added."""
+    """Return what became of the originals outside the short list, in words, and the numbers of what was added."""
     old, new = entities(before), entities(after)
     wrong = [f"#{number} is gone: {line}" for number, line in old.items() if number not in new]
     for number in (n for n in old.keys() & new.keys() if old[n] != new[n]):

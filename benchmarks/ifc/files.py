@@ -100,12 +100,12 @@ def _name(path: Path) -> str:
 
 
 def _print_row(one: FileResult) -> None:
-    said = one.complaint or "ok"
+    answer = one.complaint or "ok"
     if one.refused or one.crashed:
-        said = f"CRASHED {one.crashed}" if one.crashed else f"refused: {one.refused[:90]}"
+        answer = f"CRASHED {one.crashed}" if one.crashed else f"refused: {one.refused[:90]}"
     print(
         f"  {one.name[-60:]:<60} {one.schema[:7]:<7} {one.bytes / 1e6:7.2f} MB {one.plain.write_s:6.2f} s "
-        f"{one.peak_mb:6.0f} MB {one.elements:5d} el {one.plain.added:6d} added  {said}",
+        f"{one.peak_mb:6.0f} MB {one.elements:5d} el {one.plain.added:6d} added  {answer}",
         flush=True,
     )
 

@@ -92,7 +92,7 @@ def _design(design: BimModel, path: Path) -> dict[str, object]:
 
 
 def _lateral_m2(vertices_m: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the area of a mesh's upright triangles, added one by one: no faces, no unions, no mantles."""
+    """Return the area of a mesh's upright triangles, added one by one: no faces, no unions, no lateral surfaces."""
     a, b, c = (vertices_m[triangles[:, i]] for i in range(3))
     across = np.cross(b - a, c - a)
     length = np.linalg.norm(across, axis=1)

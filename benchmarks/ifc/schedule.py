@@ -1,9 +1,9 @@
-"""What other programs read out of the schedules: every sort of task told apart, shares and dates as they were measured.
+"""What other programs read out of the schedules: each sort of task, and shares and dates as they were measured.
 
 python benchmarks/ifc/schedule.py --check
 
-Forty tasks, ten of each sort, are written as MS Project and as P6 XML and read by readers that nobody here made: ifc4d,
-and MPXJ (a Java library that many planning programs import with). MPXJ is asked through a Python that has it, and Java:
+Forty tasks, ten of each sort, are written as MS Project and as P6 XML. Readers made by others read them: ifc4d, and
+MPXJ (a Java library that many planning programs import with). MPXJ is asked through a Python that has it, and Java:
 `python -m venv mpxj && mpxj/bin/pip install mpxj jpype1`, then `--mpxj mpxj/bin/python`; else its lines are missing.
 """
 
@@ -143,7 +143,7 @@ def by_mpxj(python: Path, paths: list[Path]) -> dict[Path, dict[str, Told]]:
 
 
 def _of_mpxj(row: dict[str, Any]) -> Told:
-    sort = next((said for said in row["said"] if said in SORTS), None)
+    sort = next((word for word in row["said"] if word in SORTS), None)
     return Told(percent=row["percent"], started=row["started"], sort=sort)
 
 
@@ -170,7 +170,7 @@ def judge(reader: str, made: list[TaskProgress], found: dict[str, Told], step: f
         right = [found[t.progress.name].sort == verdict(t).knowledge for t in made]
         nothing = [found[name].percent is None for name, share in shares.items() if share is None]
         lines.append(
-            line(f"{reader}: sorts told apart", f"{sum(right)} of {len(right)}", "all", len(right), all(right))
+            line(f"{reader}: sorts distinguished", f"{sum(right)} of {len(right)}", "all", len(right), all(right))
         )
         if nothing:
             figure = f"{sum(nothing)} of {len(nothing)}"

@@ -51,7 +51,7 @@ def tripled(source: Path, target: Path) -> None:
 
 
 def measure(task: str, path: Path, place: Path) -> dict[str, float]:
-    """Do one thing in a process of its own and return its seconds, processor seconds and peak of memory."""
+    """Do one task in a process of its own and return its seconds, processor seconds and peak of memory."""
     done = subprocess.run(
         [sys.executable, __file__, "--task", task, str(path), str(place)], capture_output=True, text=True, check=True
     )

@@ -1,4 +1,4 @@
-"""What tools that aren't ours read from a copy: ifccsv, ifc5d, ifc4d, ifcdiff; and what every exporter tells of a task.
+"""What other programs' tools read from a copy: ifccsv, ifc5d, ifc4d, ifcdiff; and what every exporter tells of a task.
 
 python benchmarks/ifc/tools.py        (they come with the extra `tools`)
 
@@ -168,7 +168,7 @@ def _ifccsv_lines(last: ProgressReport, rows: Shown) -> list[Line]:
 
 
 def _cost_lines(last: ProgressReport, file: Any) -> list[Line]:
-    """Have ifc5d list both cost schedules; ours must hold the lower bounds, the plan what it held."""
+    """Have ifc5d list both cost schedules; the written one must hold the lower bounds, the plan what it held."""
     from ifc5d.ifc5Dspreadsheet import IfcDataGetter
 
     planned: dict[str, float] = {}

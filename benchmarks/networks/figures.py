@@ -1,9 +1,9 @@
 """What networks are judged by: average precision, overlap, borders, concrete against the rest, relative depth.
 
-Things are matched as COCO does: each class by itself, the surest first, at an IoU of 0.5. A true thing is ignored, so
-that finding it neither helps nor harms, where fewer than 400 pixels of it show (in a photo 640 px wide), where it is
-nowhere 8 pixels wide, or where the photo's border leaves less than 1200 pixels of it. What is found on ignored things,
-or is itself of fewer than 400 pixels, doesn't count either.
+Things are matched as COCO does: each class by itself, the surest first, at an IoU of 0.5. Some true things are ignored,
+so that finding them neither helps nor harms. One is where fewer than 400 pixels of it show (in a photo 640 px wide), or
+where it is nowhere 8 pixels wide. Also where the photo's border leaves less than 1200 pixels of it. What is found on
+ignored things, or is itself of fewer than 400 pixels, doesn't count either.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ class Tally:
             shape = things[0].mask.shape if things else found[0].mask.shape
             out = _any([thing.mask for thing in things if thing.ignored], shape)
             concrete = _any([thing.mask for thing in things], shape) & ~out
-            said = _any([one.mask for one in found], shape) & ~out
-            self.both += int(np.count_nonzero(concrete & said))
-            self.either += int(np.count_nonzero(concrete | said))
+            answered = _any([one.mask for one in found], shape) & ~out
+            self.both += int(np.count_nonzero(concrete & answered))
+            self.either += int(np.count_nonzero(concrete | answered))
 
     def join(self, other: Tally) -> None:
         """Take in what was made of further photos."""
@@ -139,7 +139,7 @@ class DepthTally:
         known = shot.pair.valid_left & (true > 1.0 / FURTHEST_M)
         x, y = nearness[known].astype(np.float64), true[known]
         scale, shift = np.linalg.lstsq(np.stack([x, np.ones_like(x)], axis=1), y, rcond=None)[0]
-        ratio = np.maximum(scale * x + shift, 1.0 / FURTHEST_M) / y  # true over said depth
+        ratio = np.maximum(scale * x + shift, 1.0 / FURTHEST_M) / y  # true over estimated depth
         self.errors.append(float(np.mean(np.abs(1.0 / ratio - 1.0))))
         self.close.append(float(np.mean(np.maximum(ratio, 1.0 / ratio) < 1.25)))
 

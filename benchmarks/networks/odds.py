@@ -1,11 +1,11 @@
-"""Fits the odds of `vision/networks/kinship.py`: which parts of walls and columns are one thing, on pairs with truth.
+"""Fits the odds of `vision/networks/part_affinity.py`: which parts of walls and columns are one instance, with truth.
 
 python benchmarks/networks/odds.py 20 21 24        prints the odds, feature by feature; --segment takes another card
 python benchmarks/networks/odds.py --quick         on two pairs of the sample, nothing drawn
 
 Logistic regression over all pairs of parts of these seeds' pairs, larger parts weighing more: with stereo, with the
-photo's surfaces too, and without either; with the network's map of classes and with the true one, so that the odds hold
-for a better network too.
+photo's surfaces too, and without either. Both the network's map of classes and the true one are used, so that the odds
+hold for a better network too.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from benchmarks.networks.pictures import DEVELOPMENT_SEEDS, Shot, drawn_shots, s
 PURE = 0.6
 """A part of which no element has this share says nothing."""
 SURE = 0.98
-Rows = list[tuple[NDArray[np.float64], bool, float]]  # features, one thing or two, weight
+Rows = list[tuple[NDArray[np.float64], bool, float]]  # features, one instance or two, weight
 
 
 def rows_of(shot: Shot, loaded: LoadedNetwork) -> Iterator[tuple[NDArray[np.float64], bool, float]]:
@@ -45,12 +45,12 @@ def rows_of(shot: Shot, loaded: LoadedNetwork) -> Iterator[tuple[NDArray[np.floa
     card, stereo = loaded.card, depth_map(shot.pair, SemiGlobalMatcher())
     picture, fit = input_of(shot.pair.left, card.input)
     geometry = geometry_of_pair(shot.pair, stereo, fit)
-    said = answers(loaded.network, card, (picture, geometry[None]))
-    raised = np.exp(said["logits"][0] - said["logits"][0].max(axis=0))
+    outputs = answers(loaded.network, card, (picture, geometry[None]))
+    raised = np.exp(outputs["logits"][0] - outputs["logits"][0].max(axis=0))
     likely = (raised / raised.sum(axis=0)).astype(np.float32)
     shape = likely.shape[1:]
     step = card.input.width_px / shape[1]
-    arrows = (said["offsets"][0] * (card.offset_px / step)).astype(np.float32)
+    arrows = (outputs["offsets"][0] * (card.offset_px / step)).astype(np.float32)
     owner = fit.to_input(shot.element.astype(np.int16), 0)[:: round(step), :: round(step)]
     column = np.isin(owner, [k + 1 for k, kind in enumerate(shot.kinds) if kind == "column"])
     true = tuple(np.where(own, SURE, 0.5 - 0.5 * SURE).astype(np.float32) for own in ((owner > 0) & ~column, column))
@@ -72,11 +72,11 @@ def _pairs(
     number, parts = parts_of(grouped(wall + column > 0.5, arrows), arrows, wall, column, relief)
     apart = gaps(number, len(parts))
     counts = [np.bincount(owner[number == k]) for k in range(len(parts))]
-    told = [int(c.argmax()) if c.max() > PURE * c.sum() else 0 for c in counts]
+    classes = [int(c.argmax()) if c.max() > PURE * c.sum() else 0 for c in counts]
     for one, other in combinations(range(len(parts)), 2):
-        if told[one] and told[other]:
+        if classes[one] and classes[other]:
             row = features(parts[one], parts[other], apart[one, other], relief.f_px if relief is not None else 1.0)
-            yield row, told[one] == told[other], min(parts[one].size, parts[other].size) ** 0.5
+            yield row, classes[one] == classes[other], min(parts[one].size, parts[other].size) ** 0.5
 
 
 def fitted(rows: Rows, ridge: float = 1.0) -> NDArray[np.float64]:
@@ -86,9 +86,9 @@ def fitted(rows: Rows, ridge: float = 1.0) -> NDArray[np.float64]:
     weight /= weight.mean()
     odds = np.zeros(x.shape[1])
     for _ in range(30):
-        said = 1.0 / (1.0 + np.exp(-x @ odds))
-        slope = x.T @ (weight * (same - said)) - ridge * odds
-        bend = (x.T * (weight * said * (1.0 - said))) @ x + ridge * np.eye(len(odds))
+        chance = 1.0 / (1.0 + np.exp(-x @ odds))
+        slope = x.T @ (weight * (same - chance)) - ridge * odds
+        bend = (x.T * (weight * chance * (1.0 - chance))) @ x + ridge * np.eye(len(odds))
         odds += np.linalg.solve(bend, slope)
     return odds
 

@@ -1,10 +1,10 @@
 """Disparity against a laser: how far planar regions are off, and how many pixels are, beside plain SGBM.
 
-What is off is the pair's cameras, not the matching: one turn of the right camera, fitted to the laser's points that are
-on no planar region, brings the regions to 0.03 px of the laser, near and far, upright and lying. But that turn would
-put the rows apart by two to three times what they are and the other way round; the photos are sheared against each
-other (by about 1 mrad), as a lens may leave it and no turn can. So `--refine-rig` doesn't mend it: the program calls
-the rig undetermined, warns, and measures with it as it is, and the figures judged are those.
+What is off is the pair's cameras, not the matching. One turn of the right camera, fitted to the laser's points that are
+on no planar region, brings the regions to 0.03 px of the laser. That holds near and far, upright and lying. But that
+turn would put the rows apart by two to three times what they are and the other way round. The photos are sheared
+against each other (by about 1 mrad), as a lens may leave it and no turn can. So `--refine-rig` doesn't mend it: the
+program calls the rig undetermined, warns, and measures with it as it is, and the figures judged are those.
 """
 
 from __future__ import annotations

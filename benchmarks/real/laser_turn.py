@@ -1,6 +1,6 @@
 """Is it the matching or the cameras? Turns of the right camera held against a laser's disparities and the photos' rows.
 
-Three angles fitted to the laser's points OFF the planar regions are judged on the regions; and so is the turn that the
+Three angles fitted to the laser's points OFF the planar regions are judged on the regions. So is the turn that the
 program itself fits to the photos' rows, which `--refine-rig` would use.
 """
 

@@ -3,9 +3,9 @@
 python benchmarks/real/photos.py --check --json figures.json [--segment CARD] [--depth CARD] [--page FOLDER]
 python benchmarks/real/photos.py --quick                      one photo a view, no stereo
 
-The labels are ours (training/real/labels); the photographs are not part of the project: ASBUILT_BIM_DATA names their
-folder (default ../shared/data). What is absent is said and not judged. IoU is of wall and column together against the
-rest, the mean over a view's frames, then over the views.
+The labels are the project's own (training/real/labels); the photographs are not part of the project: ASBUILT_BIM_DATA
+names their folder (default ../shared/data). What is absent is named and not judged. IoU is of wall and column together
+against the rest, the mean over a view's frames, then over the views.
 """
 
 from __future__ import annotations

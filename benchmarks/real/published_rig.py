@@ -1,10 +1,10 @@
 """A board of known squares measured with the EuRoC rig as it was published; what a turn of the rig would make of it.
 
 The rig stood still: the pairs are one view, and their scatter is no measure of the error. The board is 51 px wide at
-the right edge of the frame, where the disparity's slope over it disagrees with the board's own perspective by 0.4 px:
-what the published lenses (k1 k2 p1 p2) leave there, whichever way the corners are found (windows of 2 to 4 px, in light
-or in grey: -2.4 to -3.6 %). No turn of the right camera mends that: the three ways to measure ask for yaws of opposite
-signs, each within twice of what a published rig is trusted to, and the turn that the photos' own rows ask for makes the
+the right edge of the frame, where the disparity's slope over it disagrees with the board's own perspective by 0.4 px.
+The published lenses (k1 k2 p1 p2) leave that there, whichever way the corners are found (windows of 2 to 4 px, in light
+or in grey: -2.4 to -3.6 %). No turn of the right camera mends that. The three ways to measure ask for yaws of opposite
+signs, each within twice of what a published rig is trusted to. The turn that the photos' own rows ask for makes the
 size 7 % too large. The program calls the rig undetermined, warns, and measures with it as it is, with `--refine-rig`
 too.
 """

@@ -4,7 +4,7 @@ python benchmarks/real/rigs.py --check --json figures.json      about two minute
 python benchmarks/real/rigs.py --quick                          one real rig and the laser
 
 The photographs are not part of the project: ASBUILT_BIM_DATA names their folder (default ../shared/data). What is
-absent is said and not judged. The halves of a rig show consistency only: a board of another size cancels out.
+absent is named and not judged. The halves of a rig show consistency only: a board of another size cancels out.
 """
 
 from __future__ import annotations
@@ -94,11 +94,11 @@ def refusal_lines(swapped: Pairs, pairs: Pairs) -> list[Line]:
             lambda: refuse_wrong_scale(check_board(calibrate_stereo(pairs, too_large).rig, pairs[3], true)),
         ),
     ]
-    said = [(name, _refusal(action)) for name, action in cases]
-    wrong = [f"{name}: {text[:50]}" for name, text in said if name not in text]
+    refusals = [(name, _refusal(action)) for name, action in cases]
+    wrong = [f"{name}: {text[:50]}" for name, text in refusals if name not in text]
     what = "rigs swapped, in the wrong unit, or of wrong squares: refused by name"
-    right = len(said) - len(wrong)
-    lines = [line(what, f"{right} of {len(said)}", "all", len(said), not wrong, least_n=len(said))]
+    right = len(refusals) - len(wrong)
+    lines = [line(what, f"{right} of {len(refusals)}", "all", len(refusals), not wrong, least_n=len(refusals))]
     return lines + [told(f"  {text}", "", 1) for text in wrong]
 
 

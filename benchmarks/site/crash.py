@@ -4,9 +4,9 @@ python benchmarks/site/crash.py --check            60 kills while the sample is 
 python benchmarks/site/crash.py --check --quick    six, of two of its stations
 
 Each trial starts `asbuilt-bim report` (or `run`, from the cache) on the shipped sample in a process of its own, and
-kills it once its run folder has appeared: at moments spread evenly over the writing, and again over the part after the
-run has been made current, which is short and the most delicate. Then `current.json` must name the old run or the new
-one, that run must be whole, and so must every copy beside it; and the next run must clear up and succeed.
+kills it once its run folder has appeared. The moments are spread evenly over the writing, and again over the part after
+the run has been made current, which is short and the most delicate. Then `current.json` must name the old run or the
+new one. That run must be whole, and so must every copy beside it. The next run must clear up and succeed.
 """
 
 from __future__ import annotations

@@ -149,8 +149,8 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, object]:
 def element_lines(runs: list[SiteRun]) -> list[Line]:
     """Judge states and completion of the elements, visit by visit.
 
-    A cell counts as visible when half of one of its sides is (`half_visible_share`); that any 2 cm sample of it can be
-    seen (`visible_share`) is told beside it, and decides what counts as not observed.
+    A cell counts as visible when half of one of its sides is (`half_visible_share`). That any 2 cm sample of it can be
+    seen (`visible_share`) is reported beside it, and decides what counts as not observed.
     """
     right = wrong = unknown = unobserved = false_zero = slivers_right = slivers = 0
     gaps: list[float] = []
@@ -158,19 +158,19 @@ def element_lines(runs: list[SiteRun]) -> list[Line]:
     for _, truth, result in visits(runs):
         measured = {element["global_id"]: element for element in result["elements"]}
         for element in truth["elements"]:
-            said = measured[element["global_id"]]
-            completion = said["completion"]
+            judged = measured[element["global_id"]]
+            completion = judged["completion"]
             if element["visible_share"] < EXPECTED_UNKNOWN:  # what an earlier visit saw built stays built
                 unobserved += 1
-                false_zero += completion["best"] == 0.0 or said["state"] == "not started"
+                false_zero += completion["best"] == 0.0 or judged["state"] == "not started"
             if element["half_visible_share"] > VISIBLE:
-                right += said["state"] == element["state"]
-                unknown += said["state"] == "unknown"
-                wrong += said["state"] != element["state"]
-                confusion[f"{element['state']} called {said['state']}"] += said["state"] != element["state"]
+                right += judged["state"] == element["state"]
+                unknown += judged["state"] == "unknown"
+                wrong += judged["state"] != element["state"]
+                confusion[f"{element['state']} called {judged['state']}"] += judged["state"] != element["state"]
             if element["visible_share"] > VISIBLE:
                 slivers += 1
-                slivers_right += said["state"] == element["state"]
+                slivers_right += judged["state"] == element["state"]
             if completion["coverage"] > 0.8 and completion["best"] is not None:
                 gaps.append(abs(completion["best"] - element["completion"]))
     n = right + wrong
@@ -190,10 +190,10 @@ def storey_lines(runs: list[SiteRun]) -> list[Line]:
     """Ask whether each storey's true completion lies within the bounds that the program gives."""
     inside, n, outside = 0, 0, []
     for run, truth, result in visits(runs):
-        said = {storey["name"]: storey["completion"] for storey in result["storeys"]}
+        completions = {storey["name"]: storey["completion"] for storey in result["storeys"]}
         for storey in truth["storeys"]:
             n += 1
-            bounds = said[storey["name"]]
+            bounds = completions[storey["name"]]
             if bounds["lower"] <= storey["completion_by_area"] <= bounds["upper"]:
                 inside += 1
             else:

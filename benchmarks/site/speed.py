@@ -4,11 +4,11 @@ python benchmarks/site/speed.py --check --json figures.json     all stations of 
 python benchmarks/site/speed.py --quick                         one station, a 12-megapixel pair
 
 Processor seconds of one thread, everything in one process and one run. Unavoidable: decoding both photos, rectifying
-both, one pass of semi-global matching at that size, and one pass of a network where one is named (the published
-YOLOv8n-seg of the shared data stands in for it; without the data that line is left out).
+both, one pass of semi-global matching at that size, and one pass of a network where one is named. The published
+YOLOv8n-seg of the shared data stands in for it; without the data that line is left out.
 
-What a station spends within OpenCV's own functions is told beside: with everything else for nothing, it would still
-take that much. Most of it is asked for: matching with the photo's left border, a second look past bars, markers, the
+What a station spends within OpenCV's own functions is reported beside it: with everything else for nothing, it would
+still take that much. Most of it is asked for: matching with the photo's left border, occluder-free stereo, markers, the
 plumb line from upright edges, and the rig's health from matches of its own.
 """
 

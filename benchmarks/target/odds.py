@@ -3,11 +3,11 @@
 python benchmarks/target/odds.py --json figures.json    60 pairs with a disc, 30 without, of development seeds
 python benchmarks/target/odds.py --quick                8 and 4, not judged
 
-Every place with outlines of the told size is counted by its likeliest, also where the finder has no need of it: those
-at the disc's true distance (to 2 %) as the disc, all others as other things. The weights that part them best are
-counted too (Cox 1958, a little ridge keeps them finite): those in `target_odds.py` were counted so over some 400 things
-of the seeds 60, 61, 62, 1200 and 1201. Whoever changes a number there runs this before and after; no reporting seed is
-used.
+Every place with outlines of the given size is counted by its likeliest, also where the finder has no need of it. Those
+at the disc's true distance (to 2 %) count as the disc, all others as other things. The weights that part them best are
+counted too (Cox 1958, a little ridge keeps them finite). Those in `vision/target/odds.py` were counted so over some 400
+things of the seeds 60, 61, 62, 1200 and 1201. Whoever changes a number there runs this before and after; no reporting
+seed is used.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SHOWN = (*ANSWERS, "odds, ln")
 
 
 def counted(one: Case) -> list[tuple[bool, list[float]]]:
-    """Return of each pairing of the told size in a case whether it is the disc, and its answers."""
+    """Return of each pairing of the given size in a case whether it is the disc, and its answers."""
     pair = one.pair
     lefts, rights = find_discs(pair.left), find_discs(pair.right)
     found = pairings(lefts, rights, pair.camera, TOLD_M) + sought(pair, lefts, rights, TOLD_M)
@@ -44,7 +44,7 @@ def counted(one: Case) -> list[tuple[bool, list[float]]]:
     for p in sorted(asked, key=lambda p: -log_odds(p, TOLD_M)):
         if all(np.hypot(*(p.circle.centre_px - k.circle.centre_px)) > k.left.ellipse.major_px for k in kept):
             kept.append(p)
-    if "reflection" in one.traits:  # a disc of the told size, and told from the disc by what is said of both
+    if "reflection" in one.traits:  # a disc of the given size, and separated from the disc by the answers of both
         kept = [p for p in kept if _is_disc(p, one)]
     return [(_is_disc(p, one), [*answers(p, TOLD_M), log_odds(p, TOLD_M)]) for p in kept]
 

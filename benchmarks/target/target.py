@@ -4,8 +4,8 @@ python benchmarks/target/target.py --check --json figures.json  500 pairs with a
 python benchmarks/target/target.py --quick                      10 and 5, not judged
 
 A case is WRONG where the disc's distance is off by more than 1 % (the wrong thing taken as much as a bad centre), FOUND
-where it is right. Light, blur, tilt to 60 degrees and cover to 30 % are drawn at random in every case; in 15 %
-grey levels are blurred, as a resampler or a noise filter does it, and not light.
+where it is right. Light, blur, tilt to 60 degrees and cover to 30 % are drawn at random in every case. In 15 % grey
+levels are blurred, as a resampler or a noise filter does it, and not light.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Outcome:
 
 
 def outcome(one: Case) -> Outcome:
-    """Look for the target in a case as a run does, its diameter told."""
+    """Look for the target in a case as a run does, its diameter given."""
     sighting, reasons = find_target(one.pair, TargetOptions(diameter_m=2 * RADIUS_M))
     if sighting is None:
         return Outcome(
@@ -65,7 +65,7 @@ Job = tuple[int, int, int, bool]
 
 
 def outcomes(jobs: list[Job], workers: int) -> Iterator[Outcome]:
-    """Compose and judge the cases, in the order of the jobs; those that are wrong are told as they come."""
+    """Compose and judge the cases, in the order of the jobs; those that are wrong are printed as they come."""
     _SOURCE.extend(islice(backgrounds(), min(len(jobs), _MOST_BACKGROUNDS)))
     with multiprocessing.get_context("fork").Pool(workers) if workers > 1 else nullcontext() as pool:
         for done in map(_work, jobs) if pool is None else pool.imap(_work, jobs):

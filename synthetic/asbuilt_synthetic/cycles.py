@@ -1,8 +1,7 @@
 """Photos of a scene by path tracing (Blender's Cycles, headless, on the CPU): the slow, photographic renderer.
 
-The camera is a pinhole on a canvas larger and finer than the photo; the picture then goes through the
-true lens (`cycles_lens`) and the sensor (`cycles_develop`), so that a world point lands in the photo where
-`cv2.projectPoints` says.
+The camera is a pinhole on a canvas larger and finer than the photo. The picture then goes through the true lens
+(`cycles_lens`) and the sensor (`cycles_develop`). So a world point lands in the photo where `cv2.projectPoints` says.
 """
 
 from __future__ import annotations

@@ -25,8 +25,8 @@ _PATTERNS = {
 def build_material(name: str, material: Material) -> Any:
     """Make the Blender material of one entry of MATERIALS.
 
-    The pattern is evaluated for what the camera sees directly; light that bounces off the surface
-    meets its mean colour, which looks the same and takes a fraction of the time.
+    The pattern is evaluated for what the camera sees directly. Light that bounces off the surface meets its mean
+    colour, which looks the same and takes a fraction of the time.
     """
     made = bpy.data.materials.new(name)
     nodes = Nodes(made.node_tree)

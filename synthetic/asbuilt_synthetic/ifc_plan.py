@@ -1,4 +1,4 @@
-"""Adds the work schedule (tasks tied to elements) and the cost schedule (rates per m3, m2 and piece) to an IFC."""
+"""Adds the work schedule (tasks assigned to elements) and the cost schedule (rates per m3, m2 and piece) to an IFC."""
 
 from __future__ import annotations
 

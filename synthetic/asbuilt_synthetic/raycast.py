@@ -13,8 +13,8 @@ from asbuilt_synthetic.shading import Shader
 from asbuilt_synthetic.tracer import Tracer
 
 Key = tuple[tuple[float, ...], tuple[float, ...], int, int]
-# Samples of an edge pixel: one in each column and each row of an 8 x 8 grid, so that upright and level
-# edges, too, are covered to an eighth of a pixel before roll and lens average that away.
+# Samples of an edge pixel: one in each column and each row of an 8 x 8 grid. So upright and level edges, too, are
+# covered to an eighth of a pixel before roll and lens average that away.
 _EDGE_ROOKS = (4, 1, 6, 3, 0, 5, 2, 7)
 _FULL_WELL_E = 9000.0
 _READ_NOISE_E = 9.0

@@ -38,7 +38,7 @@ def write_site(
 ) -> None:
     """Write the project folder of a seed; photos that are there already are kept (resumable).
 
-    `renderer` and `board_renderer` are "raycast" or "cycles"; boards follow the renderer where not told.
+    `renderer` and `board_renderer` are "raycast" or "cycles"; boards follow the renderer where not given.
     """
     out.mkdir(parents=True, exist_ok=True)
     here = site(seed)

@@ -123,7 +123,7 @@ def station_truth(scene: Scene, station: Station) -> StationTruth:
 def _half_visible(
     s: Samples, seen: np.ndarray, count: int, element: str, scene: Scene, first: dict[str, int]
 ) -> np.ndarray:
-    """Say of which cells (C,) at least half of one exposed side is seen; a mantle can only ever show one half."""
+    """Say of which cells (C,) at least half of one exposed side is seen; a round column only ever shows one half."""
     found = np.zeros(count, bool)
     for side in np.unique(s.side):
         own = (s.side == side) & s.exposed

@@ -88,11 +88,11 @@ def _solid(o: Twin, name: str, first: int) -> tuple[Body, list[DesignFaceTruth]]
             name=name, vertices_m=part.vertices_m, triangles=part.triangles, material=o.material, face_id=face,
             element=name, texture_seed=o.texture_seed, round_axis_m=np.zeros(3),
         )  # fmt: skip
-        mantle = DesignFaceTruth(
+        lateral = DesignFaceTruth(
             element=name, kind="cylinder", origin_m=transform(pose, np.zeros((1, 3)))[0], normal=np.array([0, 0, 1.0]),
             radius_m=o.radius_m, design_area_m2=2 * np.pi * o.radius_m * o.height_m, name="round",
         )  # fmt: skip
-        return part.placed(pose), [mantle]
+        return part.placed(pose), [lateral]
     boxes = [box(name, *zip(*(b.x_m, b.y_m, b.z_m), strict=True), o.material) for b in o.blocks]
     merged = join(name, boxes)
     ids, faces = _sides(o, merged, name, pose, first)

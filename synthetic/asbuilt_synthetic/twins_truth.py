@@ -19,7 +19,7 @@ from asbuilt_synthetic.truth import disc_truth, pixel_truth
 from asbuilt_synthetic.twins import Plan, plan
 from asbuilt_synthetic.twins_scene import twin_scene
 
-MARGIN_PX = 6.0  # within it an edge can't be told from the photo's end
+MARGIN_PX = 6.0  # within it an edge can't be distinguished from the photo's end
 _QUALITY = 95
 _PATHS = {"samples": 5, "supersample": 1.1}  # the denoiser keeps texture by its albedo: a third of a site photo's time
 

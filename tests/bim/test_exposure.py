@@ -74,7 +74,7 @@ def test_a_slab_round_a_round_column_takes_a_ring_off(tmp_path: Path) -> None:
     assert bounds(face.exposed_uv_m)[3] == pytest.approx(3.0, abs=1e-6)
 
 
-def test_a_wall_that_meets_a_round_column_hides_its_own_width_of_the_mantle(tmp_path: Path) -> None:
+def test_a_wall_that_meets_a_round_column_hides_its_own_width_of_the_lateral_surface(tmp_path: Path) -> None:
     builder = ModelBuilder()
     builder.cylinder("R", (0.0, 0.0, 0.0), 0.3, 3.0)
     builder.box("IfcWall", "W", (0.2, -0.1, 0.0), (3.0, 0.2, 3.0))

@@ -1,4 +1,4 @@
-"""The unrolled mantle of a round column against closed forms."""
+"""The unrolled lateral surface of a round column against closed forms."""
 
 import numpy as np
 from hypothesis import given
@@ -18,7 +18,7 @@ def test_a_quarter_turn_counter_clockwise_from_above_is_a_quarter_of_the_circumf
 
 
 @given(angle=st.floats(-3.1, 3.1), height=st.floats(-4.0, 4.0))
-def test_mantle_coordinates_come_back(angle: float, height: float) -> None:
+def test_lateral_surface_coordinates_come_back(angle: float, height: float) -> None:
     uv = [[0.25 * angle, height]]
     assert np.allclose(COLUMN.to_uv(COLUMN.from_uv(uv)), uv, atol=1e-9)
     assert np.allclose(COLUMN.distance_m(COLUMN.from_uv(uv, height_m=0.03)), 0.03)
@@ -38,7 +38,7 @@ def test_u_and_v_turn_outwards_everywhere() -> None:
     assert np.allclose(np.cross(du, dv), COLUMN.outward(uv), atol=1e-5)
 
 
-def test_a_moved_column_keeps_its_mantle_coordinates() -> None:
+def test_a_moved_column_keeps_its_lateral_surface_coordinates() -> None:
     b_from_a = rigid([0.2, -0.4, 1.0], [10.0, -3.0, 0.2])
     points = COLUMN.from_uv([[0.1, 0.7]])
     moved = COLUMN.moved(b_from_a)

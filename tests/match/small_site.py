@@ -1,4 +1,4 @@
-"""A hand-made site for tests: boxes and a mantle as elements, one camera, depth by exact ray casting."""
+"""A hand-made site for tests: boxes and a lateral surface as elements, one camera, depth by exact ray casting."""
 
 from __future__ import annotations
 

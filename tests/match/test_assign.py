@@ -113,7 +113,7 @@ def test_a_wall_end_called_a_column_still_matches() -> None:
     assert [match.design_face for match in result.matches] == ["R-1"]
 
 
-def test_a_mantle_is_matched_across_its_seam_and_told_by_its_axis() -> None:
+def test_a_lateral_surface_is_matched_across_its_seam_and_told_by_its_axis() -> None:
     columns = [round_column("C1", 1.0, 0.0, 0.25, 3.0), round_column("C2", 3.0, 0.0, 0.25, 3.0)]
     frame = columns[0].faces[0].frame
     assert isinstance(frame, CylinderFrame)

@@ -253,12 +253,12 @@ def test_a_column_seen_corner_on_is_complete_from_two_sides() -> None:
     assert surfaces["C-1"].built_area_m2 == 0.0
 
 
-def test_a_round_column_is_complete_though_no_station_sees_half_of_its_mantle() -> None:
+def test_a_round_column_is_complete_though_no_station_sees_half_of_its_lateral_surface() -> None:
     column = round_column("C", 1.5, 0.0, 0.3, 2.8)
     frame = column.faces[0].frame
     arc = polygon.box(-0.5 * np.pi * 0.3 - 0.35, 0.0, -0.5 * np.pi * 0.3 + 0.35, 2.8)  # the side of -y
     face = measured("A1/1", POSE, frame, arc, label="column")
-    # Twelve thin boxes stand for the mantle, each touching it from inside.
+    # Twelve thin boxes stand for the lateral surface, each touching it from inside.
     slices = [box(1.5 - w, -d, 0, 2 * w, 2 * d, 2.8) for w, d in ((0.3 * np.cos(a), 0.3 * np.sin(a)) for a in SLICES)]
     report, _ = visit(station("A1", POSE, [*slices, BACKDROP, GROUND], [face]), design=model([column]))
     assert only(report).state == "complete"

@@ -32,7 +32,7 @@ WIDE = [marker(number, ROW) for number in range(4)]
 def evidence(
     scale: float, disc: float = 1.0, seed: int = 0, survey: Sequence[SurveyedMarker] = SURVEY
 ) -> ScaleEvidence:
-    """What a rig sees whose lengths come out `scale` times too large; the disc is `disc` times the told one."""
+    """What a rig sees whose lengths come out `scale` times too large; the disc is `disc` times the given one."""
     rng = np.random.default_rng(seed)
     corners = np.array([m.corners_m for m in survey]) * scale
     return ScaleEvidence(

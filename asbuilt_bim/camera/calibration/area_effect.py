@@ -68,8 +68,8 @@ def _moved(rig: StereoRig, index: int, step: float) -> StereoRig:
         return replace(rig, left=moved) if index < 4 else replace(rig, right=moved)
     pose = np.array(rig.right_from_left)
     if index < 11:
-        # a rotation vector's derivative differs from a turn on top by a rotation of the axes: the same to first order
-        # for the small angles between two cameras that look the same way
+        # a rotation vector's derivative differs from a turn on top by a rotation of the axes: to first order the same
+        # for the small angles between two parallel cameras
         turn = np.zeros(3)
         turn[index - 8] = step
         pose[:3, :3] = rotation_from_vector(turn) @ pose[:3, :3]

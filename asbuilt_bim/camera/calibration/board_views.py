@@ -14,7 +14,7 @@ FEWEST_PAIRS = 6
 """Nine numbers a camera need three views; six let a bad one be found and leave a rest to check against."""
 
 Progress = Callable[[int, int], None]
-"""Is told how many pairs are done, and of how many."""
+"""Called with how many pairs are done, and of how many."""
 
 
 def read_views(

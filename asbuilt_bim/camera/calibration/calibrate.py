@@ -192,8 +192,8 @@ def _rig(
 def pinhole_covariance(adjusted: Adjustment, size: tuple[int, int]) -> FloatArray:
     """Return the covariance (14, 14) of `rig.PARAMETERS`, each lens coefficient as what it does to the picture.
 
-    What a coefficient moves in a frame of `size` (width, height) px is written as the change of focal lengths and
-    principal point that moves it most alike; the rest bends within a face and is small.
+    What a coefficient moves in a frame of `size` (width, height) px is written as a change of focal lengths and
+    principal point: the one that moves it most alike. The rest bends within a face and is small.
     """
     layout = layout_of(adjusted.shared)
     carried = np.zeros((len(layout.rig_rows), layout.shared))

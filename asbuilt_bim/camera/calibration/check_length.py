@@ -117,7 +117,7 @@ def refuse_wrong_scale(check: LengthCheck) -> None:
         raise CalibrationError(
             f"check length: {check.what} comes out at {check.measured_m:.4f} m instead of {check.known_m:.4f} m "
             f"({100 * check.off:+.2f} %, limit {100 * SCALE_LIMIT:g} % and twice its sigma of {100 * sigma:.2f} %): "
-            "the rig's scale is off; measure the calibration board's squares on the print and give square_m"
+            "the rig's scale is off. Measure the calibration board's squares on the print and give square_m"
         )
 
 

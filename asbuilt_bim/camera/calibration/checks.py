@@ -27,10 +27,10 @@ _LARGE_SCALE_SIGMA = 0.005
 class Checks:
     """What is known of a calibration beyond its own misfit.
 
-    Coverage: share of an 8 x 6 grid of the frame where corners were seen. Hold-out: corners of views that a third of
-    the pairs at a time were kept from (the rig from the others, the board's pose from the LEFT photo, the misfit in
-    the right one). Length: median relative error of the boards' diagonals, triangulated in those same views. Lens
-    left: what another model of lens explains of the residuals, 0 where none does.
+    Coverage: share of an 8 x 6 grid of the frame where corners were seen. Hold-out: a third of the pairs at a time is
+    kept out, and the rig is fitted to the others. The board's pose is from the LEFT photo, the misfit that of the
+    corners in the right one. Length: median relative error of the boards' diagonals, triangulated in those same views.
+    Lens left: what another model of lens explains of the residuals, 0 where none does.
     """
 
     coverage_left: float
@@ -54,13 +54,13 @@ def refuse_impossible(right_from_left: FloatArray, scale: str, remedy: str) -> N
     baseline = float(np.linalg.norm([x, y, z]))
     if x < 0.0 and abs(x) > abs(y):
         raise CalibrationError(
-            f"calibration: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left one; "
-            "exchange left and right of the board photos (and of the stations, if they were named the same way)"
+            f"calibration: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left one. "
+            "Exchange left and right of the board photos (and of the stations, if they were named the same way)"
         )
     if abs(x) < np.hypot(y, z):
         raise CalibrationError(
             f"calibration: the right camera stands at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the left one, not beside "
-            "it; use photos as the cameras stored them, of a rig held level"
+            "it. Use photos as the cameras stored them, of a rig held level"
         )
     low, high = BASELINE_M
     if not low <= baseline <= high:

@@ -85,7 +85,7 @@ def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Ca
 
 
 def _check_pixels(control: ControlPoints, size: tuple[int, int]) -> None:
-    """Refuse marks that lie outside a photo of `size`: another size was told, or a mark is wrong.
+    """Refuse marks that lie outside a photo of `size`: another size was given, or a mark is wrong.
 
     Raises: CalibrationError with the first of them.
     """

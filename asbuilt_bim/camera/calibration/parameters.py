@@ -76,7 +76,7 @@ _LAYOUTS = {layout.shared: layout for layout in (Layout(lens=lens) for lens in L
 
 
 def layout_of(shared: FloatArray) -> Layout:
-    """Return the layout of shared parameters (S,), told by their number."""
+    """Return the layout of shared parameters (S,), from their number."""
     return _LAYOUTS[len(shared)]
 
 

@@ -25,8 +25,8 @@ Start = tuple[Intrinsics, list[FloatArray], FloatArray]
 def start_camera(seen: Seen, size: tuple[int, int], lens: LensModel) -> Start:
     """Calibrate one camera.
 
-    Zhang's method in OpenCV's hands gives a start or, with wide lenses and flat views, nonsense; then focal lengths are
-    tried with an ideal lens, each board's pose by its homography, and the best is adjusted.
+    OpenCV's version of Zhang's method gives a start or, with wide lenses and flat views, nonsense. Then focal lengths
+    are tried with an ideal lens, each board's pose by its homography. The best one is adjusted.
 
     Raises: CalibrationError where neither gives a camera.
     Reference: Zhang 2000, A flexible new technique for camera calibration.

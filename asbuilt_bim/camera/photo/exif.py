@@ -88,7 +88,7 @@ def _directory(tiff: bytes, order: str, start: int) -> Tags:
 
 
 def _value(tiff: bytes, order: str, at: int, kind: int, length: int) -> str | int | float | None:
-    """Return the first value of an entry whose value field starts at `at`; None where it isn't one of ours."""
+    """Return the first value of an entry whose value field starts at `at`; None for kinds that no tag here has."""
     if length < 1:
         return None
     if kind == _SHORT:

@@ -107,8 +107,8 @@ def decode(photo: Photo) -> ByteImage:
     if (lit := float(np.mean(brightest >= _DARK_GREY))) < _LEAST_LIT:
         raise PhotoError(
             f"photo {photo.name}: it is nearly black, {lit:.2%} of its pixels are brighter than an eighth of its range "
-            f"(at least {_LEAST_LIT:.1%}); where 10, 12 or 14 bits were stored in 16, export it over the whole range; "
-            "else take the station again with more light"
+            f"(at least {_LEAST_LIT:.1%}). Where 10, 12 or 14 bits were stored in 16, export it over the whole range. "
+            "Else take the station again with more light"
         )
     if damage := damage_of_picture(photo.data, decoded):
         raise PhotoError(f"photo {photo.name}: it is damaged, {damage}; {_REMEDY}")

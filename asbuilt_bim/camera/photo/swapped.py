@@ -58,8 +58,8 @@ def swapped_rejection(station: str, matches: PairMatches, rig: StereoRig, camera
 def _rows(way: _Way, matches: PairMatches, rig: StereoRig, camera: RectifiedCamera) -> float:
     """Return how far apart the rows lie (px) once a mistake is undone; infinite where the scene lies behind the rig.
 
-    Both mistakes at once leave the scene before the rig, and shift the rows as a knock may: only a scene that stands on
-    its head, its lower things further away, tells them from that.
+    Both mistakes at once leave the scene before the rig, and shift the rows as a knock may. Only an upside-down scene,
+    its lower things further away, shows the difference.
     """
     if way.exchanged and way.turned and nearer_below(matches) > -UPRIGHT:
         return float(np.inf)

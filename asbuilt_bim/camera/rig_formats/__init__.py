@@ -1,1 +1,1 @@
-"""Rig files, ours and those of other programs, read and written."""
+"""Rig files, this program's and others', read and written."""

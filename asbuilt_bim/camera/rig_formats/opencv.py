@@ -83,7 +83,7 @@ def opencv_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> S
 
 
 def _model(document: Mapping[str, Plain], foreign: Foreign, where: str) -> str:
-    """Return the lenses' model: OpenCV's own files don't say it, and ours do, in ROS's words.
+    """Return the lenses' model: OpenCV's own files don't say it. This program's do, in ROS's words.
 
     Raises: RigError where the file and the project contradict each other.
     """

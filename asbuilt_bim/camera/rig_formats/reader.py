@@ -1,4 +1,4 @@
-"""Any rig file that people have: ours, OpenCV's, Kalibr's, ROS's, EuRoC's, told apart by what stands in it."""
+"""Reads any rig file: this program's, OpenCV's, Kalibr's, ROS's or EuRoC's, recognised by its content."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The text of a rig file, ours or another program's, as plain values: nothing that runs, refers or expands is read."""
+"""The text of a rig file of any format as plain values: nothing that runs, refers or expands is read."""
 
 import re
 from pathlib import Path

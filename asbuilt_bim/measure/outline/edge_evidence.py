@@ -186,8 +186,8 @@ def _beyond(
     another piece of its plane, or UNKNOWN.
 
     What is taken for bars stands for no end by itself: a border of shade looks like one, and concrete ends at an edge.
-    Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity: nothing is measured
-    in it, and what is measured past it speaks for the edge all the same.
+    Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity. Nothing is measured in
+    it. What is measured past it speaks for the edge all the same.
     """
     state = np.full(len(points), UNKNOWN, dtype=np.intp)
     for seen in outwards(bench, points, normals, p, (*NEAR_PX, *FAR_PX)):

@@ -86,7 +86,7 @@ class EdgeFit:
     """The edge as the photo shows it; `strength` 0..1 is the share of its length that votes for it.
 
     `sigma_px` is across the line. `disparity_miss_px` is how far the right photo's edge lies from where the plane puts
-    it (positive: the edge is nearer than the plane says), NaN for edges along the rows; `miss_sigma_px` goes with it.
+    it: positive where it is nearer than the plane, NaN for edges along the rows. `miss_sigma_px` goes with it.
     """
 
     line: Line

@@ -11,7 +11,7 @@ JUMP_COST = 12.0
 JUMP_SHARE = 0.10
 """A step must gain what 8 rows with a clear edge do, and more on a long border: notches in concrete are seldom."""
 VOTE_WEIGHT = 1.5
-"""A clear edge outweighs 5 pixels of what the matcher said."""
+"""A clear edge outweighs 5 pixels of the matcher's answer."""
 
 
 def straight_region(

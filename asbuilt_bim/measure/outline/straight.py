@@ -18,8 +18,10 @@ from asbuilt_bim.vision.scene.bars import GAP_M, THIN_M
 
 MOST_APART = 0.12
 RAGGED_PX = 3.0
-"""Mask and straight region may differ by this share of their area and, all round, by what a mask's rags come to;
-beyond, the face isn't a thing of right angles."""
+"""Mask and straight region may differ by this share of their area and, all round, by what a mask's rags come to.
+
+Past that, the face has no right angles.
+"""
 MOST_UNPROVEN = 0.4
 """The share of a straight region that may be unmeasured: over half must be seen to lie on its plane."""
 LOW_M = 0.26
@@ -36,8 +38,8 @@ LEAST_OPENING_SHARE = 0.008
 class Surroundings:
     """What an outline is searched in: both photos, their gradients, the labels and the planes behind them.
 
-    `planes` holds q (3,) by label; `frame` (H, W) is True within a few px of the left photo's end;
-    `off_px` (H, W) is the measured disparity less the face's own plane, NaN where not measured.
+    `planes` holds q (3,) by label. `frame` (H, W) is True within a few px of the left photo's end. `off_px` (H, W) is
+    the measured disparity less the face's own plane, NaN where not measured.
     """
 
     colour: ByteImage  # the left photo

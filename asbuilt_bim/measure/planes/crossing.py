@@ -1,7 +1,7 @@
 """The line in which two planes meet, as the picture shows it, and how well the planes place it.
 
-Two planes cross where their disparities are one: where those are sure to a tenth of a pixel and part by a twentieth of
-a pixel a pixel, as faces at a right angle do at 8 m, the line is sure to two pixels and not to half of one.
+Two planes cross where their disparities are equal. At 8 m the disparities of faces at a right angle part by a twentieth
+of a pixel a pixel. Where they are sure to a tenth of a pixel, the line is sure to two pixels and not to half of one.
 """
 
 from collections.abc import Sequence

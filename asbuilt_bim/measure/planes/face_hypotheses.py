@@ -32,8 +32,11 @@ EDGE_PX = 6.0
 OFF_PLANE_PX = 1.5
 OCCLUDED_SHARE = 0.12
 LEAK_PX, SLANT_PX = 0.25, 4.5
-"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border; and
-what it carries the more where the face's own disparity changes from pixel to pixel: each photo foreshortens it else."""
+"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border.
+
+It carries more where the face's own disparity changes from pixel to pixel, since each photo foreshortens it
+differently.
+"""
 BORDERS_PX, NARROW_PX = (2, 3), 90
 """What is left out along a border; of a narrow face, where a pixel tilts the plane, it is tried with a pixel more."""
 CONTRADICTS_SIGMAS = 2.0
@@ -59,7 +62,7 @@ class FaceHypothesis:
 
 
 def face_hypotheses(bench: Workbench, instances: Sequence[Instance]) -> list[FaceHypothesis]:
-    """Draft a face for each flat piece of each instance, with its plane refined on both photos."""
+    """Make a face hypothesis for each flat piece of each instance, with its plane refined on both photos."""
     hypotheses: list[FaceHypothesis] = []
     for number, instance in enumerate(instances):
         for piece in pieces_of(bench.scene, instance):
@@ -72,8 +75,9 @@ def face_hypotheses(bench: Workbench, instances: Sequence[Instance]) -> list[Fac
 def piece_mask(scene: Scene, piece: int, instance: Instance) -> BoolArray:
     """Return the pixels (H, W) of a piece in an instance.
 
-    A mask that doesn't come from the disparity knows the border that the matcher missed: what it holds beside the
-    piece, and isn't another one's, goes to the nearest; not what is measured to lie off its plane: a mask may be rough.
+    A mask that doesn't come from the disparity knows the border that the matcher missed. What it holds beside the
+    piece, and no other piece has, goes to the nearest piece. What is measured to lie off its plane doesn't: a mask may
+    be rough.
     """
     own = scene.mask(piece) & instance.mask
     if instance.source.border_from_depth:
@@ -102,7 +106,7 @@ def pieces_of(scene: Scene, instance: Instance) -> list[int]:
 def outline_faces(
     bench: Workbench, hypotheses: Sequence[FaceHypothesis], planes: FloatArray, joint: FloatArray | None = None
 ) -> list[FaceHypothesis]:
-    """Draw every draft's outline with the planes (n, 3) as they stand; drafts without one are kept without.
+    """Draw every hypothesis's outline with the planes (n, 3) as they stand; those without one are kept without.
 
     `joint` (3n, 3n) is the planes' covariance; without it they are as the photos alone show each.
     """
@@ -132,7 +136,7 @@ def outline_faces(
 
 
 def _apart(joint: FloatArray, i: int, hypotheses: Sequence[FaceHypothesis], scene: Scene) -> dict[int, FloatArray]:
-    """Return, by label, the covariance (3, 3) of draft i's q less that of what lies there; a floor's own is small."""
+    """Return, by label, the covariance (3, 3) of face i's q less that of what lies there; a floor's own is small."""
     own = joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
     floors = {len(scene.pieces) + k: own for k in range(len(scene.floors))}
     return floors | {hypothesis.piece: apart(joint, i, j) for j, hypothesis in enumerate(hypotheses)}
@@ -150,7 +154,7 @@ def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
 
 
 def _touching(bench: Workbench, hypotheses: Sequence[FaceHypothesis], i: int) -> list[int]:
-    """Return the drafts of the same instance that meet draft i in a convex edge."""
+    """Return the face hypotheses of the same instance that meet hypothesis i in a convex edge."""
     pieces = bench.scene.pieces
     found: list[int] = []
     for j, other in enumerate(hypotheses):
@@ -179,10 +183,10 @@ def refine_inside(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> lis
 
 
 def refined_inside(bench: Workbench, hypothesis: FaceHypothesis, inside: BoolArray) -> PlaneFit | None:
-    """Refine a draft's plane on the pixels `inside` (H, W) its outline, less a border.
+    """Refine a hypothesis's plane on the pixels `inside` (H, W) its outline, less a border.
 
-    Pixels make a fit surer. Where a narrow face's outermost ones don't, or tilt it by more than so many can by chance,
-    they carry something else, what lies beyond the edge or its chamfer, and are left out.
+    Pixels make a fit surer. A narrow face's outermost ones may not, or may tilt it by more than so many can by chance.
+    Then they carry something else, what lies past the edge or its chamfer, and are left out.
 
     Reference: Hausman 1978: of two fits of which one uses what the other does, variances subtract.
     """
@@ -254,7 +258,7 @@ def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
 
 
 def _near(bench: Workbench, hypothesis: FaceHypothesis, most_px: float, box: Box) -> BoolArray:
-    """Say where in a box the measured disparity agrees with the draft's plane (or nothing was measured)."""
+    """Say where in a box the measured disparity agrees with the hypothesis's plane (or nothing was measured)."""
     with np.errstate(invalid="ignore"):
         off = np.abs(_off_plane(bench, hypothesis.sight.q_px, box)) > most_px
     return ~(off & bench.scene.level.measured[box])

@@ -1,4 +1,4 @@
-"""The circle of a round column in the level plan: found between its mantle's ends, fitted to four silhouettes."""
+"""The circle of a round column in the level plan: found between its two ends, fitted to four silhouettes."""
 
 from dataclasses import dataclass, replace
 
@@ -23,16 +23,16 @@ CLOSE_PX = (3.0, 1.0)
 MOST_CHANGE = 0.35
 """A radius that silhouettes would change by more isn't this column's."""
 ROUGH_SHARE = 0.03
-"""What the stereo circle's radius is worth: the matcher bends a mantle flatter or rounder by some per cent."""
+"""What the stereo circle's radius is worth: the matcher bends a lateral surface flatter or rounder by some per cent."""
 LOOKS = 2
-"""A mantle drawn too wide turns away too late, and looks foreign before its end: the second look is from nearer."""
+"""A circle drawn too wide turns away too late, and looks foreign before its end. The second look is from nearer."""
 MOST_OFF_PX = 2.0
-"""A silhouette holds where the mantle plainly ends within 2 px of it."""
+"""A silhouette holds where the lateral surface plainly ends within 2 px of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RoundCircle:
-    """A round column's circle with sigmas of radius and distance; `proven` where the mantle is seen to end on it."""
+    """A round column's circle with sigmas of radius and distance; `proven` where the surface is seen to end on it."""
 
     circle: Circle
     radius_sigma_m: float
@@ -61,12 +61,12 @@ def fit_circle(bench: Workbench, start: Circle, mask: BoolArray) -> RoundCircle:
 
 
 def _holds(end: LateralEnd | None) -> bool:
-    """Say whether a mantle's end, looked for from the fitted circle, proves that circle's side."""
+    """Say whether a lateral surface's end, looked for from the fitted circle, proves that circle's side."""
     return end is not None and end.plain and abs(end.offset_px) <= MOST_OFF_PX
 
 
 def _lateral_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> list[LateralEnd | None]:
-    """Return where the mantle ends off the circle's left and right side, None where it can't be said."""
+    """Return where the lateral surface ends off the circle's left and right side, None where that isn't known."""
     chord = chord_plane(bench, circle)
     return [
         lateral_end(bench, circle, expected_side(bench, circle, np.zeros(2), mask, side), chord) for side in (-1, 1)
@@ -74,7 +74,7 @@ def _lateral_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> list[Lat
 
 
 def _between(circle: Circle, ends: list[LateralEnd | None]) -> Circle:
-    """Return the circle, at the same distance, whose sides lie where its mantle ends."""
+    """Return the circle, at the same distance, whose sides lie where its lateral surface ends."""
     away = float(np.hypot(circle.x_m, circle.z_m))
     middle, half = float(np.arctan2(circle.x_m, circle.z_m)), float(np.arcsin(circle.radius_m / away))
     left, right = (
@@ -89,7 +89,7 @@ def _between(circle: Circle, ends: list[LateralEnd | None]) -> Circle:
 
 
 def _touching(bench: Workbench, start: Circle, mask: BoolArray) -> Touching | None:
-    """Look for silhouettes where the mantle ends, then close to where the first fit has them."""
+    """Look for silhouettes where the lateral surface ends, then close to where the first fit has them."""
     circle, touching = start, None
     for _ in range(LOOKS):
         ends = _lateral_ends(bench, circle, mask)

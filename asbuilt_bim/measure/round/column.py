@@ -32,7 +32,7 @@ class RoundFit:
     top_m: float  # below the camera (negative: above)
     foot_m: float
     height_sigma_m: float
-    proven: bool  # the mantle is seen to end on all four sides
+    proven: bool  # the lateral surface is seen to end on all four sides
 
 
 def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundFit | None:
@@ -52,7 +52,7 @@ def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> Round
 def round_face(
     bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray, rig: StereoRig
 ) -> MeasuredFace:
-    """Build the metric face of a round column: the visible arc times its height, on the mantle."""
+    """Build the metric face of a round column: the visible arc times its height, on the lateral surface."""
     camera = bench.pair.camera
     frame = _frame(bench, fit)
     distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
@@ -107,7 +107,7 @@ def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: Ste
 
 
 def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
-    """Return the mantle's frame in the LEFT frame, its zero towards the camera, its origin at the foot."""
+    """Return the lateral surface's frame in the LEFT frame, its zero towards the camera, its origin at the foot."""
     left_from_level = bench.pair.camera.rectified_from_left.T @ bench.scene.level.view.level_from_rectified.T
     foot = left_from_level @ np.array([fit.circle.x_m, fit.foot_m, fit.circle.z_m])
     towards = np.array([-fit.circle.x_m, 0.0, -fit.circle.z_m])
@@ -125,7 +125,7 @@ def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
 
 
 def _roundness(bench: Workbench, circle: Circle, mask: BoolArray) -> float:
-    """Return the rms along the line of sight between the measured mantle and the circle, in metres."""
+    """Return the rms along the line of sight between the measured lateral surface and the circle, in metres."""
     level = bench.scene.level
     known = mask & level.measured
     d = level.d_px[known]

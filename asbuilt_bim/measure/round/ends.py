@@ -1,4 +1,4 @@
-"""Top and foot of a round column: where both photos show an edge round it, at one height of its mantle."""
+"""Top and foot of a round column: where both photos show an edge round it, at one height of its lateral surface."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.stereo.warp import sample
 
 CORE = 0.6
-"""Share of a column's half width round its axis where heights are read: further out the mantle turns away."""
+"""Share of a column's half width round its axis where heights are read: further out the lateral surface turns away."""
 SPAN = 0.75
 """Share of it on which the ends' edges are looked for: their place is known there, they only get fainter."""
 BAND_PX = 4.0
@@ -98,7 +98,7 @@ def _end_near(bench: Workbench, circle: Circle, below_m: float, outward: float) 
 
 
 def _best_end(foreign: FloatArray, edges: FloatArray, seen: BoolArray, across: FloatArray) -> _End:
-    """Return the end where most of the edge and most of a change in likeness meet; several make it less sure."""
+    """Return the end where most of the edge and most of a change in face cost meet; several make it less sure."""
     near = np.flatnonzero(np.abs(across) <= REACH_PX)
     outside, within = np.array([shares_around(foreign, across - across[k]) for k in near]).T
     score = edges[near] * (0.5 + outside - within) * np.exp(-0.5 * np.square(across[near] / RAGGED_PX))
@@ -129,7 +129,7 @@ def _best_end(foreign: FloatArray, edges: FloatArray, seen: BoolArray, across: F
 
 
 def _unrolled(bench: Workbench, circle: Circle, x_px: FloatArray, below_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return places (S, T, 2) in the left photo of the mantle at level x (S,) and heights (T,), and disparities."""
+    """Return places (S, T, 2) of the surface in the left photo, at level x (S,) and heights (T,), and disparities."""
     level, camera = bench.scene.level, bench.pair.camera
     d = disparity_of_circle(circle, x_px)[:, None]
     y = below_m[None, :] * d / level.baseline_m

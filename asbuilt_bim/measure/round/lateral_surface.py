@@ -1,7 +1,7 @@
-"""Where a round column's mantle ends: inside its silhouette both photos show one surface, beyond it they don't.
+"""Where a round column's lateral surface ends: inside its silhouette both photos show one surface, outside they don't.
 
-A joint between panels, a stain or the border of shade is an upright line that both photos show too, but the mantle goes
-on past it; an edge of the background has the background on both sides. The silhouette alone parts the two.
+A joint between panels, a stain or the border of shade is an upright line too, and both photos show it. But the lateral
+surface goes on past it. An edge of the background has the background on both sides. The silhouette alone parts the two.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ BAND = 8
 """Grey levels are compared in means over bands of this many rows: grain and JPEG differ between the photos."""
 FOREIGN_SIGMAS, LEAST_SIGMA_GREY = 3.0, 0.5
 EDGE_WORTH_PX = 12.0
-"""An edge over a side's whole length weighs as much as so many pixels of mantle: an even sky looks alike in both."""
+"""An edge over a side's whole length weighs as much as so many pixels of surface: an even sky looks alike in both."""
 BLUR_PX = 1.5
 LEAST_PARTING, PLAIN_STRENGTH = 0.25, 0.4
 """An end is plain where a quarter more of its length differs beyond than within, or where 0.4 of it shows an edge."""
@@ -35,7 +35,7 @@ LEAST_BANDS = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateralEnd:
-    """How far the mantle ends off the expected line (px, outward), and which shares of its length are foreign.
+    """How far the lateral surface ends off the expected line (px, outward), and which shares of its length are foreign.
 
     `beyond` and `within` are the shares of the bands just outside and inside that differ between the photos.
     """
@@ -52,12 +52,12 @@ class LateralEnd:
 
     @property
     def plain(self) -> bool:
-        """Say whether the mantle plainly ends here: the photos part, or show an edge."""
+        """Say whether the lateral surface plainly ends here: the photos part, or show an edge."""
         return self.parts or self.strength > PLAIN_STRENGTH
 
 
 def lateral_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray) -> LateralEnd | None:
-    """Find the mantle's end near `line`, the circle's side in the left photo; `chord` (3,) is the silhouettes' plane.
+    """Find the surface's end near `line`, the circle's side in the left photo; `chord` (3,) is the silhouettes' plane.
 
     None where the right photo doesn't show the side, or too little of it is seen.
     """
@@ -84,9 +84,10 @@ def lateral_end(bench: Workbench, circle: Circle, line: Line, chord: FloatArray)
 
 
 def _disparities(bench: Workbench, circle: Circle, at: FloatArray, chord: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the disparities, at places (..., 2) of the left photo, of the plane of the sides, and of the mantle.
+    """Return the disparities at places (..., 2) of the left photo: of the sides' plane, and of the lateral surface.
 
-    Past the mantle both are the plane's. The true mantle lies between them where the circle is drawn too wide.
+    Past the lateral surface both are the plane's. Where the circle is drawn too wide, the true surface lies between
+    them.
     """
     camera, view = bench.pair.camera, bench.scene.level.view
     rays = np.ones((*at.shape[:-1], 3))
@@ -102,7 +103,7 @@ def foreign_share(apart: FloatArray, core: BoolArray, band: int) -> FloatArray:
     """Return, per place across (T,), the share of bands where the photos differ by more than in the core.
 
     A band is the mean of `band` profiles. `apart` (K, S, T) are the differences as K disparities give them, the
-    mantle's last: the least one counts.
+    lateral surface's last: the least one counts.
     """
     count = apart.shape[1] // band
     bands = apart[:, : count * band].reshape(len(apart), count, band, -1).mean(axis=2)  # NaN where not in both photos
@@ -119,7 +120,7 @@ def foreign_share(apart: FloatArray, core: BoolArray, band: int) -> FloatArray:
 
 
 def _parting(foreign: FloatArray, edges: FloatArray, across: FloatArray, reach: float) -> LateralEnd:
-    """Return where the mantle inside and foreign things outside part best, an edge between them."""
+    """Return where the lateral surface inside and foreign things outside part best, an edge between them."""
     like = np.cumsum(1.0 - 2.0 * foreign) * STEP_PX
     score = np.where(np.abs(across) <= reach, like + EDGE_WORTH_PX * edges, -np.inf)
     best = int(np.argmax(score))

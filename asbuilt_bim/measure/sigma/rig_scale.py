@@ -32,7 +32,7 @@ class ScaleEvidence:
 def scale_evidence(
     pair: RectifiedPair, target: TargetSighting | None, markers: tuple[MarkerSighting, ...], options: TargetOptions
 ) -> ScaleEvidence:
-    """Gather what a station shows of scale; a single disc of another size than told counts: the rig may be wrong."""
+    """Gather what a station shows of scale; a single disc of another size than given counts: the rig may be wrong."""
     if target is None and options.diameter_m is not None:
         target, _ = find_target(pair, replace(options, diameter_m=None, required=False))
     ids, corners, sigmas = [], [], []

@@ -34,8 +34,8 @@ def cost_progress(
 def earned(line: CostLine, completion: Completion, parts: Mapping[str, float]) -> CostProgress:
     """Return what a completion earns of a cost line, in cents; from the shares as the result holds them.
 
-    A sheet that calculates with what it shows then comes to the same cent. Of a line that takes money off all that may
-    be built is certain to be taken off at most: the sum of certain values is then no more than what has been earned.
+    A sheet that calculates with what it shows then comes to the same cent. A line may take money off. Then its certain
+    value counts all that may be built, so that the sum of certain values is no more than what has been earned.
     """
     best = None if completion.best is None else round(completion.best, SHARE_DECIMALS)
     as_built = None if best is None else best * line.planned_quantity

@@ -148,11 +148,11 @@ def _state(
 ) -> tuple[State, Reason | None]:
     """Name the state, and the reason where it isn't plain.
 
-    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built, and of an element that
-    was seen by less than half a face that was measured on it: something else may stand there. "Not started" needs the
-    foot seen open; where half was seen, starter bars may hide the foot, but no more than they do. What lies between
-    stays unknown in the bounds either way. Nothing has started where no more than a kicker, one whole cell, is sure to
-    be built.
+    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built. An element that was seen
+    by less than half also needs a face measured on it: something else may stand there. "Not started" needs the foot
+    seen open; where half was seen, starter bars may hide the foot, but no more than they do. What lies between stays
+    unknown in the bounds either way. Nothing has started where no more than a kicker, one whole cell, is sure to be
+    built.
     """
     best = completion.best
     if best is None:

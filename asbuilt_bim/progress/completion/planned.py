@@ -103,11 +103,11 @@ def days_late(
 ) -> tuple[int | None, int | None, int | None]:
     """Return how many whole days a task is behind its plan: by the best estimate, at least and at most.
 
-    A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now,
-    at least where all that wasn't seen is built, at most where none of it is. A finished one was finished by the day
-    that saw it so. None was before the last day that saw something of it unfinished (`unfinished_on`). Negative is
-    ahead. The first is None where the completion is unknown, or the finish has passed and nothing was seen unfinished;
-    all are where there is no plan.
+    A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now.
+    At least: all that wasn't seen is built. At most: none of it is. A finished one was finished by the day that saw it
+    so. None was before the last day that saw something of it unfinished (`unfinished_on`). Negative is ahead. The first
+    is None where the completion is unknown, or the finish has passed and nothing was seen unfinished; all are where
+    there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):

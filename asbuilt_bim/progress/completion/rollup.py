@@ -14,11 +14,11 @@ from asbuilt_bim.progress.surface import SurfaceState
 def weighted(elements: Sequence[ElementProgress], weights: Sequence[float], options: ProgressOptions) -> Completion:
     """Return the completion of a group: each element's built and open shares, and its bounds, by its weight.
 
-    The best estimate is the mean of the elements' own: what is built is seen from more sides than what isn't, so that
-    all cells in one heap would say too much. An element that this visit didn't see, or only glimpsed, counts as when it
+    The best estimate is the mean of the elements' own. What is built is seen from more sides than what isn't, so
+    pooling all cells would give too much. An element that this visit didn't see, or only glimpsed, counts as when it
     was last seen: left out, what was complete would stay and what wasn't would go. (On the second visits of 14
-    generated sites tasks of which under half was seen erred by 15 points in a heap, by 10 without such elements, by 6
-    with them.)
+    generated sites tasks of which under half was seen erred by 15 points when pooled. They erred by 10 without such
+    elements, by 6 with them.)
     """
     shares = np.array([_shares(element) for element in elements]).reshape(-1, 4)
     built, opened, least, most = (float(amount) for amount in np.asarray(weights, dtype=np.float64) @ shares)

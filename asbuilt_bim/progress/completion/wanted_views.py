@@ -141,7 +141,7 @@ def _side(a: FloatArray, b: FloatArray, point: FloatArray) -> FloatArray:
 
 
 def _screens(design: BimModel) -> _Screens:
-    """Return what hides: planes by their widths, mantles by two diameters."""
+    """Return what hides: planes by their widths, lateral surfaces by two diameters."""
     names: list[str] = []
     segments: list[FloatArray] = []
     heights: list[tuple[float, float]] = []

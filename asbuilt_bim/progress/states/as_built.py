@@ -38,7 +38,7 @@ def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design:
     """Put a face's measurements together, this visit's and what earlier visits left.
 
     Measured whole by several stations: the mean by inverse variance of the image part, the calibration part in common.
-    Otherwise the area of the outlines' union within the design's border, each outline with its own plane's area: where
+    Otherwise the area of the outlines' union within the design's border, each outline with its own plane's area. Where
     a face was seen in part, a side that isn't its end may lie past it, and the area is a lower bound.
     """
     if not matches:

@@ -24,8 +24,8 @@ BORDER_SAMPLES = 2.0
 class CellStates:
     """The cells of an element, each (n,) over its real cells only; `height` is their row from below, 0..1.
 
-    `least` and `most` are the shares of each cell that are built at least and at most: 1 and 1 of a built cell, 0 and 0
-    of an open one, 0 and 1 of an unknown one, and what lies between where a pour line may run through the cell.
+    `least` and `most` are the shares of each cell that are built at least and at most. A built cell has 1 and 1, an
+    open one 0 and 0, an unknown one 0 and 1. Where a pour line may run through the cell they lie between.
     """
 
     built: BoolArray
@@ -105,9 +105,9 @@ def _bounds(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how much of each cell (n,) is built at least and at most, from its samples: all, built and open (3, n).
 
-    A pour line may run through a built cell under one that isn't, through an open cell over one that isn't, and through
-    both where built and open lie side by side: these count by their samples. Concrete rises from below: an open cell
-    under a built one is as likely a mistake as an opening, and counts as built at most.
+    A pour line may run through a built cell under one that isn't, and through an open cell over one that isn't. It may
+    run through both where built and open lie side by side. These cells count by their samples. Concrete rises from
+    below: an open cell under a built one is as likely a mistake as an opening, and counts as built at most.
     """
     built, opened = states
     height_m = element.height_m / cells.shape[1]
@@ -151,7 +151,7 @@ def _counts(
 ) -> FloatArray:
     """Return how many samples each side has in each cell, all, built and open: (3, sides, cells).
 
-    A mantle is taken as eight sides, since no station sees half of it.
+    A lateral surface is taken as eight sides, since no station sees half of it.
     """
     samples: CellSamples = cell_samples(element, options.spacing_m)
     size = cells.shape[0] * cells.shape[1]

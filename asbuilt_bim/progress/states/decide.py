@@ -41,8 +41,8 @@ def decide_element(
 ) -> list[SurfaceState]:
     """Return the state of each face of an element, `earlier` being what earlier visits made of them.
 
-    What was built stays so, but not where sides contradicted one another: that was never settled; nor in the cells of
-    which this visit sees a good piece open: which of both is right is unknown until a visit says so again.
+    What was built stays so, with two exceptions. Where sides contradicted one another it was never settled. In cells of
+    which this visit sees a good piece open, it is unknown which is right until a visit says so again.
     """
     samples = cell_samples(element, options.spacing_m)
     votes = gather(element, samples, views, by_face, options)
@@ -57,8 +57,9 @@ def decide_element(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Past:
-    """What earlier visits saw built (N,), what of it looks open now, what of it is still held to stand; and what
-    they saw open, as long as nothing says that it has been built since.
+    """What earlier visits saw built (N,), what of it looks open now, and what of it is still held to stand.
+
+    Also what they saw open, as long as nothing shows that it has been built since.
     """
 
     built: BoolArray
@@ -163,7 +164,7 @@ def _checked(
     built: BoolArray,
     options: ProgressOptions,
 ) -> Checked:
-    """Return a face's matches that speak for concrete; of a mantle, whole is what one station can see of it."""
+    """Return a face's matches that speak for concrete; of a round column, whole is what one station can see of it."""
     standing = tuple(match for match in matches if match in votes.spoken)
     if isinstance(face.frame, CylinderFrame):
         return Checked(matches=standing, parts=(), notes=())

@@ -51,7 +51,7 @@ class Verdict(IntEnum):
 class StationView:
     """A placed station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels.
 
-    `beyond_px` (h, w) is the same with bars and other thin things taken out of the photos.
+    `occluder_free_px` (h, w) is the same with bars and other thin things taken out of the photos.
     """
 
     pose: StationPose
@@ -67,11 +67,12 @@ class StationView:
 class Evidence:
     """Verdicts (N,) uint8 of `Verdict`, and how well each surface point is known along its normal (N,) in metres.
 
-    `own` is what the sample's own pixel says, whatever its neighbours do, and `offset_m` (N,) how far before the design
-    its surface stands; `common_m` (N,) is the part of that which all samples err by alike, by the rig and the pose.
-    `drop_m` (N,) is how far the line of sight falls within the tolerance: lower over its foot, a surface can't be told
-    from the ground behind it. `tinted` says where it can't be concrete, `through` where one sees past it between bars,
-    `surely_through` where what is seen there is even: a matcher that still sees bars answers with shreds of depths.
+    `own` is what the sample's own pixel says, whatever its neighbours do. `offset_m` (N,) is how far before the design
+    its surface stands, `common_m` (N,) the error of it that all samples share, by the rig and the pose. `drop_m` (N,)
+    is how far the line of sight falls within the tolerance: lower over its foot, a surface can't be distinguished from
+    the ground behind it. `tinted` says where it can't be concrete, `through` where one sees past it between bars.
+    `surely_through` says where what is seen there is even: a matcher that still sees bars answers with shreds of
+    depths.
     """
 
     verdict: NDArray[np.uint8]
@@ -211,7 +212,7 @@ def _ring(
 
 
 def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return what the rings (n, 9) say together: one thing, or a depth edge that runs through.
+    """Return what the rings (n, 9) say together: one surface, or a depth edge that runs through.
 
     What stands before a part of a ring hides it and says nothing of the design: then what is seen past it decides.
     """

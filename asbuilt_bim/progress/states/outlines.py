@@ -85,8 +85,9 @@ def stands_off(match: FaceMatch, options: ProgressOptions) -> bool:
 
 
 def looks_like_bars(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face may be starter bars: too small to be anything, or small and not known to lie nearer
-    the design face than steel may, which has its cover of concrete before it.
+    """Say whether a matched face may be starter bars: too small to be anything, or small and as deep as steel may be.
+
+    Steel has its cover of concrete before it, so a face known to lie nearer the design face is no steel.
     """
     small = match.area_m2 < options.min_patch_m2
     return match.area_m2 < options.min_face_m2 or (small and match.offset_m < -options.cover_m + match.offset_sigma_m)

@@ -17,7 +17,7 @@ AROUND = 5
 def patches(samples: CellSamples, chosen: BoolArray) -> IntArray:
     """Number the patches of chosen samples that hang together on one face: (N,), 0 where not chosen.
 
-    A mantle's first and last samples lie side by side, and so hang together as well.
+    A lateral surface's first and last samples lie side by side, and so hang together as well.
     """
     numbers = np.zeros(len(chosen), dtype=np.int32)
     for index in np.unique(samples.face[chosen]):

@@ -1,4 +1,4 @@
-"""What depth alone may be taken for built concrete and what for open: formwork, bars and stray depth are told apart."""
+"""What depth alone proves, built or open: formwork, bars and stray depth are kept apart from concrete."""
 
 import numpy as np
 
@@ -119,8 +119,8 @@ def _to_its_edges(samples: CellSamples, evidence: Evidence, options: ProgressOpt
     """Return the samples where the surface is, out to its upright edges.
 
     The ring of a sample close by an edge reaches past it and sees what lies behind or before. Where its own pixel shows
-    the surface, and the surface is sure at its height no further off than the ring is wide, the sample is on it too;
-    not so by a border of built and open, where starter bars stand.
+    the surface, and the surface is sure at its height no further off than the ring is wide, the sample is on it too. By
+    a border of built and open it isn't: starter bars stand there.
     """
     sure = evidence.verdict == Verdict.NEAR
     reached_past = np.isin(evidence.verdict, (Verdict.MIXED, Verdict.NOT_MEASURED))

@@ -74,7 +74,7 @@ def _asked(
 ) -> _StationVotes:
     """Ask one station; a matched outline speaks for its samples where depth doesn't contradict.
 
-    Depth alone says that something is there, not that it is concrete: it counts where a measured face of this element
+    Depth alone says that something is there, not that it is concrete. It counts where a measured face of this element
     backs it, or where it covers a patch too large for starter bars and clutter.
     """
     station = view.pose.station

@@ -86,7 +86,7 @@ def _image(document: dict[str, Any], size: tuple[int, int], photo_name: str) -> 
     if not isinstance(number, int):
         raise MaskError("images: id is not a whole number")
     if sum(image.get("id") == number for image in images) > 1:
-        raise MaskError(f"images: the id {number} stands twice; masks of two photos couldn't be told apart")
+        raise MaskError(f"images: the id {number} stands twice; masks of two photos couldn't be distinguished")
     return number
 
 
@@ -103,7 +103,7 @@ def _categories(document: dict[str, Any]) -> tuple[dict[int, InstanceClass], dic
         if not isinstance(number, int) or not isinstance(name, str):
             raise MaskError(f"categories[{index}]: needs id (a whole number) and name")
         if number in classes or number in strangers:
-            raise MaskError(f"categories[{index}]: the id {number} stands twice; its masks' class couldn't be told")
+            raise MaskError(f"categories[{index}]: the id {number} stands twice; its masks' class isn't known")
         found = class_of(name)
         if found is None:
             strangers[number] = name[:40]

@@ -1,8 +1,8 @@
 """Masks drawn to a photo's edges in all its colours: a blunt border finds the edge that grey alone doesn't show.
 
-A guided filter makes how deep a pixel lies in a mask a linear function of its colour, window by window. What
-that needs of the photo is worked out once, for all its masks; coefficients are found on a map of half the size, as they
-are smooth, and used on the photo itself.
+A guided filter makes how deep a pixel lies in a mask a linear function of its colour, window by window. What that needs
+of the photo is computed once, for all its masks. Coefficients are smooth, so they are found on a map of half the size
+and used on the photo itself.
 
 Reference: He, Sun & Tang 2013, Guided image filtering, equations 19 to 21; He & Sun 2015, Fast guided filter.
 """

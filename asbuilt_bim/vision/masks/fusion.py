@@ -1,7 +1,7 @@
 """A network's masks and the geometry of the depth: two opinions on what stands in a photo, brought together.
 
-The surfaces of the scene are the pieces that both speak of. A network that covers most of a piece says what it is;
-whether it can be is checked: walls and columns are upright planes or cylinders of a wall's or a column's size.
+The surfaces of the scene are the pieces that both speak of. A network that covers most of a piece says what it is.
+Whether that can be is checked: walls and columns are upright planes or cylinders of a wall's or a column's size.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ LEAST_SEEN_PX = 2000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Agreed:
-    """The instances of both opinions, each with its source, and what one alone said and could not be measured."""
+    """The instances of both opinions, each with its source, and what only one found and could not be measured."""
 
     instances: tuple[Instance, ...]
     notes: tuple[Rejection, ...]

@@ -1,8 +1,8 @@
-"""Finer borders: where two blunt opinions on a mask meet the photo's own edges.
+"""Refined borders: where two blunt opinions on a mask meet the photo's own edges.
 
-A network's map is coarse, a matcher's surfaces end somewhere within its window: the mean of how far a pixel lies inside
-of either errs less than each, and a guided filter draws it to the photo's edges. All this within a narrow band: what
-lies deeper inside or outside of the surface than both may err stays as geometry has it.
+A network's map is coarse, and a matcher's surfaces end somewhere within its window. The mean of a pixel's distances
+inside both errs less than each. A guided filter draws it to the photo's edges. All this within a narrow band: what lies
+deeper inside or outside of the surface than both may err stays as geometry has it.
 
 Reference: He, Sun & Tang 2013, Guided image filtering.
 """
@@ -21,7 +21,7 @@ COARSE_SHARE = 1.0 / 190.0
 MATCHED_PX = 3.8
 """How far a matched surface's border errs: half of the matcher's window."""
 LEAST_WEIGHT = 0.1
-"""With less weight than this the coarse opinion isn't worth the time: the photo is large, geometry finer."""
+"""With less weight than this the coarse opinion isn't worth the time: the photo is large, geometry more precise."""
 EVEN = 4e-4
 """Variance of grey (0..1) under which a window has no edge: (5 of 255) squared."""
 
@@ -41,7 +41,7 @@ class _Weights:
 
 
 def refined_mask(matched: BoolArray, coarse: BoolArray, photo: ByteImage) -> BoolArray:
-    """Return a mask (H, W) between geometry's and a network's of one thing, its border at the BGR photo's edges."""
+    """Return a mask (H, W) between geometry's and a network's of one instance, its border at the BGR photo's edges."""
     weights = _Weights.of(photo.shape[1])
     if weights.coarse < LEAST_WEIGHT or not matched.any():
         return matched

@@ -1,4 +1,4 @@
-"""What a mask from outside holds of one thing: the surfaces that stand together, without what lies behind or before."""
+"""Splits a given mask by depth: an instance is the surfaces that stand together, not what lies behind or before."""
 
 from dataclasses import replace
 

@@ -93,7 +93,7 @@ class NetworkCard:
     activation: Literal["sigmoid", "softmax"] = "sigmoid"  # of a query's or a pixel's logits
     least_score: Annotated[float, Within(low=0.0, high=1.0)] = 0.5
     most_overlap: Annotated[float, Within(low=0.0, high=1.0)] = (
-        0.5  # boxes of one class that overlap more are one thing
+        0.5  # boxes of one class that overlap more are one instance
     )
     most_instances: Annotated[int, Within(low=1, high=1000)] = 100
     licence: str | None = None

@@ -1,7 +1,7 @@
-"""Things told apart by their centres: each pixel of a wall or column says where the middle of its thing lies.
+"""Instances from their centres: each pixel of a wall or column says where the middle of its instance lies.
 
-The votes are piled up, the piles are the things, and each pixel goes with the pile that it votes for; so pieces of one
-wall to the left and right of a column stay one thing, and two walls that touch are two.
+The votes are piled up, the piles are the instances, and each pixel goes with the pile that it votes for. So pieces of
+one wall to the left and right of a column stay one instance, and two walls that touch are two.
 
 Reference: Cheng et al. 2020, Panoptic-DeepLab (offsets to centres); here the piles are found in the votes themselves.
 """
@@ -22,8 +22,11 @@ a pile."""
 LEAST_SHARE = 1.0 / 1000.0
 """A thing of fewer pixels, as a share of the map's, is a crumb."""
 ONE_INSTANCE = 1.7
-"""Two piles nearer to each other than this many standard deviations of either one's own pixels are one thing's: of two
-things side by side they are 3.5 apart (a bar's standard deviation is its length / 3.5), of pieces of one thing 0."""
+"""Two piles nearer to each other than this many standard deviations of either one's own pixels are one instance.
+
+Those of two things side by side are 3.5 apart (a bar's standard deviation is its length / 3.5), of pieces of one
+instance 0.
+"""
 WINDOW_PX = 5
 """Side of the window that pixels choose their pile together in."""
 MOST_MISFIT = 36.0
@@ -130,7 +133,7 @@ def _misfit(votes: Float32Array, centres: Float32Array, widths: Float32Array) ->
 
 
 def _smoothed(misfit: Float32Array, concrete: BoolArray) -> Float32Array:
-    """Return misfits (N, h, w) as means over a window's walls and columns: neighbours are mostly one thing's."""
+    """Return misfits (N, h, w) as means over a window's walls and columns: neighbours are mostly of one instance."""
     side = (WINDOW_PX, WINDOW_PX)
     weight = concrete.astype(np.float32)
     share = np.maximum(cv2.blur(weight, side), 1e-3)

@@ -1,4 +1,4 @@
-"""What a segmenter's answer comes to, whatever its family: one thing, its class number, how sure, and where."""
+"""What a segmenter's answer comes to, whatever its family: one instance, its class number, how sure, and where."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ Outputs = Mapping[str, NDArray[np.float64]]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sighting:
-    """One thing that a network saw: its class number, its score 0..1, its mask bool (H, W) over the photo."""
+    """One instance that a network saw: its class number, its score 0..1, its mask bool (H, W) over the photo."""
 
     number: int
     score: float

@@ -36,8 +36,8 @@ def geometry_channels(
 ) -> Float32Array:
     """Return the geometry of a picture as float32 (5, h, w); all 0 where nothing was measured.
 
-    `inverse_depth_per_m` (h, w) is 1/Z, 0 (or NaN) where not measured; focal lengths and principal point are those of
-    this picture, pixel centres integers; `up` (3,) is a unit vector in the camera frame (x right, y down, z forward).
+    `inverse_depth_per_m` (h, w) is 1/Z, 0 (or NaN) where not measured. Focal lengths and principal point are those of
+    this picture, pixel centres integers. `up` (3,) is a unit vector in the camera frame (x right, y down, z forward).
 
     Channels: 2 m / Z, at most 2; |n . up|, 0 for an upright surface, 1 for a level one; |n . v|, v being the viewing
     direction made level: how frontal it stands; height over the camera / 4 m, within 1.5; 1 where measured.
@@ -115,7 +115,7 @@ def _planes(
 ) -> tuple[Float32Array, Float32Array, Float32Array]:
     """Return slopes of 1/Z per pixel across and down, and its plane's value at the principal point; 0 where unknown.
 
-    Of the window around a pixel and the four beside it, each holding the pixel, the flattest one counts: a window over
+    Of the window around a pixel and the four beside it, each holding the pixel, the flattest one counts. A window over
     an edge would give a surface that isn't there. `x_px` (w,) and `y_px` (h, 1) count from the principal point.
     """
     slope_x, slope_y, value, variance = _fits(inverse, known)

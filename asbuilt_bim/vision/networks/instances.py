@@ -73,7 +73,7 @@ def _likelihoods(logits: Float32Array) -> Float32Array:
 def _of_parts(
     groups: Groups, arrows: Float32Array, wall: Float32Array, column: Float32Array, relief: Relief | None
 ) -> Groups:
-    """Return things cut to parts, and these joined by the odds that they are one thing."""
+    """Return things cut to parts, and these joined by the odds that they are one instance."""
     number, parts = parts_of(groups, arrows, wall, column, relief)
     group = joined(parts, gaps(number, len(parts)), relief.f_px if relief is not None else 1.0)
     return groups.renumbered(np.append(group, -1)[number].astype(np.int32))

@@ -92,7 +92,7 @@ class NetworkSegmenter:
         """Return all that the network sees in a BGR photo, also what is no concrete, the surest first; disjoint.
 
         `measured` is the pair whose left photo this is, with its depth, for a network that takes geometry; `scene` its
-        surfaces, which help to tell what is one thing.
+        surfaces, which help to tell what is one instance.
         """
         card = self.loaded.card
         picture, fit = input_of(image, card.input)

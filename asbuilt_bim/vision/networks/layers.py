@@ -1,4 +1,4 @@
-"""Things that vote for one place but stand behind each other, told apart by stereo: a column before a wall's middle."""
+"""Things that vote for one place but stand behind each other, separated by stereo: a column before a wall's middle."""
 
 import cv2
 import numpy as np
@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 
 JUMP = 0.12
-"""A change of 1/Z between neighbours but one, as a share of it, that one surface doesn't make: at 80 degrees off the
-front a wall changes by 7 per cent over two pixels of a map 192 wide."""
+"""A change of 1/Z between neighbours but one, as a share of it, that one surface doesn't make.
+
+At 80 degrees off the front a wall changes by 7 per cent over two pixels of a map 192 wide.
+"""
 SAME_PLANE = 0.08
 """Two parts lie on one surface when the larger one's plane gives the other's 1/Z within this share."""
 LEAST_PART = 0.04

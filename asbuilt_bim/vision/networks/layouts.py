@@ -1,4 +1,4 @@
-"""What the families of segmenters answer, read as one thing: scored masks over the whole photo.
+"""What the families of segmenters answer, all read as scored masks over the whole photo.
 
 Each reader takes a network's outputs by role and gives its `Sighting`s; a wrong shape is refused by name.
 """
@@ -23,7 +23,7 @@ _ROUNDING = 1e-3  # of a half-precision likelihood
 def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None = None) -> list[Sighting]:
     """Read a segmenter's outputs by its card's layout; only classes that the card names, the surest first.
 
-    `relief` of the input, where there is stereo, helps to tell what is one thing.
+    `relief` of the input, where there is stereo, helps to tell what is one instance.
 
     Raises:
         NetworkError: the outputs haven't the shapes of the layout, or scores aren't 0 to 1.
@@ -84,7 +84,7 @@ def _yolo(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
 
 
 def _query(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
-    """Logits (1, Q, C) and mask logits (1, Q, h, w), one query one thing; with softmax the last class is "nothing".
+    """Logits (1, Q, C) and mask logits (1, Q, h, w), one query one instance; with softmax the last class is "nothing".
 
     Reference: Cheng et al. 2022, Mask2Former; RF-DETR's segmentation head gives the same two, with sigmoid scores.
     """

@@ -1,7 +1,7 @@
 """An ONNX file looked at before anything is loaded: is it one, and does it reach for files that aren't its own?
 
-Only the few messages on the way to tensors are walked (protobuf's wire format: a key of field number and wire type,
-then a varint, 4 or 8 bytes, or a length and bytes); everything else is skipped by its length.
+Only the few messages on the way to tensors are walked; everything else is skipped by its length. Protobuf's wire format
+is a key of field number and wire type, then a varint, 4 or 8 bytes, or a length and bytes.
 
 Reference: ONNX IR specification, onnx.proto3 (ModelProto, GraphProto, NodeProto, AttributeProto, TensorProto).
 """

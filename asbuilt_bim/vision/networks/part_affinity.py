@@ -1,7 +1,7 @@
-"""Which parts of walls and columns are one thing: for each two of them the odds, and the parts joined by these.
+"""Which parts of walls and columns are one instance: for each two of them the odds, and the parts joined by these.
 
-The pair that most surely belongs together is joined first, and the odds of what was joined are summed: so many small
-doubts outweigh one sure link, and a thing isn't strung together along its chain of neighbours.
+The pair that most surely belongs together is joined first, and the odds of what was joined are summed. So many small
+doubts outweigh one sure link, and an instance isn't strung together along its chain of neighbours.
 
 Reference: Keuper et al. 2015, Efficient decomposition of image and mesh graphs by lifted multicuts (greedy additive
 edge contraction).
@@ -26,8 +26,10 @@ FEATURES = (
     "unmeasured",
 )
 ODDS = np.array([5.85, 0.24, -0.54, -2.49, -3.84, -0.44, -0.64, -2.11])
-"""Log-odds of each feature, by logistic regression on parts of generated pairs of the seeds 20, 21, 22, 24 and 25, with
-the shipped network's maps of classes and with the true ones (benchmarks/networks/odds.py)."""
+"""Log-odds of each feature, by logistic regression on parts of generated pairs of the seeds 20, 21, 22, 24 and 25.
+
+Both the shipped network's maps of classes and the true ones were used (benchmarks/networks/odds.py).
+"""
 MOST_WIDE_M = 6.0
 TOUCHING_PX = 1.5
 CLEAR = 0.02
@@ -35,7 +37,7 @@ CLEAR = 0.02
 
 
 def features(one: Part, other: Part, gap_px: float, f_px: float) -> FloatArray:
-    """Return what says whether two parts are one thing (8,), in the order of `FEATURES`."""
+    """Return the features of whether two parts are one instance (8,), in the order of `FEATURES`."""
     convex, off, width = 0.0, 0.0, 1.0
     measured = one.measured and other.measured
     if measured:

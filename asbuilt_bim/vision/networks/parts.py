@@ -1,6 +1,6 @@
 """Parts of walls and columns: connected pixels of one pile of votes, one surface and one class, and what they are like.
 
-A part is as large as what is surely one thing; which parts make a thing together is for `kinship.py` to say.
+A part is as large as what is surely one instance; `part_affinity.py` says which parts belong together.
 """
 
 from __future__ import annotations

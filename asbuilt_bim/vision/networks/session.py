@@ -157,7 +157,7 @@ def _bound_memory() -> bool:
 
 
 def _reason(problem: Exception) -> str:
-    """Return what onnxruntime said in one line, with what to do where it is known."""
+    """Return onnxruntime's message in one line, with what to do where it is known."""
     text = " ".join(str(problem).split())
     if "smaller than requested bytes" in text or "bad_alloc" in text or "Failed to allocate" in text:
         return f"wants more than {MAX_MEMORY_BYTES / 1e9:.0f} GB of memory; use a smaller network or input size"

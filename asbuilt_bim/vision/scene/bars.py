@@ -1,8 +1,8 @@
-"""Starter bars and cages told from concrete: depth smears the gaps between bars shut, the photos don't.
+"""Starter bars and cages separated from concrete: depth smears the gaps between bars shut, the photos don't.
 
-Bars stand over the concrete that they are for, or where nothing is poured yet, at the design's own depth. Two things
-tell them: what is seen between them lies behind, so the photos disagree along the depth that was smeared over it; and
-what fine structure they show runs upright, line beside line, where concrete has grain.
+Bars stand over the concrete that they are for, or where nothing is poured yet, at the design's own depth. Two signs
+show them. What is seen between bars lies behind, so the photos disagree along the depth that was smeared over it. And
+their fine structure runs upright, line beside line, where concrete has grain.
 """
 
 from dataclasses import dataclass, replace
@@ -35,7 +35,7 @@ NARROW_M = 1.05
 """A column's side, or a wall's end; two wide faces that meet in an edge may be two walls' and poured apart."""
 STEP_M = 0.02
 LEAST_M, LEAST_M2 = 0.15, 0.01
-"""How far bars stand out at least to be told, a window, and what of them is no speckle."""
+"""How far bars stand out at least to be found, a window, and what of them is no speckle."""
 SMOOTH_PX = 0.8
 OFF_PX = 1.5
 DOUBT_PX = 5.0
@@ -178,7 +178,7 @@ def _like_bars(inside: BoolArray, looks: _Looks, window: tuple[slice, slice], px
 def _pour_line(pooled: list[_Votes]) -> float:
     """Return how far below the camera (m) the bars end: the height over which most looks like them, under it most not.
 
-    Minus infinity where they are too low to be told.
+    Minus infinity where they are too low to be found.
     """
     below, vote, structure = (
         np.concatenate([getattr(votes, name)[votes.vote != 0] for votes in pooled])

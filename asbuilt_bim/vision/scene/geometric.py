@@ -1,4 +1,4 @@
-"""Walls and columns told by geometry alone: what stands upright, hangs together at convex edges, and has their size."""
+"""Walls and columns by geometry alone: what stands upright, hangs together at convex edges, and has their size."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise

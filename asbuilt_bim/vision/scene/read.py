@@ -54,7 +54,7 @@ class SceneOptions:
 class Scene:
     """Surfaces of one photo; `labels` int16 (H, W): the upright piece, len(pieces) + i for floor i, -1 nothing.
 
-    `bars_label` stands for bars, which are no surface, where they were told from concrete.
+    `bars_label` stands for bars, which are no surface, where they were separated from concrete.
     """
 
     vertical: Vertical | None

@@ -58,9 +58,9 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     """Return the sky's pixels (H, W); conservative: what isn't plainly sky isn't.
 
     Demanded of each pixel: untextured, no disparity but a very small one, bright, and not warmer than neutral (blue or
-    grey); and that it hangs together with the photo's top border, or is a piece that has the colour of what does: sky
-    is seen between guard rails and under slabs as well. Between bars stereo carries their disparity over the gaps:
-    there a piece may have one, if it has the colour of the sky right beside.
+    grey). It also connects to the photo's top border, or is a piece with the colour of what does. Sky is seen between
+    guard rails and under slabs as well. Between bars stereo carries their disparity over the gaps: there a piece may
+    have one, if it has the colour of the sky right beside.
     """
     picture = grey(pair.left)
     mean = cv2.blur(picture, (WINDOW_PX, WINDOW_PX))

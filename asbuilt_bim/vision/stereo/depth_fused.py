@@ -13,7 +13,7 @@ from asbuilt_bim.vision.stereo.depth_paper import checked_estimate, value_at
 from asbuilt_bim.vision.target.find import TargetSighting
 
 LEAST_PIXELS = 500
-"""A scale and a shift from fewer pixels rest on one patch of one thing."""
+"""A scale and a shift from fewer pixels rest on one patch of one surface."""
 LEAST_EXPLAINED = 0.5
 """Of stereo's variance: a network that explains less of it has not understood the picture."""
 MOST_SAMPLES = 40_000

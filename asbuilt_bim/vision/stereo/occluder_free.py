@@ -1,7 +1,7 @@
-"""A second look past thin dark things: what lies beyond bars, wires and props is seen between them.
+"""Occluder-free stereo: a second look past thin dark things, for what is seen between bars, wires and props.
 
-Dense stereo smears bars and gaps into one, or gives up on them. Taken out of both photos first, they no longer disturb:
-a morphological closing fills what is dark and thin with what is seen beside it, and leaves solid things as they are.
+Dense stereo smears bars and gaps into one, or gives up on them. They are first taken out of both photos. A
+morphological closing fills what is dark and thin with what is seen beside it, and leaves solid things as they are.
 """
 
 import cv2

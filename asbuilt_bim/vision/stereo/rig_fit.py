@@ -2,12 +2,14 @@
 
 A turn about the vertical (yaw) hides from the rows' mean difference and ruins every distance; it shows in how the rows
 differ over the frame. So all five numbers of the essential matrix are fitted, with what the matches leave open.
+Also what such a correction does to a measured area and to the rows of the photos, used as they were calibrated.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M, SIDE_M
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
@@ -16,8 +18,9 @@ from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, un
 
 PRIOR_RAD = 0.1
 """Of each number: a rig knocked by more than about six degrees is another rig; it keeps a poor fit finite."""
-_STEP_PX, _STEP_RAD = 1e-2, 1e-6  # and of a metre
+_STEP_PX, STEP_RAD = 1e-2, 1e-6  # and of a metre
 _LEAST_SIGMA_PX = 0.02
+_PLACES = ((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0), (0.0, -0.25), (0.0, 0.25))  # of the frame, about its middle
 LENS_CELLS = (6, 4)
 """Of the frame: what a lens model leaves changes over about a quarter of the photo."""
 
@@ -26,12 +29,12 @@ LENS_CELLS = (6, 4)
 class RigFit:
     """A correction (5,) in radians: the right camera's turn about x, y, z, the baseline's direction along y and z.
 
-    In the rectified frame of the rig that it corrects: a point X seen by the left camera lies at
-    `R(turn) (X - b unit(1, ty, tz))` for the right one, and the calibration says `X - b (1, 0, 0)`.
-    `information` (5, 5) is the matches' own; `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in
-    `relative_units`, into `information @ correction`: so it is the same for photos worked on at a smaller size.
-    `from_lens` (5, 24) does so with what the lenses leave across the rows, in pixels, in each of 6 x 4 cells of the
-    left photo: an error common to all matches of a cell, at every station.
+    In the rectified frame of the rig that it corrects, a point X seen by the left camera lies at `R(turn) (X - b
+    unit(1, ty, tz))` for the right one. The calibration says `X - b (1, 0, 0)`. `information` (5, 5) is the matches'
+    own. `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in `relative_units`, into `information @
+    correction`. So it is the same for photos worked on at a smaller size. `from_lens` (5, 24) does so with what the
+    lenses leave across the rows, in pixels, in each of 6 x 4 cells of the left photo. That error is common to all
+    matches of a cell, at every station.
     """
 
     correction_rad: FloatArray
@@ -56,7 +59,7 @@ def fit_rig(
         essential = rotation_from_vector(correction[:3]) @ skew(_along(correction))
         return camera.f_px / _LEAST_SIGMA_PX * _sampson(a, b, essential)
 
-    fit = robust_fit(misfit, np.zeros(5), np.full(5, _STEP_RAD), np.full(5, 1.0 / PRIOR_RAD))
+    fit = robust_fit(misfit, np.zeros(5), np.full(5, STEP_RAD), np.full(5, 1.0 / PRIOR_RAD))
     used = int(np.sum(fit.weights > 0.1))
     if used < 8:
         return None
@@ -92,6 +95,53 @@ def rig_numbers(rig: StereoRig) -> FloatArray:
     focal_and_middle = [K[i, j] for K in (rig.left.K, rig.right.K) for i, j in ((0, 0), (1, 1), (0, 2), (1, 2))]
     pose = rig.right_from_left
     return np.concatenate([focal_and_middle, vector_from_rotation(pose[:3, :3]), pose[:3, 3]])
+
+
+def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return the relative errors (5,) of an area of 1 m2 at 5 m: in the middle, left, right, above, below.
+
+    The square faces the camera; the photos are those of the corrected rig, and the calibration's is used on them.
+    A turn about the camera's axis tilts what it sees: it leaves the middle right and moves the sides.
+    """
+    corners = 0.5 * SIDE_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    span = np.array([camera.width_px, camera.height_px]) / camera.f_px * DISTANCE_M
+    middle = (np.array([camera.width_px, camera.height_px]) / 2 - [camera.cx_px, camera.cy_px]) / camera.f_px
+    centres = middle * DISTANCE_M + np.array(_PLACES) * span
+    xy = centres[:, None, :] + corners[None]
+    points = np.concatenate([xy, np.full((*xy.shape[:2], 1), DISTANCE_M)], axis=-1)
+    left, right = _seen(points, correction_rad, camera)
+    disparity = np.maximum(left[..., 0] - right[..., 0], 1e-6)
+    depth = camera.baseline_m / disparity
+    rays = np.concatenate([left, np.ones((*left.shape[:2], 1))], axis=-1)
+    measured = rays * depth[..., None]
+    diagonals = measured[:, 2] - measured[:, 0], measured[:, 3] - measured[:, 1]
+    areas = 0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1)
+    effects: FloatArray = areas / SIDE_M**2 - 1.0
+    return effects
+
+
+def worst_area_effect(
+    correction_rad: FloatArray, covariance: FloatArray, camera: RectifiedCamera
+) -> tuple[float, float]:
+    """Return the worst of `area_effects`, and its sigma from the correction's covariance (5, 5).
+
+    The worst place is where effect and sigma together are largest: where nothing is off, the least known one.
+    """
+    effects = area_effects(correction_rad, camera)
+    slopes = np.array([area_effects(correction_rad + step, camera) - effects for step in STEP_RAD * np.eye(5)])
+    slopes /= STEP_RAD
+    variances = np.maximum(np.einsum("ip,ij,jp->p", slopes, covariance, slopes), 0.0)
+    worst = int(np.argmax(effects**2 + variances))
+    return float(effects[worst]), float(np.sqrt(variances[worst]))
+
+
+def row_effect_px(correction_rad: FloatArray, camera: RectifiedCamera) -> float:
+    """Return how far apart in pixels the rows of both photos lie at 5 m, the worst place of the frame's inner half."""
+    across = np.array([-0.25, 0.0, 0.25])
+    grid = np.stack(np.meshgrid(across * camera.width_px, across * camera.height_px), axis=-1).reshape(1, -1, 2)
+    rays = np.concatenate([grid / camera.f_px, np.ones((1, grid.shape[1], 1))], axis=-1)
+    left, right = _seen(rays * DISTANCE_M, correction_rad, camera)
+    return float(camera.f_px * np.abs(left[..., 1] - right[..., 1]).max())
 
 
 def _cells(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
@@ -141,4 +191,11 @@ def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: Rectifie
         turn = rotation_from_vector(at[8:11])
         return camera.f_px * _sampson(rays[0], rays[1], turn @ skew(unit(-turn.T @ at[11:14])))
 
-    return by_differences(misfit, numbers, np.repeat([_STEP_PX, _STEP_RAD], [8, 6]))
+    return by_differences(misfit, numbers, np.repeat([_STEP_PX, STEP_RAD], [8, 6]))
+
+
+def _seen(points_m: FloatArray, correction: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
+    """Return x/z and y/z (..., 2) of points (..., 3) in the rectified left frame, in both photos as they are."""
+    eye = camera.baseline_m * unit(np.array([1.0, correction[3], correction[4]]))
+    right = (points_m - eye) @ rotation_from_vector(correction[:3]).T
+    return points_m[..., :2] / points_m[..., 2:], right[..., :2] / right[..., 2:]

@@ -14,8 +14,17 @@ from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.vision.stereo.rig_effect import STEP_RAD, row_effect_px, worst_area_effect
-from asbuilt_bim.vision.stereo.rig_fit import PRIOR_RAD, RigFit, corrected_rig, fit_rig, relative_units, rig_numbers
+from asbuilt_bim.vision.stereo.rig_fit import (
+    PRIOR_RAD,
+    STEP_RAD,
+    RigFit,
+    corrected_rig,
+    fit_rig,
+    relative_units,
+    rig_numbers,
+    row_effect_px,
+    worst_area_effect,
+)
 from asbuilt_bim.vision.stereo.rig_matches import MATCHES_PER_MEASUREMENT, levelled_matches
 
 AREA_LIMIT = 0.02
@@ -30,9 +39,11 @@ LEAST_MATCHES = 60
 UNKNOWN_CALIBRATION_RAD = np.deg2rad([0.005, 0.02, 0.005, 0.05, 0.2])
 """What a rig file without covariance is trusted to: twice what twenty pairs of a good board leave open."""
 UNKNOWN_LENS_PX = 0.2
-"""What the lenses of such a file may leave across the rows, smoothly over the frame. Matches put it down to a turn: on
-two published rigs (EuRoC, ETH3D) they leave 0.13 to 0.19 px by cell of the frame, and the turn fitted to them changed
-areas at 5 m by 20 to 36 %, where a board and a laser deny it."""
+"""What the lenses of such a file may leave across the rows, smoothly over the frame.
+
+Matches put it down to a turn. On two published rigs (EuRoC, ETH3D) they leave 0.13 to 0.19 px by cell of the frame. The
+turn fitted to them changed areas at 5 m by 20 to 36 %, which a board and a laser contradict.
+"""
 MOST_TURN_RAD = np.deg2rad(5.0)
 """A rig turned further is bent for anyone to see: such photos are no pair, and the check of the pair says why."""
 _DIFFERENT = 4.0  # in sigmas, of the best of several places to part a visit
@@ -55,8 +66,8 @@ class StationHealth:
 class RigVerdict:
     """What the matches of some stations of a visit say together; `covariance` (5, 5) counts the calibration's in.
 
-    `area_effect` is the relative error of an area at 5 m (the worst place of the frame) when the calibration is used as
-    it is; `rows_px` how far apart rows lie there. `noise` (5, 5) is the covariance without the calibration's part.
+    `area_effect` is the relative error of an area at 5 m (the worst place of the frame) with the calibration as it is.
+    `rows_px` is how far apart rows lie there. `noise` (5, 5) is the covariance without the calibration's part.
     """
 
     stations: tuple[str, ...]
@@ -125,7 +136,7 @@ def judge_visit(healths: Sequence[StationHealth], rig: StereoRig) -> tuple[RigVe
     """Judge a visit's stations, in the order in which they were taken, in stretches between which the rig was knocked.
 
     One verdict where nothing happened on the way. A stretch ends where the stations before and after differ by half the
-    area limit or more than half the limit of rows, and by more than 4 sigma of their difference.
+    area limit or more than half the limit of rows. The difference must also be over 4 of its sigmas.
     """
     if not healths:
         return ()

@@ -21,17 +21,19 @@ from asbuilt_bim.vision.target.pairing import Pairing, diameter_sigma
 
 GREY_LEVELS = 1.0  # gamma
 SIZE_SPREAD, SCATTER_SHOWN = 0.0093, 0.5
-"""Of the told diameter: what a second look's differs from it by, rms of 215 blurred development discs. It grows with
+"""Of the given diameter: what a second look's differs from it by, rms of 215 blurred development discs. It grows with
 the size's own sigma, by half of it: 26 of which that is 1.5 % and more differ by 1.3 %, where it is 2.3."""
 _WEIGHTS, _BASE = (0.35, 5.0), -1.2
 """Of what size and shape say, and of nothing. Counted by regression they are 0.85, 12 and -1.7 (445 discs, 74 of them
-blurred as grey levels); but what is behind misleads both answers at once, and where they mislead, so do the circles.
+blurred as grey levels). But what is behind misleads both answers at once, and where they mislead, so do the circles.
 Less than half of that errs least in the distance, on each of four seeds."""
 _NO_DISC_AS_LIGHTS = 2.0
-"""What it says for grey levels that a disc's outline was followed as theirs, since as light's it was none: so it is
-with one of twenty discs whose grey levels were blurred, and with few of the others."""
+"""What it says for grey levels that a disc's outline was found only as blurred grey levels, not as light.
+
+So it is with one of twenty discs whose grey levels were blurred, and with few of the others.
+"""
 _MOST_OFF = 2.0  # of these spreads: what is further off says no more
-_REACH = 2.5  # blurs: an edge's shape is told as far as it reaches
+_REACH = 2.5  # blurs: an edge's shape is known as far as it reaches
 _BLURS = (0.87, 1.0, 1.15, 1.32)  # of the lens's: taken for the other kind an edge looks as much sharper
 _FITTED = 0.75  # of the profiles: before another thing's edge nothing fits
 _LEAST_MISFIT = 1e-9  # of full scale, squared
@@ -39,7 +41,7 @@ _SOME = 2  # every second edge point
 
 
 def off(circle: SpaceCircle, nominal_m: float) -> float:
-    """Return by how much, of the told diameter, a circle's differs from it."""
+    """Return by how much, of the given diameter, a circle's differs from it."""
     return abs(2.0 * circle.radius_m / nominal_m - 1.0)
 
 
@@ -62,7 +64,7 @@ def share_of_levels(
 def answers(
     found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, nominal_m: float
 ) -> tuple[float, float]:
-    """Return what speaks for grey levels: by how many squared spreads they come nearer the told size, and the shape."""
+    """Return what speaks for grey levels: by how many squared spreads they come nearer the given size and the shape."""
     of_light, of_levels = (min(off(c, nominal_m) / spread(c, nominal_m), _MOST_OFF) ** 2 for c in (light, levels))
     return of_light - of_levels, _shape(found, between(light, levels, 0.5), camera)
 

@@ -1,7 +1,7 @@
 """A circle in space from its outline in both rectified photos.
 
-The centre of an ellipse is not the picture of the circle's centre; fitting the circle itself, rather than two ellipses,
-makes that exact, uses one shape for both photos, and gives the covariance of what is asked for: centre and diameter.
+The centre of an ellipse is not the picture of the circle's centre. Fitting the circle itself, rather than two ellipses,
+makes that exact and uses one shape for both photos. It gives the covariance of what is asked for: centre and diameter.
 """
 
 from dataclasses import dataclass, replace
@@ -112,7 +112,7 @@ def between(one: SpaceCircle, other: SpaceCircle, share: float) -> SpaceCircle:
 def guessed_circles(
     ellipse: Ellipse, disparity_px: float, radius_m: float, camera: RectifiedCamera
 ) -> tuple[SpaceCircle, ...]:
-    """Return both circles of a told radius about where an ellipse of the left photo and a disparity place one."""
+    """Return both circles of a given radius about where an ellipse of the left photo and a disparity place one."""
     right, facing = replace(ellipse, x_px=ellipse.x_px - disparity_px), _axes(ellipse.centre, camera)
     return tuple(
         SpaceCircle(
@@ -148,7 +148,7 @@ def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera, radius_m: fl
 def _axes(pixel: FloatArray, camera: RectifiedCamera) -> FloatArray:
     """Return what lies level and down square to a pixel's ray, and the ray, as rows (3, 3).
 
-    A circle's lean is told against its ray: aside, one that is well seen may be edge-on to the optical axis.
+    A circle's lean is measured against its ray: aside, one that is well seen may be edge-on to the optical axis.
     """
     ray = unit(np.array([*(pixel - [camera.cx_px, camera.cy_px]), camera.f_px]))
     level = unit(np.array([ray[2], 0.0, -ray[0]]))

@@ -17,8 +17,8 @@ _STRETCHES = np.array(
 """Which arcs (24, 12) each stretch is made of."""
 _STANDS_OUT = 6.0
 """How many times the others' mean square a stretch spoils. Ten points are one observation, so that a stretch is about
-four and the rest twelve: with noise like that one good outline in seven loses a stretch, and a tenth of its sharpness.
-"""
+four and the rest twelve. With noise like that one good outline in seven loses a stretch, and a tenth of its
+sharpness."""
 
 
 def arcs_of(points: FloatArray, ellipse: Ellipse) -> IntArray:

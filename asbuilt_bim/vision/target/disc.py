@@ -17,20 +17,22 @@ MIN_SUPPORT = 0.57
 """Share of the outline that must be seen: a disc with 30 % of its area covered shows 59 %, half a disc 50 %."""
 MOST_COVERED = 0.41
 """Share of the outline, of both photos together: a board that covers 30 % of a disc hides 39.6 %, and blur at its ends
-another point of some sixty (of four development discs that 39 % refused the most has 40.0 %). One that leaves half of
-the disc (a helmet, a sign cut in two) hides 50 %, but 40 % of the smaller circle that fits it, too: its misfit tells.
-"""
+another point of some sixty. Of four development discs that 39 % refused the most has 40.0 %. One that leaves half of
+the disc (a helmet, a sign cut in two) hides 50 %, but 40 % of the smaller circle that fits it, too: its misfit
+tells."""
 FIRST_SUPPORT = 0.5
 """The same before both photos have agreed on where the outline is: a cover's blurred edge bends the first one."""
 MIN_ASPECT = 0.4
-"""Minor over major axis: a disc turned by more than 66 degrees is too thin to be told from a strip."""
+"""Minor over major axis: a disc turned by more than 66 degrees is too thin to be distinguished from a strip."""
 MIN_RADIUS_PX = 5.0
 MAX_BLOBS = 16
 _SOME = 2  # every second edge point says what the lens's blur is
 _DISCS_IN_A_BLOB = 3
 LEAST_FILLED = 0.5
-"""Of the inside: a bar through the middle that hides 30 % of a disc hides 36 % of its inside, and blur at both of the
-bar's edges looks like another 12 %."""
+"""Of the inside: a bar through the middle that hides 30 % of a disc hides 36 % of its inside.
+
+Blur at both of the bar's edges looks like another 12 %.
+"""
 MOST_HOLE = 0.06
 """Of the inside: what is covered reaches the outline; a hole that doesn't is a print on a sign."""
 MOST_INSIDE = 3.0
@@ -41,8 +43,10 @@ _BLURS_REACHED, _MOST_REACHED = 1.7, 0.5
 _PARTED = 0.06  # of full scale: noise and a disc's dirt make less, two reds side by side make more
 _NEAR = 1.0  # slack: the outline is known to a pixel, and what counts is what lies right behind it, not further off
 _LEAST_REACH_PX, _BLURS_NEEDED = 2.5, 1.4
-"""Of a profile: of 40 development pairs (seed 62) edges lie off by 0.09 px where they reach so far, by 0.16 where they
-reach a quarter of the minor half axis; still shorter ones win no more."""
+"""Of a profile: in 40 development pairs (seed 62) edges are off by 0.09 px where profiles reach so far.
+
+They are off by 0.16 where these reach a quarter of the minor half axis. Still shorter ones win no more.
+"""
 _LEAST_TOLD_PX, _BLURS_TOLD = 3.0, 1.8  # of a profile that tells the blur: it has to show both of its ends
 _BLURRED_ENDS = 3
 """Edge points next to a covered stretch of the outline that are left out: the cover's own edge bends them."""
@@ -52,7 +56,7 @@ _BLURRED_ENDS = 3
 class RedDisc:
     """A red disc in one photo: `edge` (N, 2) are the outline's points that were found, `rms_px` their misfit.
 
-    `sigma_px` (N,) is how sure each point is, against the others; `support` is the share of the outline that they make
+    `sigma_px` (N,) is how sure each point is, against the others. `support` is the share of the outline that they make
     up, `filled` the share of its inside that is red.
     """
 
@@ -98,8 +102,8 @@ def _is_same(one: Ellipse, other: Ellipse) -> bool:
 def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | None:
     """Follow a blob's outline with sub-pixel edges and judge the shape; None where it is no disc.
 
-    A disc before something as red has grown together with it: what most of the outline fits may be the other thing, so
-    its points are taken off and the rest is asked again.
+    A disc before something as red has grown together with it. What most of the outline fits may be the other thing, so
+    its points are taken off and the rest is fitted again.
     """
     size = float(np.sqrt(blob.area_px / np.pi))
     outline = _thinned(blob.outline)

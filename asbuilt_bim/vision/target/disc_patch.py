@@ -22,7 +22,7 @@ _LEAST_COVERED = 0.03  # of the inside
 _PRINTS_REDNESS = (0.5, 0.6, 0.7)
 """Of the inside's redness: blurred, a print's white has some of it. Taken for a cover's it would raise the limit so far
 that a blurred rim falls below it too and joins the print to what is outside. Of 212 development discs, the blurred and
-the covered first, none has a hole of over 2 % at any of these; of five signs that were taken or nearly so four have 8
+the covered first, none has a hole of over 2 % at any of these. Of five signs that were taken or nearly so four have 8
 to 14 %."""
 _CUT_SHORT = 0.1  # of the inside's redness: so much a bar that is thinner than the blur differs by along its length
 _SENSOR = 2e-5  # of linear light squared: noise that two rings of a patch may not show

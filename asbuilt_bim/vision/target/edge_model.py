@@ -1,11 +1,10 @@
 """Where an edge between two colours lies, with the lens, the tone curve and JPEG in the model, and how sure that is.
 
-Half of an edge's contrast is at its place in linear light only. A photo shows light through a tone curve, and JPEG
-halves the colours' resolution after it, so a colour edge moves towards the darker side where the lens is sharp and
-towards the brighter one where it isn't: by 0.4 px before white or black. So each profile across the edge is compared
-with what a straight edge between its own two colours would look like there, and the place that fits best is taken.
-What is behind may change along a profile too; no place fits then, and such profiles say how little they are to be
-trusted.
+Half of an edge's contrast is at its place in linear light only. A photo shows light through a tone curve, and JPEG then
+halves the colours' resolution. So a colour edge moves towards the darker side where the lens is sharp, and towards the
+brighter one where it isn't. Before white or black it moves by 0.4 px. So each profile across the edge is compared with
+what a straight edge between its own two colours would look like there, and the place that fits best is taken. What is
+behind may change along a profile too; no place fits then, and such profiles say how little they are to be trusted.
 """
 
 import math
@@ -33,7 +32,7 @@ _WELL_FITTED = 0.25  # of the profiles fit as well as the noise allows; the othe
 _TWO_SIDES = 4.0 * _NOISE  # what has but one colour fits anywhere, and says nothing of how well edges fit
 _MOST_BENT = 0.5  # of a blur for each radius: first order holds no further
 _PASSES = 2
-_LEAST_APART = 0.3  # of an edge's contrast: where its profile's ends show less of it, its colours can't be told
+_LEAST_APART = 0.3  # of an edge's contrast: where its profile's ends show less of it, its colours aren't known
 _KERNEL_END = 4.0  # sigmas of the colours' blur
 
 

@@ -122,7 +122,7 @@ def fit_ellipse(points: FloatArray, weights: FloatArray | None = None) -> Ellips
 def robust_ellipse(points: FloatArray, tolerance_px: float) -> tuple[Ellipse, BoolArray] | None:
     """Fit the ellipse that most of the points (N, 2) lie on; returns it with its points (N,), None where there is none.
 
-    The points are in order along the outline, so that samples of five can be drawn from arcs of it: a disc that has
+    The points are in order along the outline, so that samples of five can be drawn from arcs of it. A disc that has
     grown together with something else still has a clean arc. A fixed sequence: the same points, the same ellipse.
     """
     if len(points) < 8:

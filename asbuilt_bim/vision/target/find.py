@@ -49,9 +49,8 @@ class TargetSighting:
 def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSighting | None, tuple[Rejection, ...]]:
     """Find the red disc in both rectified photos and triangulate its centre.
 
-    Of several discs the given diameter decides; of several that have it one that isn't much paler (a reflection is),
-    then the nearest of those that are surely one, or else the likeliest.
-    Without a given diameter several are refused.
+    Of several discs the given diameter decides. Of several that have it, one that isn't much paler (a reflection is),
+    then the nearest of those that are surely one, or else the likeliest. Without a given diameter several are refused.
 
     Returns the sighting, or None with the reasons. With `required` off, a target that is simply not there gives no
     reason; two discs, or one in a single photo, still do. A sighting may come with reasons why other discs aren't it.
@@ -96,7 +95,7 @@ def _of_right_size(
 ) -> list[tuple[float, Pairing]]:
     """Return what is likely the target and stands a second look, with the odds' logarithm, the likeliest first.
 
-    Where none is sure the told size leads to more, and where none stands grey levels may have been blurred, not light.
+    Where none is sure the given size leads to more, and where none stands grey levels may have been blurred, not light.
     """
     nominal_m = options.diameter_m
     ranked = _likely(level, options)

@@ -1,11 +1,11 @@
 """How likely it is that an outline which two photos agree on is the target's and no other red thing's.
 
-It is asked how much of the outline is where the circle says, how much has its edge further in or further out, how
-closely it keeps to the circle, how evenly red the inside is, how red it is, how near the told diameter it comes and how
-sure that is. What a cover hides counts neither way; a cover's own edge lies further in, and only something as red
-behind puts an edge further out, so that this counts for more. Each answer has a weight, their sum is the logarithm of
-the odds, and one limit decides, so that no single answer refuses a disc. The weights are counted, by regression on what
-discs and other red things answer in development pairs (benchmarks/target/odds.py).
+These are asked: how much of the outline is where the circle says, how much is further in or out, and how closely it
+keeps to the circle. Also how evenly red the inside is, how red it is, how near the given diameter it comes and how sure
+that is. What a cover hides counts neither way. A cover's own edge lies further in. Only something as red behind puts an
+edge further out, so that this counts for more. Each answer has a weight, their sum is the logarithm of the odds, and
+one limit decides, so that no single answer refuses a disc. The weights are counted, by regression on what discs and
+other red things answer in development pairs (benchmarks/target/odds.py).
 Reference: Cox 1958, the regression of binary sequences.
 """
 
@@ -21,7 +21,7 @@ from asbuilt_bim.vision.target.pairing import Pairing, diameter_sigma
 LEAST_ODDS = 0.0
 """Natural logarithm: likelier the target than not, were there as many other things as targets."""
 SURE_ODDS = 3.0
-"""Where nothing is as likely as that, the told size is looked for too: a jacket's back may hide a disc elsewhere."""
+"""Where nothing is as likely as that, the given size is looked for too: a jacket's back may hide a disc elsewhere."""
 ANSWERS = (
     "outline seen",
     "edge further in",
@@ -34,14 +34,13 @@ ANSWERS = (
     "size unsure, ln",
 )
 WEIGHTS = (0.32, -0.5, -1.3, -1.5, -1.2, -1.1, 12.5, -0.85, -1.0)
-"""Those of edges elsewhere were parted on some 800 pairs (seeds 60 to 64, 80, 82 and 1300): counted, by -0.3 to -0.9
-and -0.9 to -2.0; between them the fewest were missed or wrong. The few recorded things (seeds 70, 71) alone say -1.0
-and -0.5: it isn't settled. A size that is sure says more than one that isn't: were
-all sizes as likely for other things, just by this logarithm (counted -1.1 to -1.6)."""
+"""Those of edges elsewhere were set on some 800 pairs (seeds 60 to 64, 80, 82 and 1300). Counted, they are -0.3 to -0.9
+and -0.9 to -2.0. Between them the fewest were missed or wrong. The few recorded things (seeds 70, 71) alone say -1.0
+and -0.5: it isn't settled. A size that is sure says more than one that isn't: were all sizes as likely for other
+things, just by this logarithm (counted -1.1 to -1.6)."""
 BASE = -14.0
-"""The logarithm of the odds of what answers nothing. Counted it was -16.3; edges that are placed in two passes answer
-more strictly: discs' odds fell by about 1, other things' by 3 (some 50 of the same pairs), and the limit lies between.
-"""
+"""The logarithm of the odds of what answers nothing. Counted it was -16.3. Edges that are placed in two passes answer
+more strictly: discs' odds fell by about 1, other things' by 3 (some 50 of the same pairs). The limit lies between."""
 _MOST_ELSEWHERE = 6.0  # observations
 _MOST_OVERRUN = 2.0  # observations: a disc before something as red, rare as it is, loses much of its outline
 _LEAST_RMS_PX, _LEAST_UNEVEN = 0.03, 0.01  # noise and JPEG leave no less
@@ -52,7 +51,7 @@ _MOST_UNSURE = 10.0  # times a disc's spread
 
 
 def log_odds(found: Pairing, nominal_m: float | None) -> float:
-    """Return the natural logarithm of the odds that a pairing is a red disc, of the told diameter if there is one."""
+    """Return the natural logarithm of the odds that a pairing is a red disc, of the given diameter if there is one."""
     return BASE + sum(weight * answer for weight, answer in zip(WEIGHTS, answers(found, nominal_m), strict=True))
 
 

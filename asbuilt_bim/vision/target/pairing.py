@@ -17,17 +17,17 @@ _CLEAR_SUPPORT = 0.85
 PALE = 0.66
 """Of the reddest disc's redness: light cancels out of it; what is seen through glass or on water falls below."""
 _SMALLEST, _LARGEST = 0.55, 1.35
-"""Of the told diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
-_MOST_UNSURE = 0.02  # of the diameter; a disc whose size is less sure can't be told from other things by its size
+"""Of the given diameter: with 30 % covered no less is left, and nothing makes a disc larger."""
+_MOST_UNSURE = 0.02  # of the diameter; a disc whose size is less sure isn't known from other things by its size
 _MADE_TO = 0.006  # of the diameter, one sigma: discs are made to 1 %, and an outline leans by 0.1 px all round
 _MOST_UNSURE_DEPTH = 0.012  # relative: the distance is asked to 1 %, and discs within 10 m give it to 0.5 %
 _OFF_ROW_PX = 1.5  # no circle makes such a pair: it is kept to say that the rig was knocked
-_OF_ANOTHER_SIZE = 0.15  # of the told diameter: so far off, and not to be held at it, it needn't be known closer
-_HELD_FAIRLY = 0.04  # of the told diameter: where it comes out further off, it was wrong to hold it
+_OF_ANOTHER_SIZE = 0.15  # of the given diameter: so far off, and not to be held at it, it needn't be known closer
+_HELD_FAIRLY = 0.04  # of the given diameter: where it comes out further off, it was wrong to hold it
 _ROUNDS = ((3.0, 0.35), (2.0, 0.4), (2.0, 0.45), (2.0, 0.45), (1.0, 0.45), (1.0, 0.45))
 """Slack and least support: the first outlines lean where what is behind is dark or bright, or where something covers
 them. They must not choose what is seen next, or the circle stays near where it began."""
-_ASTRAY_PX = 0.7  # and one that moves by more has told the lens's blur from profiles beside its outline
+_ASTRAY_PX = 0.7  # and one that moves by more has taken the lens's blur from profiles beside its outline
 _SETTLED_PX = 0.2  # a circle that moves and turns by less needs no further round of the same slack
 
 
@@ -36,10 +36,10 @@ class TargetOptions:
     """What the target looks like and how strictly it is asked for."""
 
     required: bool = True  # the paper's method needs it at every station
-    diameter_m: float | None = None  # None: not told; then any plausible disc is taken, if it is the only one
+    diameter_m: float | None = None  # None: not given; then any plausible disc is taken, if it is the only one
     diameter_tolerance: float = 0.06  # relative; discs are made to 1 % and measured to 1 %; 6 % off is 12 % of area
-    diameter_doubt: float = 0.03  # relative; taken, but said: depth is likely off by as much, area by twice as much
-    smallest_m: float = 0.05  # where the diameter isn't told: smaller is a button or a lamp
+    diameter_doubt: float = 0.03  # relative; taken, but reported: depth is likely off by as much, area by twice as much
+    smallest_m: float = 0.05  # where no diameter is given: smaller is a button or a lamp
     largest_m: float = 1.0  # and larger is a sign or a tank
     row_limit_px: float = 1.5  # both centres lie on one row; calibrated rigs keep to a few tenths
     bias_sigma_px: float = 0.05  # of disparity: interpolation and edges' tone curve, which no residual shows
@@ -52,9 +52,9 @@ class TargetOptions:
 class Pairing:
     """A disc seen in both photos, and the circle in space that makes both.
 
-    `blur_px` is the lens's, as a bell's sigma; 0 where it wasn't asked. It bends an edge with its square, by what is
-    behind and where the edge is round, and both photos differ in that: on 37 blurred development pairs (seeds 40, 60;
-    2 px) by 0.16 px more than residuals show, up to 1.2 px of blur by nothing.
+    `blur_px` is the lens's, as a bell's sigma; 0 where it wasn't asked. Blur bends an edge with its square, by what is
+    behind and where the edge is round. Both photos differ in that: on 37 blurred development pairs (seeds 40, 60; 2 px)
+    by 0.16 px more than residuals show. Up to 1.2 px of blur they don't.
     """
 
     left: RedDisc
@@ -101,9 +101,9 @@ def pairings(
 def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, nominal_m: float | None) -> list[Pairing]:
     """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
 
-    A disc that is covered in part is a poor ellipse in each photo; the circle that both share is a better guide, and
-    better still, mostly, one of the told size about the same place. Where that doesn't show a clear disc both are
-    tried, and the one that leans the other way, since covered outlines hide which it is; all are weighed later.
+    A disc that is covered in part is a poor ellipse in each photo. The circle that both share is a better guide.
+    Mostly, a circle of the given size about the same place is better still. Where that doesn't show a clear disc both
+    are tried, and the one that leans the other way, since covered outlines hide which it is; all are weighed later.
     """
     circle = circle_of(left, right, camera)
     if circle is None:
@@ -166,7 +166,7 @@ def follow(
         turned = left.ellipse.major_px * float(np.abs(fitted.normal - circle.normal).max())
         settled_at = slack if moved + turned < _SETTLED_PX else 0.0
         if slack == _ROUNDS[0][0] and moved + turned > _ASTRAY_PX:
-            blur_px = None  # beside the outline an edge's blur can't be told
+            blur_px = None  # beside the outline an edge's blur can't be measured
         circle = fitted
     if left is None or right is None or min(left.support, right.support) < FIRST_SUPPORT:
         return None
@@ -219,7 +219,7 @@ def diameter_sigma(circle: SpaceCircle) -> float:
 
 
 def size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
-    """Say whether a circle has the target's diameter: the told one, or any plausible one."""
+    """Say whether a circle has the target's diameter: the given one, or any plausible one."""
     diameter = 2.0 * circle.radius_m
     if options.diameter_m is None:
         return options.smallest_m <= diameter <= options.largest_m
@@ -228,7 +228,7 @@ def size_fits(circle: SpaceCircle, options: TargetOptions) -> bool:
 
 
 def sharpened(circle: SpaceCircle, options: TargetOptions, lean: float = 0.0) -> SpaceCircle:
-    """Return a circle that takes the told diameter for what it is: one more observation of what the outlines show.
+    """Return a circle that takes the given diameter for what it is: one more observation of what the outlines show.
 
     It weighs little where they are sharp; in dusk or far away it halves what the distance errs by. A diameter that is
     in doubt isn't used: then the disc is another, or the rig was knocked, and the photos speak for themselves. An
@@ -250,7 +250,7 @@ def sharpened(circle: SpaceCircle, options: TargetOptions, lean: float = 0.0) ->
 
 
 def in_doubt(circle: SpaceCircle, options: TargetOptions) -> bool:
-    """Say whether the told diameter comes out wrong by more than measuring it does."""
+    """Say whether the given diameter comes out wrong by more than measuring it does."""
     if options.diameter_m is None:
         return False
     off = abs(2.0 * circle.radius_m / options.diameter_m - 1.0)

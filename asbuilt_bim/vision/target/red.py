@@ -53,9 +53,9 @@ def redness(image: ByteImage) -> Float32Array:
 def red_blobs(image: ByteImage, score: Float32Array, limit: int) -> list[RedBlob]:
     """Cut the redness (H, W) of a photo (BGR) at every level and return the blobs that may hold a disc.
 
-    At most `limit` that are elliptic by themselves, the best first, as many that are so when two pieces are joined (a
-    brick wall's many pairs must not crowd a whole disc out), then half as many large odd ones, the largest first: a
-    disc may have grown together with something red behind it.
+    First at most `limit` that are elliptic by themselves, the best first. Then as many that are so when two pieces are
+    joined: a brick wall's many pairs must not crowd a whole disc out. Then half as many large odd ones, the largest
+    first: a disc may have grown together with something red behind it.
     """
     found: list[RedBlob] = []
     step = max(1, score.shape[1] // _WORKING_WIDTH)

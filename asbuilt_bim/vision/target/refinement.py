@@ -1,8 +1,8 @@
 """The target's circle where the lens is out of focus: two ways to place its outline, that err apart, and their mean.
 
 `edge_model` takes what is behind a disc for one colour at each edge, `soft_edges` for unknown. Before what changes
-within a blur's reach the first errs with it, the second by noise: by 0.35 and 0.28 % of the distance on 218
-development discs whose light was blurred (rms, correlation 0.5). Of their mean the second makes 70 %.
+within a blur's reach the first errs with it, the second by noise. On 218 development discs whose light was blurred they
+err by 0.35 and 0.28 % of the distance (rms, correlation 0.5). Of their mean the second makes 70 %.
 
 Both take it that light was blurred. A resampler, a noise filter or a viewer that saves a copy blurs grey levels: a disc
 before something brighter then comes out too large, or too near. So the second look takes the blur for either kind, and
@@ -28,11 +28,11 @@ _SLACK = 2.0
 """Of the outline that was found: within less its own points are the only ones left, and it stays where it is."""
 _SECONDS_SHARE = 0.7
 _MOST_OFF = 3.0  # of a second look's usual spreads
-_MAY_BE_OFF = 0.15  # of the told diameter: no outline that is taken for the other kind's leans by more
+_MAY_BE_OFF = 0.15  # of the given diameter: no outline that is taken for the other kind's leans by more
 
 
 def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, nominal_m: float) -> list[Pairing]:
-    """Return blurred discs of the told diameter as their outlines lie where grey levels were blurred, and not light.
+    """Return blurred discs of the given diameter as their outlines lie where grey levels were blurred, and not light.
 
     Followed as light's, a dark disc before something bright looks larger, by another amount at each stretch of its
     outline, and may be no disc at all. One look at a place: along the likeliest circle there.
@@ -56,7 +56,7 @@ def of_grey_levels(found: list[Pairing], camera: RectifiedCamera, nominal_m: flo
 def looked_at_again(found: Pairing, camera: RectifiedCamera, nominal_m: float | None) -> Pairing:
     """Return a pairing with its second look, where it is worth one and follows a circle; as it is where not.
 
-    A look that is off the told size by more than its usual spread takes the blur for one of grey levels, too.
+    A look that is off the given size by more than its usual spread takes the blur for one of grey levels, too.
     """
     if not _is_soft(found) or found.second is not None or found.levels is not None:
         return found
@@ -70,7 +70,7 @@ def looked_at_again(found: Pairing, camera: RectifiedCamera, nominal_m: float | 
 def refined(found: Pairing, camera: RectifiedCamera, nominal_m: float | None) -> Pairing:
     """Return a pairing with the mean of both looks' circles; as it is where there was no second one.
 
-    Where no size is told nothing says which kind the blur is, and it is taken for light's.
+    Where no size is given nothing says which kind the blur is, and it is taken for light's.
     """
     light, levels = found.second, found.levels
     if light is None:
@@ -91,7 +91,7 @@ def stands(found: Pairing, options: TargetOptions) -> bool:
 
     Each of 279 blurred development discs has it to 2.8 %; one that is covered and leans may leave its size open, and
     has it to 1.5 sigma. A jacket's or half a disc's outline is a circle only as the first way has it. What would surely
-    be a disc but for its size may be off by more: so it is where the rig was knocked, or the diameter told wrong.
+    be a disc but for its size may be off by more: so it is where the rig was knocked, or a wrong diameter was given.
     """
     if not _is_soft(found):
         return True
@@ -135,7 +135,7 @@ def _second_circle(found: Pairing, camera: RectifiedCamera, gamma: float) -> Spa
 
 
 def _nearer(found: Pairing, nominal_m: float | None) -> SpaceCircle | None:
-    """Return the second look's circle that comes nearer the told size, of those kinds of blur that were looked at."""
+    """Return the second look's circle that comes nearer the given size, of those kinds of blur that were looked at."""
     light, levels = found.second, found.levels
     if light is None or levels is None or nominal_m is None:
         return light or levels

@@ -1,4 +1,4 @@
-"""The target by its told size: an outline in one photo says how far away it is, and so where the other shows it."""
+"""The target by its given size: an outline in one photo says how far away it is, and so where the other shows it."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -30,7 +30,7 @@ _SAME = 0.06  # of the major half axis: guesses as near as that lead to one plac
 def sought(
     pair: RectifiedPair, lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], nominal_m: float
 ) -> list[Pairing]:
-    """Return the discs of the told diameter that outlines of one photo, or parts of outlines, lead to in both."""
+    """Return the discs of the given diameter that outlines of one photo, or parts of outlines, lead to in both."""
     scores = redness(pair.left), redness(pair.right)
     found: list[Pairing] = []
     tried: list[FloatArray] = []
@@ -57,7 +57,7 @@ def _guesses(
     discs: tuple[tuple[RedDisc, ...], tuple[RedDisc, ...]],
     nominal_m: float,
 ) -> Iterator[SpaceCircle]:
-    """Give circles of the told size about the outlines of either photo, where the other shows the same thing."""
+    """Give circles of the given size about the outlines of either photo, where the other shows the same thing."""
     for side in (0, 1):
         for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs((pair.left, pair.right)[side], scores[side])):
             expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / nominal_m

@@ -1,12 +1,12 @@
 """Where a blurred edge lies before a background that changes: what is beyond it is unknown, and is weighed out.
 
 `edge_model` takes each side of an edge for one colour, seen at its profile's ends. Where the lens is out of focus those
-ends lie so near the edge that another colour there is another place of the edge, and the place that was looked at next
-to it is found again: an outline that began half a pixel off stays there. Here both sides may change all along, in
-linear light as random walks, the inside by as little and the outside by as much as they are seen to, and no colour at
-the edge itself is taken for likelier than another. Of every place it is asked how likely the whole profile is with an
-edge there, over all that may lie beyond it, by its covariance. Colours count by what noise, JPEG and texture leave of
-them: concrete's brightness changes, its hue hardly does.
+ends lie so near the edge that another colour there is another place of the edge. Then the place that the search began
+at is found again: an outline that began half a pixel off stays there. Here both sides may change all along, in linear
+light as random walks: the inside by as little, the outside by as much as they are seen to. No colour at the edge itself
+is taken for likelier than another. Of every place it is asked how likely the whole profile is with an edge there, over
+all that may lie beyond it, by its covariance. Colours count by what noise, JPEG and texture leave of them: concrete's
+brightness changes, its hue hardly does.
 
 Reference: Rasmussen & Williams 2006, Gaussian processes, eq. 2.30 (marginal likelihood).
 """

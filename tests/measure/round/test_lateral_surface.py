@@ -1,4 +1,4 @@
-"""Where a round column's mantle ends: joints on it and edges of the background don't pass for its silhouette."""
+"""Where a round column's surface ends: joints on it and edges of the background don't pass for its silhouette."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def upright(x_m: float, z_m: float, along: tuple[float, float], grey: float, see
 
 
 def joint(inside_px: float) -> Quad:
-    """Return a dark strip on the mantle that the left photo shows `inside_px` within the right silhouette."""
+    """Return a dark strip on the lateral surface that the left photo shows `inside_px` within the right silhouette."""
     reach = COLUMN.radius_m - inside_px * COLUMN.z_m / COLUMN.f_px
     out = np.array([reach, -np.sqrt(COLUMN.radius_m**2 - reach**2)]) / COLUMN.radius_m
     x_m, z_m = np.array([COLUMN.x_m, COLUMN.z_m]) + 1.003 * COLUMN.radius_m * out
@@ -64,7 +64,7 @@ def found_end(on: SimpleNamespace, circle: Circle, side: int = 1) -> LateralEnd 
 
 @pytest.mark.parametrize("side", [-1, 1])
 @pytest.mark.parametrize("narrower", [0.88, 1.0, 1.06])
-def test_the_mantle_ends_at_the_silhouette_wherever_stereo_put_the_side(narrower: float, side: int) -> None:
+def test_the_lateral_surface_ends_at_the_silhouette_wherever_stereo_put_the_side(narrower: float, side: int) -> None:
     circle = replace(COLUMN, radius_m=narrower * COLUMN.radius_m)
     end = found_end(bench(), circle, side)
     assert end is not None
@@ -73,7 +73,7 @@ def test_the_mantle_ends_at_the_silhouette_wherever_stereo_put_the_side(narrower
     assert end.outside - end.within > 0.25
 
 
-def test_a_joint_on_the_mantle_is_no_end_though_stereo_put_the_side_there() -> None:
+def test_a_joint_on_the_lateral_surface_is_no_end_though_stereo_put_the_side_there() -> None:
     circle = replace(COLUMN, x_m=COLUMN.x_m - 2.5 * COLUMN.z_m / COLUMN.f_px, radius_m=0.2 - 2.5 * 5.0 / 900.0)
     end = found_end(bench(joint(5.0)), circle)
     assert end is not None

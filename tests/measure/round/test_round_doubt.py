@@ -82,7 +82,7 @@ def fitted(
 PLAIN = LateralEnd(offset_px=0.0, strength=0.8, outside=0.8, within=0.1)
 
 
-def test_silhouettes_where_the_mantle_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silhouettes_where_the_lateral_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
     found = fitted(monkeypatch, lambda reach: silhouettes(), PLAIN)
     assert found.proven
     assert found.circle.radius_m == pytest.approx(0.2, abs=1e-6)

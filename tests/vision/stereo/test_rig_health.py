@@ -13,8 +13,15 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, rotation_from_vector
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.vision.stereo.rig_effect import area_effects, row_effect_px, worst_area_effect
-from asbuilt_bim.vision.stereo.rig_fit import corrected_rig, fit_rig, relative_units, rig_numbers
+from asbuilt_bim.vision.stereo.rig_fit import (
+    area_effects,
+    corrected_rig,
+    fit_rig,
+    relative_units,
+    rig_numbers,
+    row_effect_px,
+    worst_area_effect,
+)
 from asbuilt_bim.vision.stereo.rig_health import (
     RigVerdict,
     StationHealth,

@@ -2,10 +2,10 @@
 
 JPEG codes a block's mean as its difference from the last one's, so one turned bit in such a difference is added to all
 blocks that follow, row after row. The seam is a staircase on the grid of the MCUs: above the rest of one row of them,
-and below its beginning, with the same height everywhere. Nothing that can be photographed does that.
-Not found: steps of less than three grey levels, of less than ten where a picture is full of texture, steps in the
-first or last `_ENDS` MCUs of a row (there the staircase is a straight line, as a horizon may be) or in the first and
-last row, and what a restart marker ends at once.
+and below its beginning, with the same height everywhere. Nothing that can be photographed does that. Not found: steps
+of less than three grey levels, or of less than ten where a picture is full of texture. Nor steps in the first or last
+row, or in the first or last `_ENDS` MCUs of a row. There the staircase is a straight line, as a horizon may be. Nor
+what a restart marker ends at once.
 """
 
 import cv2
@@ -13,13 +13,13 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray
 
-_STEPS = 3.0 * 1.35 ** np.arange(14)  # grey levels, to 148; one between two of them is told by either
+_STEPS = 3.0 * 1.35 ** np.arange(14)  # grey levels, to 148; one between two of them is found by either
 _ENDS = 4  # MCUs
 _LEAST_COLUMNS = 32
 _LEAST_GAIN, _AT_COLUMNS = 0.35, 80.0
-"""The gain is a mean over a row of MCUs, so by chance it is larger where there are fewer: by the root of their number.
-Of 522 sound pictures of real and drawn cameras one came to 0.9 of the limit and the next to 0.65; of 32 with a turned
-bit that counting blocks didn't find, 24 passed it."""
+"""The gain is a mean over a row of MCUs, so by chance it is larger where there are fewer: by the root of their
+number. Of 522 sound pictures of real and drawn cameras one came to 0.9 of the limit and the next to 0.65. Of 32 with
+a turned bit that counting blocks didn't find, 24 passed the limit."""
 _BLACK, _WHITE = 4.0, 251.0  # what is beyond is cut off and shows no step
 
 
@@ -74,7 +74,7 @@ def _jumps(plane: ByteImage, width: int, height: int, *, smoothed: bool) -> tupl
 def _gain(jump: FloatArray, step: float, cut_off: BoolArray) -> FloatArray:
     """Return by upper border and column how much better a staircase of this height explains the jumps than none.
 
-    1 where each MCU on the staircase jumps by `step` and no other does, 0 or less where one of the four parts (on it
+    1 where each MCU on the staircase jumps by `step` and no other does. 0 or less where one of the four parts (on it
     and beside it, above and below) speaks against it. The columns begin at `_ENDS` and end as far from the other side.
     """
     each = (np.abs(jump) - np.abs(jump - step)) / abs(step)
