@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.terminal.parameters import FilePath, Metres, PhotoSize
+from asbuilt_bim.terminal.parameters import Day, FilePath, Metres, PhotoSize
 from asbuilt_bim.terminal.screen import Screen, harmless
 from asbuilt_bim.version import __version__
 
@@ -36,7 +36,7 @@ def app(context: click.Context, debug: bool) -> None:
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Folder for the results.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
-@click.option("--visit", type=click.DateTime(["%Y-%m-%d"]), default=None, help="The state as of this visit.")
+@click.option("--visit", type=Day(), default=None, help="The state as of this visit.")
 @click.option("--strict", is_flag=True, help="Exit with 1 if a station was left out.")
 @click.option("--refine-rig", is_flag=True, help="If the rig was knocked: use it as the visit's photos show it.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
@@ -54,13 +54,13 @@ def app(context: click.Context, debug: bool) -> None:
 @click.pass_context
 def run(context: click.Context, /, **options: Any) -> None:
     """Measure the stations of PROJECT.yaml and report what has been built."""
-    asked = options.pop("visit")
+    until = options.pop("visit")
     screen = Screen(quiet=options["quiet"])
 
     def action() -> int:
         from asbuilt_bim.terminal.commands import RunRequest, run_command
 
-        request = RunRequest(until=asked.date() if asked else None, **options)
+        request = RunRequest(until=until, **options)
         return run_command(request, screen, datetime.now(UTC))
 
     _guarded(context, screen, action)

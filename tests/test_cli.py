@@ -439,3 +439,9 @@ def test_printing_on_a_full_disk_is_said_in_words(arguments: list[str]) -> None:
     assert run.returncode == 1
     assert run.stderr.decode().startswith("error: the disk is full, so what is printed")
     assert b"Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize("day", ["2026-02-30", "02.03.2026", "yesterday"])
+def test_a_day_that_is_none_is_named_with_how_days_are_written(day: str) -> None:
+    done = CliRunner().invoke(app, ["run", "project.yaml", "--out", "out", "--visit", day])
+    assert done.exit_code == 2 and "is no day" in done.output and "2026-03-02" in done.output

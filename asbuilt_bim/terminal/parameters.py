@@ -3,6 +3,7 @@
 import errno
 import math
 import os
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -56,3 +57,16 @@ class Metres(click.FloatRange):
         if not low <= number <= high:
             self.fail(f"{number:g} m is not within {low:g} to {high:g} m; it is given in metres", param, context)
         return number
+
+
+class Day(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+    """A day of the calendar, as YYYY-MM-DD."""
+
+    name = "YYYY-MM-DD"
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> date:
+        """Read a day."""
+        try:
+            return date.fromisoformat(str(value))
+        except ValueError as problem:
+            self.fail(f"{value!r} is no day ({problem}); write it as 2026-03-02", param, context)

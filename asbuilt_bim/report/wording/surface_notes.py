@@ -11,11 +11,13 @@ _SEEN = "{coverage:%} of it was seen, "
 
 def photos_disagree(kind: str, name: str, stations: Sequence[str]) -> str:
     """Return the sentence on an element that photos show built and open in the same place."""
-    what = f"Photos disagree about part of {kind.capitalize()} {name or '(no name)'}"
-    if not stations:
-        return f"{what}: check its pictures"
-    *first, last = stations
-    return f"{what}: check picture{'s' if first else ''} {', '.join(first)}{' and ' if first else ''}{last}"
+    own = name if name.lower().startswith(kind.lower()) else f"{kind.capitalize()} {name or '(no name)'}"
+    if len(stations) == 1:
+        return f"Photo {stations[0]} shows part of {own} both built and open: check the picture"
+    what = f"Photos disagree about part of {own}"
+    return (
+        f"{what}: check pictures {', '.join(stations[:-1])} and {stations[-1]}" if stations else f"{what}: check them"
+    )
 
 
 def _disagree(note: Note) -> str:

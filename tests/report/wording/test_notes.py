@@ -92,7 +92,7 @@ def test_sentences_are_short(code: Reason) -> None:
         (
             Reason.PHOTOS_DISAGREE,
             {"kind": "wall", "element": "W", "cells": 1, "stations": ("G1",)},
-            "Photos disagree about part of Wall W: check picture G1",
+            "Photo G1 shows part of Wall W both built and open: check the picture",
         ),
         (
             Reason.STATIONS_NOT_USED,
