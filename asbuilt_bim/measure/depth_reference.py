@@ -34,7 +34,7 @@ class DepthReference:
 def pack(depth: DepthMap, sky: BoolArray, occluder_free_px: Float32Array | None = None) -> DepthReference:
     """Compress a depth map; `sky` (H, W) marks what is further than anything.
 
-    `beyond_px` (H, W) is the disparity past thin things, NaN not found, 0 sky; its blocks keep their middle pixel.
+    `occluder_free_px` (H, W) is the disparity past thin things, NaN not found, 0 sky; its blocks keep their middle pixel.
 
     Each block keeps the lower median of its measured disparities: a value that was measured, not a mean across an edge.
     A block with under half of its pixels measured counts as not measured, and as sky where sky is the most of it.

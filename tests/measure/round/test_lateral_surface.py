@@ -70,7 +70,7 @@ def test_the_lateral_surface_ends_at_the_silhouette_wherever_stereo_put_the_side
     assert end is not None
     off = COLUMN.f_px / COLUMN.z_m * COLUMN.radius_m * (1.0 - narrower)
     assert end.offset_px == pytest.approx(off, abs=0.8)
-    assert end.beyond - end.within > 0.25
+    assert end.outside - end.within > 0.25
 
 
 def test_a_joint_on_the_lateral_surface_is_no_end_though_stereo_put_the_side_there() -> None:
@@ -90,7 +90,7 @@ def test_before_an_even_sky_the_edge_is_the_end() -> None:
 def test_a_wall_that_goes_on_in_the_plane_of_the_sides_proves_no_end() -> None:
     end = found_end(bench(wall_m=5.0), COLUMN)
     assert end is not None
-    assert end.beyond - end.within < 0.25
+    assert end.outside - end.within < 0.25
 
 
 def test_a_side_that_the_right_photo_does_not_show_has_no_end_there() -> None:

@@ -79,7 +79,7 @@ def fitted(
     return fit_circle(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
 
 
-PLAIN = LateralEnd(offset_px=0.0, strength=0.8, beyond=0.8, within=0.1)
+PLAIN = LateralEnd(offset_px=0.0, strength=0.8, outside=0.8, within=0.1)
 
 
 def test_silhouettes_where_the_lateral_surface_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,7 +91,7 @@ def test_silhouettes_where_the_lateral_surface_ends_prove_the_circle(monkeypatch
 
 @pytest.mark.parametrize(
     "end",
-    [None, replace(PLAIN, offset_px=4.0), replace(PLAIN, beyond=0.2, strength=0.3)],
+    [None, replace(PLAIN, offset_px=4.0), replace(PLAIN, outside=0.2, strength=0.3)],
     ids=["not in the right photo", "the lateral surface goes on", "the same on both sides"],
 )
 def test_silhouettes_that_the_lateral_surface_does_not_end_on_are_doubted(

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
@@ -136,8 +138,9 @@ def test_concrete_that_only_the_network_sees_is_named_and_not_measured(pair: Rec
     sky[5:80, 450:780] = True
     found = both(pair, scene, FakeNetwork([said(sky, "wall")]))
     (note,) = found.notes
-    assert "fake sees a wall" in str(note)
-    assert "not measured" in str(note)
+    assert note.code is Reason.INSTANCE_WITHOUT_SURFACE
+    words = str(words_of(note))
+    assert "fake sees a wall" in words and "not measured" in words
     assert not any(i.mask[sky].mean() > 0.5 for i in found.instances)
 
 
