@@ -48,7 +48,7 @@ def doubt(pair: RectifiedPair, target: Pairing, options: TargetOptions) -> tuple
 
 
 def several(pair: RectifiedPair, found: list[Pairing], options: TargetOptions) -> Rejection:
-    """Return that nobody can tell which of several discs is the target."""
+    """Return that it isn't known which of several discs is the target."""
     values: dict[str, Value] = {
         "places": tuple(_place(p.left) for p in found),
         "diameters_m": tuple(2.0 * p.circle.radius_m for p in found),
