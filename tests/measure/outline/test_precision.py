@@ -13,7 +13,7 @@ from asbuilt_bim.measure.outline import edges
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.planes.face_hypotheses import piece_mask, refined_inside
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.scene.read import Scene
 from asbuilt_bim.vision.stereo.warp import sample
 
@@ -132,7 +132,7 @@ def test_where_an_edge_is_looked_for_in_the_left_photo_alone_the_right_one_is_no
     assert [image is slope for image, slope in zip(read, (both.left_x, both.left_y), strict=True)] == [True, True]
 
 
-def two_pieces(source: str) -> tuple[Scene, Instance]:
+def two_pieces(source: InstanceSource) -> tuple[Scene, Instance]:
     """Return a scene with pieces 0 (x 10 to 29) and 1 (x 34 to 49), and an instance that holds x 5 to 33."""
     labels = np.full((20, 60), -1, dtype=np.int16)
     labels[:, 10:30], labels[:, 34:50] = 0, 1
@@ -151,10 +151,10 @@ def two_pieces(source: str) -> tuple[Scene, Instance]:
 
 
 def test_a_given_mask_tells_the_border_that_the_matcher_missed() -> None:
-    scene, instance = two_pieces("coco")
+    scene, instance = two_pieces(InstanceSource.GIVEN)
     assert np.array_equal(piece_mask(scene, 0, instance), instance.mask)
 
 
 def test_a_mask_of_the_scenes_own_pieces_says_nothing_of_their_borders() -> None:
-    scene, instance = two_pieces("geometry alone")
+    scene, instance = two_pieces(InstanceSource.GEOMETRY_ALONE)
     assert np.array_equal(piece_mask(scene, 0, instance), scene.labels == 0)
