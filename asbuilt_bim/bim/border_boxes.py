@@ -19,7 +19,7 @@ def grid_of(region: Region, step_m: FloatArray) -> FloatArray:
 
 
 def border_boxes(region: Region, uv_m: FloatArray, step_m: FloatArray) -> tuple[FloatArray, Owners]:
-    """Return the middles (M, 2) of boxes that reach into the region from past its border, and whose they are (M,).
+    """Return the middles (M, 2) of boxes that reach into the region from past its border, and the sample of each (M,).
 
     `uv_m` (N, 2) are the grid's middles within the region, one at least. Each box belongs to the nearest sample. A
     strip of 7 cm beside a contact has one column of samples 5 cm wide, and they stand for all of it.

@@ -91,7 +91,7 @@ def areas_of_boxes(region: Region, u0: FloatArray, v0: FloatArray, u1: FloatArra
 
 
 def polygon(rings: Sequence[ArrayLike]) -> Region:
-    """Return one polygon as a valid region; a ring that crosses itself is mended."""
+    """Return one polygon as a valid region; a ring that crosses itself is repaired."""
     return region_of([rings])
 
 

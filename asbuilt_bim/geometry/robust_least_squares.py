@@ -54,7 +54,7 @@ class Fit:
 
     @property
     def covariance(self) -> FloatArray:
-        """Return the parameters' covariance (P, P), for points that err each by itself."""
+        """Return the parameters' covariance (P, P), for points with independent errors."""
         return np.asarray(np.linalg.inv(self.information), dtype=np.float64)
 
 

@@ -18,7 +18,7 @@ WIDE_M = 1000.0
 
 
 def mapped(region: Region, change: Callable[[FloatArray], FloatArray]) -> Region:
-    """Return a region with every ring (N, 2) changed by a function, mended where it crosses itself."""
+    """Return a region with every ring (N, 2) changed by a function, repaired where it crosses itself."""
     return polygon.region_of([[change(ring) for ring in rings] for rings in region])
 
 

@@ -26,13 +26,14 @@ class DepthReference:
     png: bytes  # 16 bit: disparity in 1/64 px of full size, 0 = not measured, 65535 = sky (further than anything)
     sigma_png: bytes  # 8 bit: sigma in 1/32 px of full size
     scale: int
-    occluder_free_png: bytes = b""  # as `png`: what is seen past thin dark things; empty where nobody looked
+    occluder_free_png: bytes = b""  # as `png`: what is seen past thin dark things; empty where not measured
 
 
 def pack(depth: DepthMap, sky: BoolArray, occluder_free_px: Float32Array | None = None) -> DepthReference:
     """Compress a depth map; `sky` (H, W) marks what is further than anything.
 
-    `beyond_px` (H, W) is the disparity past thin things, NaN not found, 0 sky; its blocks keep their middle pixel.
+    `occluder_free_px` (H, W) is the disparity past thin things, NaN not found, 0 sky. Its blocks keep their middle
+    pixel.
 
     Each block keeps the lower median of its measured disparities: a value that was measured, not a mean across an edge.
     A block with under half of its pixels measured counts as not measured, and as sky where sky is the most of it.
@@ -71,7 +72,7 @@ def unpack(reference: DepthReference) -> tuple[Float32Array, Float32Array, int]:
 
 
 def unpack_occluder_free(reference: DepthReference) -> Float32Array | None:
-    """Return the disparity past thin things (h, w) as `unpack` does the other; None where nobody looked.
+    """Return the disparity past thin things (h, w) as `unpack` does the other; None where it wasn't measured.
 
     Raises: ValueError where the bytes are no picture.
     """

@@ -102,7 +102,7 @@ def dominating(face: MeasuredFace, *, calibration_known: bool) -> str:
 
 
 def seen(face: MeasuredFace, method: Method) -> str:
-    """Return how much of a face was seen: `whole`, or what speaks against it.
+    """Return how much of a face was seen: `whole`, or why not.
 
     `cut` by the photo's border, `hidden` in part, `open`: a side isn't proven to be its end; several joined by "and".
 

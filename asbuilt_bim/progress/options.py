@@ -8,7 +8,7 @@ class ProgressOptions:
     """Limits of built, open and unknown, each with its reason."""
 
     spacing_m: float = 0.05  # samples of the design's surface; a cell of a column is two of them high
-    max_distance_m: float = 20.0  # further off a wall's thickness drowns in the disparity's noise
+    max_distance_m: float = 20.0  # further off the disparity's noise hides a wall's thickness
     max_incidence_deg: float = 80.0  # beyond, a pixel covers six times its width of the surface
     building_tolerance_m: float = 0.05  # concrete may stand this far from its design and still be that concrete
     sigmas: float = 3.0  # the tolerance grows with what the measurement may err

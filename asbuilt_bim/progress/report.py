@@ -311,7 +311,7 @@ class ProgressReport:
 
     @property
     def survey_doubts(self) -> tuple[Rejection, ...]:
-        """Return what speaks against the survey, or the design, as a whole: every number hangs on them."""
+        """Return what puts the whole survey or design in doubt: every number depends on them."""
         return tuple(rejection for rejection in self.rejections if rejection.subject.kind is SubjectKind.SURVEY)
 
     @property

@@ -1,4 +1,4 @@
-"""How discs and other red things answer what `vision/target_odds.py` asks, counted on generated pairs.
+"""How discs and other red things answer what `vision/target/odds.py` asks, counted on generated pairs.
 
 python benchmarks/target/odds.py --json figures.json    60 pairs with a disc, 30 without, of development seeds
 python benchmarks/target/odds.py --quick                8 and 4, not judged

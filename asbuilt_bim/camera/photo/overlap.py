@@ -19,7 +19,7 @@ _WORKING_WIDTH = 800.0  # features of building sites are as many and twice as qu
 _RATIO = 0.85
 _FEWEST = 25  # below, chance matches could make a pattern
 _MODEL_TOLERANCE_PX = 3.0
-_ROW_BAND_SHARE = 0.12  # of the height: a rig knocked further no longer has rows to speak of
+_ROW_BAND_SHARE = 0.12  # of the height: a rig knocked further has no common rows
 BEHIND_LIMIT = 0.2
 """Share of features with a negative disparity: chance matches stay below a few per cent."""
 UPRIGHT = 0.1  # correlation of disparity with the row

@@ -23,7 +23,7 @@ _HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1
 _ROTATION_TOLERANCE = 1e-6
 _MOST = 1e12
 BASELINES_M = 0.02, 3.0
-_LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of a camera that nobody would call one
+_LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of view: a narrower lens is no fisheye
 _TOLERANCE = 1e-6  # of the sigmas' product; a calibration's own is symmetric to 1e-10
 
 

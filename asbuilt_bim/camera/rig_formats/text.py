@@ -56,7 +56,7 @@ def _yaml(text: str, path: Path) -> Plain:
         return loader.get_single_data()  # type: ignore[no-any-return, unused-ignore]
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         words = yaml_words(error, text)
-        raise RigError(f"rig file {path}: it is not plain YAML{words}; mend it, or calibrate again") from error
+        raise RigError(f"rig file {path}: it is not plain YAML{words}; correct it, or calibrate again") from error
 
 
 def _look_through(text: str, path: Path) -> None:

@@ -38,7 +38,7 @@ FAR_PX = (14.0, 17.0, 20.0, 23.0, 26.0, 29.0, 32.0, 35.0, 38.0)
 FATTENED_PX = 10.0
 """What is labelled as the face this near beyond its edge is the matcher's window, not the face."""
 PLAIN_STRENGTH = 0.25
-"""Over a quarter of a side's length must show an edge where no depth speaks for it."""
+"""Over a quarter of a side's length must show an edge where no depth confirms it."""
 MOST_UNPROVEN = 0.5
 CROSSING_SHARE = 0.4
 """A side that spans this much of the face's narrow width decides on all that may lie beyond it."""
@@ -187,7 +187,7 @@ def _beyond(
 
     What is taken for bars stands for no end by itself: a border of shade looks like one, and concrete ends at an edge.
     Beside a near thing lies a strip that only one photo shows, as wide as the step in disparity. Nothing is measured in
-    it. What is measured past it speaks for the edge all the same.
+    it. What is measured past it still counts as evidence for the edge.
     """
     state = np.full(len(points), UNKNOWN, dtype=np.intp)
     for seen in outwards(bench, points, normals, p, (*NEAR_PX, *FAR_PX)):

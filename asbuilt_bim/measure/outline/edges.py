@@ -42,7 +42,7 @@ CREST_STEPS = 13
 class Gradients:
     """Gradients of the left and right photo along x and y, grey levels per pixel, float32 (H, W) each.
 
-    `valid_right` float32 (H, W) is 1 where there is a right photo: beyond it the left one speaks alone.
+    `valid_right` float32 (H, W) is 1 where there is a right photo: elsewhere only the left one counts.
     """
 
     left_x: Float32Array

@@ -51,7 +51,7 @@ def face_cost(
 def bridged(
     own: BoolArray, meets: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: int
 ) -> BoolArray:
-    """Return the face's pixels with gaps of up to `gap_px` in their rows filled that nothing speaks against.
+    """Return the face's pixels with gaps of up to `gap_px` in their rows filled, unless something contradicts them.
 
     A gap may also lie between the face and one that it `meets` in an edge: there is nothing between the two. A dark or
     smooth patch of concrete has no disparity, but it looks like the rest; sky between starter bars doesn't.

@@ -19,7 +19,7 @@ from asbuilt_bim.measure.planes.crossing import Crossing, between, crossing_near
 Source = Literal["photo", "left", "planes", "mask", "frame"]
 
 LEAST_STRENGTH = 0.22
-"""Under a quarter of a side's length showing an edge, the edge is somebody else's or nobody's."""
+"""Under a quarter of a side's length showing an edge, the edge is another body's, or no edge."""
 ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
 CLEAR_STRENGTH = 0.3

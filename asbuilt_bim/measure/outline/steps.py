@@ -17,7 +17,7 @@ VOTE_WEIGHT = 1.5
 def straight_region(
     cost: Float32Array, edge_across: Float32Array, edge_along: Float32Array, own: BoolArray
 ) -> BoolArray:
-    """Return the region (h, w) with stepwise straight borders that the costs, and the edges' votes 0..1, speak for.
+    """Return the region (h, w) with stepwise straight borders that fits the costs and the edges' votes 0..1 best.
 
     `edge_across` votes for upright borders, `edge_along` for level ones. Gaps of `own` within a row and a column are
     taken as face here: openings are looked for afterwards.

@@ -1,4 +1,4 @@
-"""Sides of a face that run plumb and level, drawn straight on: the mask's rags don't matter, openings are cut out."""
+"""Sides of a face that run plumb and level, drawn straight on. A ragged mask doesn't matter, openings are cut out."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from asbuilt_bim.vision.scene.bars import GAP_M, THIN_M
 
 MOST_APART = 0.12
 RAGGED_PX = 3.0
-"""Mask and straight region may differ by this share of their area and, all round, by what a mask's rags come to.
+"""Mask and straight region may differ by this share of their area and, all round, by what a mask is ragged.
 
 Past that, the face has no right angles.
 """
@@ -118,7 +118,7 @@ def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceR
     """Make every row above the upper and below the lower of `ends` foreign, in place.
 
     A face's mask often breaks off where the matcher failed on it: rows between the ends count for it, of a wider face
-    where nothing speaks `against` them.
+    where nothing is `against` them.
     """
     rows = np.sort(raster.from_photo(ends)[:, 1])
     top, foot = (int(np.clip(round(row), 0, raster.height)) for row in rows)
@@ -142,7 +142,7 @@ def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceR
 def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
     """Drop what is thinner than concrete: starter bars, props and tripod legs that were labelled with the face."""
     thin, low = THIN_M / raster.step_m[0], LOW_M / raster.step_m[1]
-    if cv2.boundingRect(own.view(np.uint8))[2] < NARROW_PX:  # a mask's rags would break it up
+    if cv2.boundingRect(own.view(np.uint8))[2] < NARROW_PX:  # a mask's ragged border would break it up
         low = THIN_M / raster.step_m[1]
     across, along = int(np.clip(round(thin), 3, 61)), int(np.clip(round(low), 3, 121))
     whole = own.view(np.uint8)
@@ -157,9 +157,9 @@ def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
 
 
 def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:
-    """Say whether the straight region is the mask but for its rags, and for what could not be measured.
+    """Say whether the straight region is the mask, but for its ragged border and what could not be measured.
 
-    A dark or even piece of a face has no disparity: that speaks neither for nor `against` it.
+    A dark or even piece of a face has no disparity: that is no evidence for or `against` it.
     """
     _, _, width, height = cv2.boundingRect(region.view(np.uint8))
     apart = np.count_nonzero((own & ~region) | (region & ~own & against))

@@ -37,7 +37,7 @@ LEAST_BANDS = 4
 class LateralEnd:
     """How far the lateral surface ends off the expected line (px, outward), and which shares of its length are foreign.
 
-    `beyond` and `within` are the shares of the bands just outside and inside that differ between the photos.
+    `outside` and `within` are the shares of the bands just outside and inside that differ between the photos.
     """
 
     offset_px: float
@@ -47,7 +47,7 @@ class LateralEnd:
 
     @property
     def parts(self) -> bool:
-        """Say whether the photos differ much more beyond than within."""
+        """Say whether the photos differ much more outside than within."""
         return self.outside - self.within > LEAST_PARTING
 
     @property

@@ -1,4 +1,4 @@
-"""Each design face after a visit: what of it is built, what is open, and what nobody knows."""
+"""Each design face after a visit: what of it is built, what is open, and what is unknown."""
 
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.match.result import FaceMatch, MatchResult
@@ -12,7 +12,7 @@ from asbuilt_bim.progress.surface import SurfaceState, unseen
 def classify_surface(
     matched: MatchResult, design: BimModel, history: VisitHistory, options: ProgressOptions
 ) -> tuple[SurfaceState, ...]:
-    """Say of each design face what of its exposed surface is built, what is open, and what nobody knows.
+    """Say of each design face what of its exposed surface is built, what is open, and what is unknown.
 
     What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
     been built since.

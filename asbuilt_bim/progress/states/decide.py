@@ -164,7 +164,7 @@ def _checked(
     built: BoolArray,
     options: ProgressOptions,
 ) -> Checked:
-    """Return a face's matches that speak for concrete; of a round column, whole is what one station can see of it."""
+    """Return a face's matches that count as concrete; of a round column, whole is what one station can see of it."""
     standing = tuple(match for match in matches if match in votes.spoken)
     if isinstance(face.frame, CylinderFrame):
         return Checked(matches=standing, parts=(), notes=())

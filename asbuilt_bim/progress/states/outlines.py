@@ -1,4 +1,4 @@
-"""Which outlines of measured faces may speak for built concrete: not formwork, starter bars or a neighbour's side."""
+"""Which outlines of measured faces may count as built concrete: not formwork, starter bars or a neighbour's side."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,9 +23,9 @@ def speaking(
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
 ) -> list[tuple[FaceMatch, Indices]]:
-    """Return a station's matches that may speak for built concrete, each with the samples in its outline.
+    """Return a station's matches that may count as built concrete, each with the samples in its outline.
 
-    An outline doesn't speak where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
+    An outline doesn't count where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
     have, or where most of it hasn't the colour of concrete.
     """
     found: list[tuple[FaceMatch, Indices]] = []
@@ -66,7 +66,7 @@ def standing_off(
 def outlined_samples(
     samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
 ) -> tuple[BoolArray, FloatArray]:
-    """Say which samples lie in outlines that speak, with depth on the surface round them, and the planes' sigma (m).
+    """Say which samples lie in outlines that count, with depth on the surface round them, and the planes' sigma (m).
 
     Concrete is solid over its whole width: an outline that runs up into starter bars has gaps at their height.
     """
@@ -94,5 +94,5 @@ def looks_like_bars(match: FaceMatch, options: ProgressOptions) -> bool:
 
 
 def may_be_concrete(match: FaceMatch, options: ProgressOptions) -> bool:
-    """Say whether a matched face may speak for built concrete."""
+    """Say whether a matched face may count as built concrete."""
     return not stands_off(match, options) and not looks_like_bars(match, options)

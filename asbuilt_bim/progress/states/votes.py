@@ -72,7 +72,7 @@ def _asked(
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
 ) -> _StationVotes:
-    """Ask one station; a matched outline speaks for its samples where depth doesn't contradict.
+    """Ask one station; a matched outline counts for its samples where depth doesn't contradict.
 
     Depth alone says that something is there, not that it is concrete. It counts where a measured face of this element
     backs it, or where it covers a patch too large for starter bars and clutter.

@@ -55,7 +55,7 @@ class MarkerSighting:
 def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[MarkerSighting, ...]:
     """Find the markers of a family in both rectified photos, ordered by id.
 
-    An id that stands twice in a photo is left out: nobody can say which of the two was surveyed. So is one whose
+    An id that stands twice in a photo is left out: it isn't known which of the two was surveyed. So is one whose
     corners don't fit between the photos.
 
     Raises: SurveyError for a family that isn't known.

@@ -1,6 +1,6 @@
 """A network's masks and the geometry of the depth: two opinions on what stands in a photo, brought together.
 
-The surfaces of the scene are the pieces that both speak of. A network that covers most of a piece says what it is.
+The surfaces of the scene are the pieces that both refer to. A network that covers most of a piece says what it is.
 Whether that can be is checked: walls and columns are upright planes or cylinders of a wall's or a column's size.
 """
 

@@ -15,7 +15,7 @@ InstanceClass = Literal["wall", "column"]
 class InstanceSource(StrEnum):
     """Who found a wall or column in the photo."""
 
-    GEOMETRY = "geometry"  # and nobody else was asked
+    GEOMETRY = "geometry"  # and no other segmenter was used
     GEOMETRY_ALONE = "geometry alone"  # of two opinions: a network saw nothing there
     NETWORK = "network"  # or another program's plugin
     BOTH = "both"  # geometry and a network

@@ -1,4 +1,4 @@
-"""Segmenters and depth networks of other packages, held to their interface: what they get wrong is named as theirs."""
+"""Segmenters and depth networks of other packages, checked against their interface: an error names the package."""
 
 import math
 from collections.abc import Callable

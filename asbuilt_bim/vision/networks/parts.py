@@ -35,7 +35,7 @@ class Part:
     box: tuple[float, float, float, float]  # x0, y0, x1, y1
     vote: FloatArray  # (2,) where its pixels vote, and how far from it by median
     spread: float
-    column: float  # 0..1: how much its likelihoods speak for a column and against a wall
+    column: float  # 0..1: how much likelier a column than a wall
     spots: FloatArray
     inverse: FloatArray
     plane: FloatArray

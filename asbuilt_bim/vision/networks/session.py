@@ -102,7 +102,7 @@ def _geometry_last(path: Path, given: list[onnxruntime.NodeArg], name: str) -> l
     names = [one.name for one in given]
     if name not in names:
         raise NetworkError(
-            f"network {path}: has no input {name} for geometry, it has {', '.join(names)}; mend the card"
+            f"network {path}: has no input {name} for geometry, it has {', '.join(names)}; correct the card"
         )
     return sorted(given, key=lambda one: one.name == name)
 
@@ -117,7 +117,7 @@ def _check_input(
     fits = len(shape) == len(asked) and all(not isinstance(s, int) or s == a for s, a in zip(shape, asked, strict=True))
     if not fits:
         raise NetworkError(
-            f"network {path}: input {name} has shape {shape}, the card says {list(asked)}; mend the card"
+            f"network {path}: input {name} has shape {shape}, the card says {list(asked)}; correct the card"
         )
 
 

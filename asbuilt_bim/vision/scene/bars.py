@@ -25,7 +25,7 @@ GAP_M = 0.35
 """Between two bars of one row at most, and a patch of smooth concrete without a match: a mask is closed over it.
 Windows are larger, and are seen to lie behind."""
 THIN_M, LEAST_RUN_PX = 0.11, 3
-"""No wall or column is thinner: a strip that is doesn't speak for it, starter bars and tripod legs are."""
+"""No wall or column is thinner; starter bars and tripod legs are."""
 LEAST_WINDOW_PX = (9, 5)
 DISAGREE = 2.2
 """Photos disagree on bars by so many times what they do on the photo's surfaces in the middle: 3 to 6 times."""

@@ -64,7 +64,7 @@ def share_of_levels(
 def answers(
     found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, nominal_m: float
 ) -> tuple[float, float]:
-    """Return what speaks for grey levels: by how many squared spreads they come nearer the given size and the shape."""
+    """Return the evidence for grey levels: how many squared spreads they come nearer the given size and the shape."""
     of_light, of_levels = (min(off(c, nominal_m) / spread(c, nominal_m), _MOST_OFF) ** 2 for c in (light, levels))
     return of_light - of_levels, _shape(found, between(light, levels, 0.5), camera)
 

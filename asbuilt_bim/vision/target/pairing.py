@@ -231,8 +231,8 @@ def sharpened(circle: SpaceCircle, options: TargetOptions, lean: float = 0.0) ->
     """Return a circle that takes the given diameter for what it is: one more observation of what the outlines show.
 
     It weighs little where they are sharp; in dusk or far away it halves what the distance errs by. A diameter that is
-    in doubt isn't used: then the disc is another, or the rig was knocked, and the photos speak for themselves. An
-    outline that may `lean` all round, relative to the radius, says as much less of how far away that size is.
+    in doubt isn't used: then the disc is another, or the rig was knocked, and only the photos count. An outline that
+    may `lean` all round, relative to the radius, says as much less of how far away that size is.
     Reference: Kalman 1960, for one observation.
     """
     if options.diameter_m is None or in_doubt(circle, options):

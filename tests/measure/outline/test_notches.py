@@ -33,7 +33,7 @@ def with_corner_lost(width_px: float, height_px: float = 80.0) -> list[list[floa
 
 
 def notched(outline: Outline, occluder_free_px: float = 30.0) -> bool:
-    """Ask it of a face of 30 px of disparity, in whose notch `beyond_px` is measured."""
+    """Ask it of a face of 30 px of disparity, in whose notch `occluder_free_px` is measured."""
     disparity = np.full((400, 240), 30.0)
     disparity[:, :120] = occluder_free_px
     shape = disparity.shape
