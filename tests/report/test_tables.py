@@ -277,7 +277,7 @@ def test_a_survey_in_doubt_stands_on_the_workbooks_first_sheet_before_the_storey
     doubt = Rejection(
         code=Reason.SURVEY_SHIFTED_IN_HEIGHT,
         subject=Subject(kind=SubjectKind.SURVEY),
-        values={"rise_m": 3.1, "more": 24},
+        values={"turn_rad": 0.0, "move_x_m": 0.0, "move_y_m": 0.0, "move_z_m": 3.1, "more": 24},
     )
     sheet = book(replace(sample_report(), rejections=(doubt,)))["Summary"]
     cells = [str(row[0]) for row in sheet.iter_rows(values_only=True)]
