@@ -78,13 +78,13 @@ def told(
 def test_a_survey_that_is_turned_is_named_with_its_turn(turn_deg: float) -> None:
     (warning,) = told(design(COLUMNS + WALLS), turn_deg=turn_deg)
     assert warning.code is Reason.SURVEY_SHIFTED and f"turned by {turn_deg:+.1f} deg" in words_of(warning).reason
-    assert "32 of 32 faces lie on it when moved back" in words_of(warning).reason
+    assert "32 of 32 faces fit when moved back" in words_of(warning).reason
 
 
 def test_a_survey_that_is_metres_off_is_named_with_its_move() -> None:
     (warning,) = told(design(COLUMNS + WALLS), move=(4.5, -7.2, 0.0))
     assert (
-        "the same way: by +4.50 m in x, -7.20 m in y; 32 of 32 faces lie on it when moved back, 0 as"
+        "the same move: by +4.50 m in x, -7.20 m in y; 32 of 32 faces fit when moved back, 0 as"
         in words_of(warning).reason
     )
 
@@ -97,11 +97,10 @@ def test_a_survey_that_is_turned_and_raised_is_named_with_both() -> None:
 def test_a_survey_that_is_a_storey_too_high_or_too_low_is_named() -> None:
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, STOREY_M))
     assert (
-        "the same way: by +3.20 m in z; 32 of 32 faces lie on it when moved back, 20 as they are"
-        in words_of(warning).reason
+        "the same move: by +3.20 m in z; 32 of 32 faces fit when moved back, 20 as they are" in words_of(warning).reason
     )
     (warning,) = told(design(COLUMNS + WALLS, COLUMNS + UPPER), move=(0.0, 0.0, -STOREY_M))
-    assert "the same way: by -3.20 m in z; 32 of 32 faces" in words_of(warning).reason
+    assert "the same move: by -3.20 m in z; 32 of 32 faces" in words_of(warning).reason
 
 
 @pytest.mark.parametrize("rise_m", [0.8, 1.2, -1.5, STOREY_M + 0.9])

@@ -16,16 +16,16 @@ _SITES = "check that photos, survey and IFC file are of one site; what was count
 
 def _shifted(values: Values) -> Words:
     return Words(
-        reason=f"what was measured lies beside the design, all of it the same way: {_move(values)}; "
-        + fill("{fits} of {faces} faces lie on it when moved back, {fits_unmoved} as they are", values),
+        reason=f"all measured faces are off the design by the same move: {_move(values)}; "
+        + fill("{fits} of {faces} faces fit when moved back, {fits_unmoved} as they are", values),
         remedy=_SURVEY,
     )
 
 
 def _shifted_in_height(values: Values) -> Words:
     return Words(
-        reason=f"what was measured lies beside the design, all of it the same way: {_move(values)}; "
-        + fill("{more} feet and heads more lie on it when moved back", values),
+        reason=f"all measured faces are off the design by the same move: {_move(values)}; "
+        + fill("{more} more tops and bottoms of faces fit when moved back", values),
         remedy=_SURVEY,
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from pathlib import Path
+from typing import TypeGuard
 
 import pytest
 
@@ -61,15 +62,23 @@ def test_every_code_of_a_note_has_words_and_no_other_code_is_among_them() -> Non
     assert set(NOTES) == {Reason.UNSTATED, *OF_NOTES}
 
 
+def is_name(key: ast.expr | None) -> TypeGuard[ast.Constant]:
+    return isinstance(key, ast.Constant)
+
+
+def makes_a_note(node: ast.AST) -> TypeGuard[ast.Call]:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "noted"
+
+
 @pytest.mark.parametrize("code", OF_NOTES)
 def test_every_value_in_a_sentence_is_given_by_the_files_that_give_its_code(code: Reason) -> None:
     given: set[str] = set()
     for path in PACKAGE.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
         if "wording" not in path.parts and path.name != "codes.py" and re.search(rf"\bReason\.{code.name}\b", text):
-            dicts = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Dict)]
-            given |= {key.value for one in dicts for key in one.keys if isinstance(key, ast.Constant)}
-            assert dicts or not places(code)
+            tree = list(ast.walk(ast.parse(text)))
+            given |= {key.value for one in tree if isinstance(one, ast.Dict) for key in one.keys if is_name(key)}
+            given |= {key.arg for one in tree if makes_a_note(one) for key in one.keywords if key.arg}
     assert places(code) - {"ifc_dates"} <= given  # the link to the IFC's task says whose dates stand
 
 

@@ -38,21 +38,17 @@ def codes_in(path: Path) -> list[tuple[str, set[str] | None]]:
     """Return each code that a module gives a rejection, with the keys of its values where they are written there."""
     found: list[tuple[str, set[str] | None]] = []
     for node in ast.walk(parsed(path)):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Rejection":
-            named = {word.arg: word.value for word in node.keywords}
-            code, values = named["code"], named.get("values")
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "rejected":
+            code = node.args[0]
             if isinstance(code, ast.Attribute) and isinstance(code.value, ast.Name) and code.value.id == "Reason":
-                found.append((code.attr, keys_of(values)))
+                found.append((code.attr, keys_of(node.keywords)))
     return found
 
 
-def keys_of(values: ast.expr | None) -> set[str] | None:
-    """Return the keys of a dictionary that is written there, None where it is made elsewhere."""
-    if values is None:
-        return set()
-    if not isinstance(values, ast.Dict) or not all(isinstance(key, ast.Constant) for key in values.keys):
-        return None
-    return {str(key.value) for key in values.keys if isinstance(key, ast.Constant)}
+def keys_of(values: list[ast.keyword]) -> set[str] | None:
+    """Return the keys of the values that are written there, None where some are made elsewhere."""
+    keys = {word.arg for word in values if word.arg is not None}
+    return keys if len(keys) == len(values) else None
 
 
 def used() -> set[str]:
