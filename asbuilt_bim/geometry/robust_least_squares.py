@@ -91,8 +91,8 @@ def reweighted_linear(
     """Fit `design @ parameters = target` (N, P), (N,), and weigh points by how far they are off, until that settles.
 
     `sigma` is the least that a point errs by; the scale of all of them is estimated, and never under 1. `weights` (N,)
-    say what points count before that, 1 / sigma^2 where they aren't given. `ridge`, of all
-    or of each (P,), draws parameters to zero by that share of the information: what points leave open stays there.
+    say what points count before that, 1 / sigma^2 where they aren't given. `ridge`, for all parameters or for each
+    (P,), draws them to zero by that share of the weights: what points leave open stays there.
     """
     least = np.broadcast_to(np.asarray(sigma, dtype=np.float64), target.shape)
     own = 1.0 / np.square(least) if weights is None else weights
@@ -100,7 +100,7 @@ def reweighted_linear(
     for _ in range(_ROUNDS):
         weighted = design * (own * trust)[:, None]
         normal = weighted.T @ design
-        normal.flat[:: len(normal) + 1] += ridge * max(float(np.trace(normal)), _RIDGE)
+        normal.flat[:: len(normal) + 1] += ridge * max(float(np.sum(own * trust)), _RIDGE)
         parameters = np.linalg.solve(normal, weighted.T @ target)
         residuals = target - design @ parameters
         scale = max(1.0, robust_sigma(residuals / least))

@@ -20,7 +20,7 @@ Plain = float | int | bool | str | None
 Flat = dict[str, Plain]
 
 LEFT_OUT = {
-    *("seconds", "provenance", "program_version", "created", "libraries", "networks", "made_with", "program"),
+    *("seconds", "provenance", "program_version", "minor", "created", "libraries", "networks", "made_with", "program"),
     *("reason", "remedy", "what", "text", "texts", "code", "subject", "values", "value", "limit", "source", "method"),
     *("notes", "doubts", "rig_notes", "thumbnail_jpeg", "picture", "pictures", "options", "title", "description"),
 }
