@@ -72,7 +72,7 @@ def _drawing(index: int, face: DesignFaceRecord) -> FaceDrawing:
     if surface.conflict_area_m2 > 0.005:
         caption += f", {number(surface.conflict_area_m2)} m² in conflict"
     return FaceDrawing(
-        title=f"{'mantle' if face.kind == 'cylinder' else face.role} {index}",
+        title=f"{'lateral surface' if face.kind == 'cylinder' else face.role} {index}",
         caption=caption,
         width=width * UNITS_PER_M,
         height=height * UNITS_PER_M,

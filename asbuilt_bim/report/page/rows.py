@@ -59,8 +59,8 @@ def _side(view: WantedView, face: DesignFaceRecord) -> str:
     elif face.kind == "plane":
         x, y, _ = np.cross(face.frame_m[1], face.frame_m[2]).tolist()
     else:
-        return "mantle"
-    word = "mantle" if face.kind == "cylinder" else face.role
+        return "lateral surface"
+    word = "lateral surface" if face.kind == "cylinder" else face.role
     return f"{word} towards {_TOWARDS[round(math.atan2(y, x) / (math.pi / 4.0)) % 8]}"
 
 
