@@ -186,7 +186,7 @@ def read_pair(station: Station, project: Project) -> StationPhotos | RejectedSta
             photos.append(replace(read_photo(path), name=name))
         except PhotoError as problem:
             subject = about(SubjectKind.PHOTO, name, station.name)
-            detail = str(problem).replace(str(path), name)
+            detail = str(problem).replace(str(path), name).removeprefix(f"photo {name}: ")
             rejections.append(rejected(Reason.PHOTO_UNUSABLE, subject, detail=detail))
     if rejections:
         return RejectedStation(station=station.name, rejections=tuple(rejections))
