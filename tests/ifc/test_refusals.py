@@ -145,8 +145,8 @@ def test_a_schema_named_in_a_string_of_the_header_is_not_the_files(tmp_path: Pat
 @pytest.mark.parametrize(
     ("prefix", "says"),
     [
-        ("KILO", "mostly 4000000 m long or more (limit 1000 m), and its unit of length is 1000 m"),
-        (None, "mostly 4000 m long or more (limit 1000 m), and its unit of length is 1 m"),
+        ("KILO", "mostly 4000000 m long or more (limit 1000 m). Its unit of length is 1000 m"),
+        (None, "mostly 4000 m long or more (limit 1000 m). Its unit of length is 1 m"),
         ("EXA", "its unit of length is 1e+18 m (limits 1e-06 and 10000 m)"),
     ],
 )

@@ -76,7 +76,7 @@ def test_kinds_zones_tasks_and_costs_are_counted_in_every_schema(schema: str, tm
     assert (facts.tasks, facts.tasks_assigned) == (2, 1)
     assert (facts.cost_items, facts.cost_has_values) == ((0, False) if schema == "IFC2X3" else (1, True))
     text = _text(tmp_path / "kinds.ifc")
-    assert "1 of 2 tied" in text and "Kalkzandsteen" in text
+    assert "1 of 2 with" in text and "Kalkzandsteen" in text
     assert ("no cost line is read, and nothing is priced" in text) == (schema == "IFC2X3")
 
 
