@@ -59,12 +59,6 @@ class RectifiedCamera:
         points: FloatArray = self.rays(pixels) * depth[..., None]
         return points
 
-    def disparity_of(self, points_left_m: ArrayLike) -> FloatArray:
-        """Return the disparity in pixels of points (..., 3) in the left frame."""
-        z = np.asarray(points_left_m, dtype=np.float64) @ self.rectified_from_left[2]
-        disparity: FloatArray = self.f_px * self.baseline_m / z
-        return disparity
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RectifiedPair:

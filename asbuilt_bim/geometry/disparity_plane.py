@@ -24,11 +24,6 @@ def plane_of(q_px: ArrayLike, focal_baseline: float) -> Plane:
     return Plane(normal=frozen(-unit(q)), offset_m=offset)
 
 
-def q_of(plane: Plane, focal_baseline: float) -> FloatArray:
-    """Return q (3,) of a plane in the rectified frame."""
-    return np.asarray(plane.normal * (focal_baseline / plane.offset_m), dtype=np.float64)
-
-
 def fit_q(rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray | float) -> tuple[FloatArray, FloatArray]:
     """Fit q to rays (N, 3) and disparities (N,) robustly; returns q and its covariance.
 

@@ -3,10 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of, q_of
-from asbuilt_bim.geometry.floors import grow_floors
+from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of
 from asbuilt_bim.geometry.grow import GrowOptions, grow_pieces, upright_pixels
-from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
+from asbuilt_bim.geometry.level import LevelledMap, grow_floors, level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.plane import Plane
 from asbuilt_bim.geometry.polyline import fit_circle, fit_line, straight_pieces
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
@@ -35,7 +34,7 @@ def column_map(noise: float = 0.05) -> tuple[LevelledMap, np.ndarray, np.ndarray
 
 def test_a_plane_and_its_disparities_are_the_same_thing() -> None:
     plane = Plane(normal=np.array([0.6, 0.0, -0.8]), offset_m=-3.2)
-    q = q_of(plane, F * B)
+    q = plane.normal * (F * B / plane.offset_m)
     back = plane_of(q, F * B)
     point = np.array([0.2, 0.5, 0.0])
     point[2] = (plane.offset_m - point @ plane.normal) / plane.normal[2]

@@ -11,9 +11,7 @@ from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
 from asbuilt_bim.geometry.grow import Piece
 from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
-from asbuilt_bim.vision.scene.read import Scene, SceneOptions, read_scene
-from asbuilt_bim.vision.stereo.depth import DepthMap
-from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
+from asbuilt_bim.vision.scene.read import Scene, SceneOptions
 
 IndexArray = NDArray[np.intp]
 
@@ -36,19 +34,6 @@ class Opinion:
 
     label: InstanceClass
     score: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GeometricSegmenter:
-    """Finds walls and columns as groups of upright surfaces in the disparity map."""
-
-    options: GeometricOptions = field(default_factory=GeometricOptions)
-    name: str = "geometric"
-
-    def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
-        """Return the instances, masks in pixels of the rectified left photo, integers being pixel centres."""
-        known = depth if depth is not None else depth_map(pair, SemiGlobalMatcher())
-        return segment_scene(pair, read_scene(pair, known, self.options.scene), self.options)
 
 
 def segment_scene(pair: RectifiedPair, scene: Scene, options: GeometricOptions | None = None) -> list[Instance]:

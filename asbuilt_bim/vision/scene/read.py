@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
-from asbuilt_bim.geometry.floors import Floor, grow_floors
 from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_pixels
-from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
+from asbuilt_bim.geometry.level import Floor, LevelledMap, grow_floors, level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.masks import box_of, nonzero
 from asbuilt_bim.geometry.polyline import fit_line
 from asbuilt_bim.vision.scene.vertical import Vertical, find_vertical

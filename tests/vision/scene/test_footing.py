@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from asbuilt_bim.geometry.disparity_plane import q_of
-from asbuilt_bim.geometry.floors import Floor
 from asbuilt_bim.geometry.grow import Piece
-from asbuilt_bim.geometry.level import LevelledMap, level_view, levelled_map, pixel_rays
-from asbuilt_bim.geometry.plane import Plane
+from asbuilt_bim.geometry.level import Floor, LevelledMap, level_view, levelled_map, pixel_rays
 from asbuilt_bim.vision.scene.read import BENEATH_PX, footed
 
 F, B, W, H = 1000.0, 0.25, 300, 500
@@ -31,7 +28,7 @@ def scene(carried_rows: int) -> tuple[NDArray[np.int16], LevelledMap, list[Piece
     labels[round(FOOT_ROW) :, :] = 1
     labels[20 : round(FOOT_ROW) + carried_rows, 100:200] = 0
     wall = Piece(x0_px=-50.0, x1_px=50.0, slope=0.0, offset_px=F * B / AWAY_M, circle=None, rms_px=0.1, chain=0)
-    floor = q_of(Plane(normal=np.array([0.0, -1.0, 0.0]), offset_m=-BELOW_M), F * B)
+    floor = np.array([0.0, 1.0, 0.0]) * (F * B / BELOW_M)
     return labels, level_of(np.full((H, W), 40.0)), [wall], [Floor(q_px=floor, below_m=BELOW_M)]
 
 

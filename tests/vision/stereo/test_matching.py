@@ -8,7 +8,7 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
-from asbuilt_bim.vision.scene.geometric import GeometricSegmenter
+from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
 from asbuilt_bim.vision.scene.vertical import find_vertical
@@ -125,7 +125,7 @@ def test_no_edges_no_vertical(pair: RectifiedPair) -> None:
 
 
 def test_walls_and_columns_are_found_and_named(pair: RectifiedPair, depth: DepthMap) -> None:
-    found = GeometricSegmenter().segment(pair, depth)
+    found = segment_scene(pair, read_scene(pair, depth))
     at = {"column": (300, 265), "round": (300, 405), "wall": (300, 570)}
     for what, (row, column) in at.items():
         mine = [instance for instance in found if instance.mask[row, column]]
@@ -139,7 +139,7 @@ def test_walls_and_columns_are_found_and_named(pair: RectifiedPair, depth: Depth
 def test_the_ground_is_a_floor_and_no_instance(pair: RectifiedPair, depth: DepthMap) -> None:
     scene = read_scene(pair, depth)
     assert scene.labels[560, 400] == len(scene.pieces)
-    assert not any(instance.mask[560, 400] for instance in GeometricSegmenter().segment(pair, depth))
+    assert not any(instance.mask[560, 400] for instance in segment_scene(pair, read_scene(pair, depth)))
 
 
 def test_sky_goes_from_a_rough_mask_and_a_mask_of_sky_alone_stays_to_be_named(
