@@ -246,7 +246,7 @@ def test_the_readmes_example_is_a_good_project_file(tmp_path: Path) -> None:
     example = readme.split("```yaml\n")[1].split("```")[0]
     path = write_project(tmp_path)
     path.write_text(example, encoding="utf-8")
-    assert read_project(path).name == "Sample site"
+    assert read_project(path).name == "My site"
 
 
 def test_the_design_may_be_several_files_each_named_once(tmp_path: Path) -> None:
