@@ -61,7 +61,7 @@ def told(
 def test_a_survey_that_is_moved_is_named_with_its_move(move: tuple[float, float, float], says: str) -> None:
     (warning,) = told(move)
     assert words_of(warning).what == "survey" and says in words_of(warning).reason
-    assert ("12 of 12 faces" if move[0] or move[1] else "24 feet and heads") in words_of(warning).reason
+    assert ("12 of 12 faces" if move[0] or move[1] else "24 more tops and bottoms of faces") in words_of(warning).reason
 
 
 def test_a_site_that_stands_where_it_is_designed_is_never_named() -> None:
