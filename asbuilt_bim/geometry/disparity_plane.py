@@ -9,8 +9,10 @@ from numpy.typing import ArrayLike
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.plane import Plane
-from asbuilt_bim.geometry.robust_least_squares import reweighted_linear
+from asbuilt_bim.geometry.robust_least_squares import robust_sigma, tukey
 from asbuilt_bim.geometry.transform import unit
+
+ROUNDS, LEAST_INFORMATION = 6, 1e-9  # one round less moves a narrow face by 0.2 of its sigma
 
 
 def plane_of(q_px: ArrayLike, focal_baseline: float) -> Plane:
@@ -34,5 +36,13 @@ def fit_q(rays: FloatArray, disparity_px: FloatArray, sigma_px: FloatArray | flo
     """
     if len(rays) < 3:
         raise ValueError(f"a plane needs 3 points, not {len(rays)}")
-    fit = reweighted_linear(rays, disparity_px, sigma_px)
-    return fit.parameters, fit.covariance
+    weight = np.broadcast_to(1.0 / np.square(sigma_px), disparity_px.shape)
+    trust, scale = np.ones(len(rays)), 1.0
+    for _ in range(ROUNDS):
+        weighted = rays * (weight * trust)[:, None]
+        information = weighted.T @ rays + LEAST_INFORMATION * np.eye(3)
+        q = np.asarray(np.linalg.solve(information, weighted.T @ disparity_px))
+        residual = (disparity_px - rays @ q) / sigma_px
+        scale = max(1.0, robust_sigma(residual))
+        trust = tukey(residual / scale)
+    return q, np.asarray(np.linalg.inv(information) * scale**2, dtype=np.float64)

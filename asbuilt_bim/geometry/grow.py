@@ -41,8 +41,7 @@ class GrowOptions:
 class Piece:
     """One upright surface: level x range, slope and offset of its line (or its circle), its chain and place in it.
 
-    `touches_next` says that the next piece of the chain goes on from it without a jump, `convex_next` that the edge
-    between them points at the camera.
+    `convex_next` says that the next piece of the chain goes on from it without a jump, in an edge towards the camera.
     """
 
     x0_px: float
@@ -52,7 +51,6 @@ class Piece:
     circle: Circle | None
     rms_px: float
     chain: int
-    touches_next: bool = False
     convex_next: bool = False
 
     def at(self, x_px: FloatArray) -> FloatArray:
@@ -168,13 +166,12 @@ def _turn_deg(one: Piece, other: Piece, f_px: float) -> float:
 
 
 def _joined(built: list[Piece], f_px: float, options: GrowOptions) -> list[Piece]:
-    """Mark which neighbours in a chain touch, and whether their edge is convex."""
+    """Mark which neighbours in a chain touch in a convex edge."""
     joined: list[Piece] = []
     for one, other in pairwise(built):
         seam = np.array(0.5 * (one.x1_px + other.x0_px))
         both_flat = one.circle is None and other.circle is None
         gap = abs(float(one.at(seam) - other.at(seam))) if both_flat else np.inf
-        touches = bool(gap < options.touch_px)
-        corner = touches and _turn_deg(one, other, f_px) > options.corner_deg
-        joined.append(replace(one, touches_next=touches, convex_next=corner))
+        corner = bool(gap < options.touch_px) and _turn_deg(one, other, f_px) > options.corner_deg
+        joined.append(replace(one, convex_next=corner))
     return joined + built[-1:]

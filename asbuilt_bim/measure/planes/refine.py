@@ -42,11 +42,10 @@ class Pictures:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneFit:
-    """q (3,) and its covariance (3, 3) from the pictures alone, the residual's rms in grey levels, the pixels used."""
+    """q (3,) and its covariance (3, 3) from the pictures alone, and the pixels used."""
 
     q_px: FloatArray
     covariance: FloatArray
-    rms_grey: float
     pixels: int
 
 
@@ -140,12 +139,7 @@ def _gauss_newton(
             break
     covariance = _sandwich(jacobian, residual, weight, hessian, rows, columns)
     lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
-    return PlaneFit(
-        q_px=q,
-        covariance=lift @ covariance @ lift.T,
-        rms_grey=float(np.sqrt(np.average(residual**2, weights=weight + 1e-9))),
-        pixels=len(rows),
-    )
+    return PlaneFit(q_px=q, covariance=lift @ covariance @ lift.T, pixels=len(rows))
 
 
 def _exposure(seen: FloatArray, there: FloatArray, weight: FloatArray) -> tuple[float, float]:
