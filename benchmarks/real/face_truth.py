@@ -1,0 +1,153 @@
+"""Measured faces beside the truth's planes, and the truth's regions beside what was measured of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import binomtest
+
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.disparity_plane import plane_of
+from asbuilt_bim.geometry.plane import Plane, PlaneFrame
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.pair import PairMeasurement, seen
+from asbuilt_bim.measure.planes.face_hypotheses import filled
+from asbuilt_bim.measure.sigma.area import polygon_area
+from benchmarks.real.shots import Shot
+from benchmarks.real.truth_planes import Region, plane_within
+
+WITHIN = {1: 0.6827, 2: 0.9545}
+REJECT_AT = 0.05
+COVERED_SHARE = 0.5
+"""Of a region: a face that covers less of it didn't find it."""
+NOT_MEASURABLE = frozenset({Reason.FACE_UNCERTAIN})
+"""What says of something seen that it can't be measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaceCase:
+    """A measured face beside the truth's plane in its own outline; figures are NaN where truth has no plane there."""
+
+    scene: str
+    face_id: str
+    label: str
+    seen: str
+    area_m2: float
+    sigma_m2: float
+    truth_m2: float
+    offset_m: float  # of the face's middle from the truth's plane
+    tilt_deg: float
+    plane_share: float  # of the truth's pixels within the outline, on that one plane
+    width_px: float
+    distance_m: float
+
+    @property
+    def z(self) -> float:
+        """Return the area's error in its own sigmas."""
+        return (self.area_m2 - self.truth_m2) / self.sigma_m2
+
+    @property
+    def error(self) -> float:
+        """Return the area's error as a share of the true area."""
+        return self.area_m2 / self.truth_m2 - 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RegionCase:
+    """An upright planar region of the truth: `became` measured, said (not measurable), or missed."""
+
+    scene: str
+    became: str
+    area_m2: float
+    side_px: float
+    distance_m: float
+    covered: float  # by the one face that covers most of it
+    face_id: str
+    sigma_share: float  # that face's sigma of its area; NaN where none
+
+
+def not_rejected(sigmas: int, z: FloatArray) -> tuple[int, float, bool]:
+    """Return how many of the errors (in sigmas) lie within, the binomial p, and whether sigma may be right by it."""
+    within = int(np.count_nonzero(np.abs(z) <= sigmas))
+    if not len(z):
+        return 0, 1.0, False
+    p = float(binomtest(within, len(z), WITHIN[sigmas]).pvalue)
+    return within, p, p >= REJECT_AT
+
+
+def face_case(scene: str, shot: Shot, rays: FloatArray, found: PairMeasurement, face: MeasuredFace) -> FaceCase:
+    """Hold a flat face against the plane that most of the truth within its outline lies on."""
+    assert shot.truth_px is not None and isinstance(face.frame, PlaneFrame)
+    mask = filled(found.photo_outline_px(face), shot.truth_px.shape)
+    truth = plane_within(shot.truth_px, rays, mask)
+    true_m2 = offset = tilt = float("nan")
+    if truth is not None:
+        plane = plane_of(truth.q_px, shot.focal_baseline)
+        true_m2 = area_on(plane, [found.detail.pair.camera.rays(ring) for ring in face.outline_px])
+        offset, tilt = float(plane.distance_m(middle(face))), angle_deg(plane.normal, face.frame.normal)
+    return FaceCase(
+        scene=scene, face_id=face.face_id, label=face.label, seen=seen(face, found.options.method),
+        area_m2=face.area_m2, sigma_m2=face.area_sigma_m2, truth_m2=true_m2, offset_m=offset, tilt_deg=tilt,
+        plane_share=truth.share if truth is not None else float("nan"), width_px=face.width_px,
+        distance_m=face.distance_m,
+    )  # fmt: skip
+
+
+def region_case(scene: str, shot: Shot, found: PairMeasurement | None, region: Region) -> RegionCase:
+    """Say what became of a region: the face that covers most of it decides; `found` None: the pair was refused."""
+    best, covered, shape = None, 0.0, region.mask.shape
+    for face in found.faces if found is not None else ():
+        assert found is not None
+        share = _covered(region.mask, filled(found.photo_outline_px(face), shape))
+        if share > covered:
+            best, covered = face, share
+    measured = best is not None and covered >= COVERED_SHARE
+    said = found is not None and any(_covered(region.mask, mask) >= COVERED_SHARE for mask in said_of(found, shape))
+    assert shot.truth_px is not None
+    return RegionCase(
+        scene=scene, became="measured" if measured else "said" if said else "missed", area_m2=region.area_m2,
+        side_px=region.side_px, distance_m=shot.focal_baseline / float(np.nanmedian(shot.truth_px[region.mask])),
+        covered=covered, face_id=best.face_id if best is not None else "",
+        sigma_share=best.area_sigma_m2 / best.area_m2 if best is not None and measured else float("nan"),
+    )  # fmt: skip
+
+
+def said_of(found: PairMeasurement, shape: tuple[int, ...]) -> list[BoolArray]:
+    """Return where (H, W) the program said "seen and not measurable".
+
+    A rejection tells its place in `outline_px`, x and y by turns, in pixels of the original left photo. One without it
+    can't be held against a place, so it doesn't count.
+    """
+    return [filled([ring], shape) for one in found.rejections if (ring := _ring_of(one)) is not None]
+
+
+def _ring_of(one: Rejection) -> FloatArray | None:
+    numbers = one.values.get("outline_px")
+    if one.code not in NOT_MEASURABLE or not isinstance(numbers, tuple) or len(numbers) < 6:
+        return None
+    return np.array(numbers, dtype=np.float64).reshape(-1, 2)
+
+
+def area_on(plane: Plane, rings: Sequence[FloatArray]) -> float:
+    """Return the area on a plane of rings of rays (N, 3), the first the outer one."""
+    areas = [polygon_area(plane.intersect(np.zeros(3), ring)) for ring in rings]
+    return areas[0] - sum(areas[1:])
+
+
+def middle(face: MeasuredFace) -> FloatArray:
+    """Return the mean of a flat face's corners (3,) in the left frame."""
+    assert isinstance(face.frame, PlaneFrame)
+    return face.frame.from_uv(face.outline_uv_m[0].mean(axis=0))
+
+
+def angle_deg(one: FloatArray, other: FloatArray) -> float:
+    """Return the angle between two unit normals."""
+    return float(np.degrees(np.arccos(np.clip(abs(one @ other), 0.0, 1.0))))
+
+
+def _covered(region: BoolArray, mask: BoolArray) -> float:
+    return float(np.count_nonzero(region & mask)) / max(float(np.count_nonzero(region)), 1.0)
