@@ -17,8 +17,9 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, seen
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.sigma.area import polygon_area
+from benchmarks.real.given_pixels import UNKNOWN, Rectified, given_pixels
 from benchmarks.real.shots import Shot
-from benchmarks.real.truth_planes import Region, plane_within
+from benchmarks.real.truth_planes import Region, angle_deg, plane_within
 
 WITHIN = {1: 0.6827, 2: 0.9545}
 REJECT_AT = 0.05
@@ -44,6 +45,8 @@ class FaceCase:
     plane_share: float  # of the truth's pixels within the outline, on that one plane
     width_px: float
     distance_m: float
+    given_z: float  # the area's error in sigmas, had the truth told which pixels lie on the plane
+    given_tilt_deg: float
 
     @property
     def z(self) -> float:
@@ -79,21 +82,23 @@ def not_rejected(sigmas: int, z: FloatArray) -> tuple[int, float, bool]:
     return within, p, p >= REJECT_AT
 
 
-def face_case(scene: str, shot: Shot, rays: FloatArray, found: PairMeasurement, face: MeasuredFace) -> FaceCase:
+def face_case(scene: str, shot: Shot, found: PairMeasurement, face: MeasuredFace, ready: Rectified) -> FaceCase:
     """Hold a flat face against the plane that most of the truth within its outline lies on."""
     assert shot.truth_px is not None and isinstance(face.frame, PlaneFrame)
     mask = filled(found.photo_outline_px(face), shot.truth_px.shape)
-    truth = plane_within(shot.truth_px, rays, mask)
-    true_m2 = offset = tilt = float("nan")
+    truth = plane_within(shot.truth_px, shot.rays(), mask)
+    true_m2, offset, tilt, given = float("nan"), float("nan"), float("nan"), UNKNOWN
     if truth is not None:
         plane = plane_of(truth.q_px, shot.focal_baseline)
         true_m2 = area_on(plane, [found.detail.pair.camera.rays(ring) for ring in face.outline_px])
         offset, tilt = float(plane.distance_m(middle(face))), angle_deg(plane.normal, face.frame.normal)
+        given = given_pixels(shot, found, ready, face, truth, mask)
     return FaceCase(
         scene=scene, face_id=face.face_id, label=face.label, seen=seen(face, found.options.method),
         area_m2=face.area_m2, sigma_m2=face.area_sigma_m2, truth_m2=true_m2, offset_m=offset, tilt_deg=tilt,
         plane_share=truth.share if truth is not None else float("nan"), width_px=face.width_px,
-        distance_m=face.distance_m,
+        distance_m=face.distance_m, given_z=(given.area_m2 - true_m2) / given.sigma_m2,
+        given_tilt_deg=given.tilt_deg,
     )  # fmt: skip
 
 
@@ -142,11 +147,6 @@ def middle(face: MeasuredFace) -> FloatArray:
     """Return the mean of a flat face's corners (3,) in the left frame."""
     assert isinstance(face.frame, PlaneFrame)
     return face.frame.from_uv(face.outline_uv_m[0].mean(axis=0))
-
-
-def angle_deg(one: FloatArray, other: FloatArray) -> float:
-    """Return the angle between two unit normals."""
-    return float(np.degrees(np.arccos(np.clip(abs(one @ other), 0.0, 1.0))))
 
 
 def _covered(region: BoolArray, mask: BoolArray) -> float:

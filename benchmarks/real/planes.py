@@ -31,7 +31,8 @@ from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import OWN, MeasureOptions
 from asbuilt_bim.vision.target.find import TargetOptions
 from benchmarks.real.face_picture import draw
-from benchmarks.real.face_truth import FaceCase, RegionCase, face_case, not_rejected, region_case
+from benchmarks.real.face_truth import WITHIN, FaceCase, RegionCase, face_case, not_rejected, region_case
+from benchmarks.real.given_pixels import rectified
 from benchmarks.real.scenes import STEREO, TWO_CAMERAS, Scene, chosen
 from benchmarks.real.shots import Shot, readable
 from benchmarks.real.truth_planes import upright_regions
@@ -83,10 +84,11 @@ def gather(scene: Scene, into: Gathered, pictures: Path | None) -> None:
 
 def _beside_truth(scene: Scene, shot: Shot, found: PairMeasurement | None, into: Gathered) -> None:
     assert shot.truth_px is not None
-    rays = shot.rays()
-    flat = [face for face in found.faces if isinstance(face.frame, PlaneFrame)] if found is not None else []
-    into.faces += [face_case(scene.name, shot, rays, found, face) for face in flat if found is not None]
-    regions = upright_regions(shot.truth_px, rays, shot.focal_baseline)
+    if found is not None:
+        ready = rectified(shot, found)
+        flat = [face for face in found.faces if isinstance(face.frame, PlaneFrame)]
+        into.faces += [face_case(scene.name, shot, found, face, ready) for face in flat]
+    regions = upright_regions(shot.truth_px, shot.rays(), shot.focal_baseline)
     into.regions += [region_case(scene.name, shot, found, region) for region in regions]
 
 
@@ -135,11 +137,17 @@ def _size_lines(cases: list[FaceCase]) -> list[Line]:
     }
     median = {key: float(np.median(values)) for key, values in columns.items()}
     mixed = int(np.count_nonzero(columns["share"] < 0.5))
+    given = [case for case in cases if np.isfinite(case.given_z)]
+    z = np.array([case.given_z for case in given])
+    counts = [not_rejected(sigmas, z)[0] for sigmas in WITHIN]
+    tilt = float(np.median([case.given_tilt_deg for case in given])) if given else float("nan")
     text = f"{median['area']:.1%}, {median['offset']:.1%}, {median['tilt']:.0f} deg"
     return [
         told("  error of area, offset by distance, tilt (medians)", text, len(cases)),
         told("  outlines in which no plane holds half of the truth", str(mixed), len(cases)),
-    ]
+        told("  had the truth told the pixels: within 1, 2 sigma; tilt",
+             f"{counts[0]}, {counts[1]}; {tilt:.0f} deg", len(given)),
+    ]  # fmt: skip
 
 
 def _whole_lines(cases: list[FaceCase]) -> list[Line]:

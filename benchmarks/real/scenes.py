@@ -71,7 +71,7 @@ def _euroc(chosen: slice) -> Callable[[], list[Shot]]:
         folder = STEREO / "euroc"
         rig = read_rig(folder / "LeftCameraParams.yaml", folder / "RightCameraParams.yaml")
         lefts = sorted((folder / "pairs/cam0").glob("*.png"))[chosen]
-        pairs = [photos_of(left.stem[-9:-6], left, folder / "pairs/cam1" / left.name) for left in lefts]
+        pairs = [photos_of(f"pair {k}", left, folder / "pairs/cam1" / left.name) for k, left in enumerate(lefts)]
         return [Shot(photos=one, rig=rig) for one in pairs]
 
     return shots

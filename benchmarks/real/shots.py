@@ -30,7 +30,10 @@ from benchmarks.real.rig_verdict import verdict_of
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shot:
-    """One pair of a rig; `truth_px` (H, W) is the left photo's true disparity, NaN where unknown, None without truth."""
+    """One pair of a rig; `truth_px` (H, W) is the left photo's true disparity, NaN where unknown.
+
+    None where the scene has no truth.
+    """
 
     photos: StationPhotos
     rig: StereoRig

@@ -82,6 +82,11 @@ def is_upright(q_px: FloatArray) -> bool:
     return bool(abs(q_px[1]) < np.sin(np.deg2rad(UPRIGHT_DEG)) * np.linalg.norm(q_px))
 
 
+def angle_deg(one: FloatArray, other: FloatArray) -> float:
+    """Return the angle between two unit normals, whichever side they point to."""
+    return float(np.degrees(np.arccos(np.clip(abs(one @ other), 0.0, 1.0))))
+
+
 def upright_regions(truth_px: Float32Array, rays: FloatArray, focal_baseline: float) -> list[Region]:
     """Return the upright planar regions of 0.5 m2 and 60 px, the evenest tile's first.
 

@@ -14,7 +14,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.photo.read import decode
 from asbuilt_bim.errors import MeasureError
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -23,9 +22,10 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.vision.stereo.matching import grey
-from benchmarks.real.face_truth import angle_deg, area_on, middle
+from benchmarks.real.face_truth import area_on, middle
 from benchmarks.real.scenes import NARROW_BASELINE_M, NARROW_F_PX, WIDE_BASELINE_M, WIDE_CENTRE_PX, WIDE_F_PX
 from benchmarks.real.shots import Shot, photos_of, rectified_rig
+from benchmarks.real.truth_planes import angle_deg
 from benchmarks.table import Line, told
 
 SHARED = 0.5
@@ -37,7 +37,7 @@ LEAST_MATCHES, RATIO = 30, 0.75
 class Both:
     """One wall by both pairs: tilt between the planes, how far they are apart by distance, and the areas' ratio less 1.
 
-    The area is the narrow face's outline on either plane; `z` is the difference in sigmas of that face's plane alone.
+    The area is that of the narrow face's outline on either plane.
     """
 
     tilt_deg: float
@@ -82,7 +82,7 @@ def _narrow_camera(
     if len(points) < LEAST_MATCHES:
         return None
     K = np.array([[NARROW_F_PX, 0.0, 0.5 * size_px[0]], [0.0, NARROW_F_PX, 0.5 * size_px[1]], [0.0, 0.0, 1.0]])
-    found, turn, shift, inside = cv2.solvePnPRansac(points, pixels, K, np.zeros(5), reprojectionError=8.0)
+    found, _, _, inside = cv2.solvePnPRansac(points, pixels, K, np.zeros(5), reprojectionError=8.0)
     if not found or inside is None or len(inside) < LEAST_MATCHES:
         return None
     kept = inside.ravel()

@@ -1,0 +1,161 @@
+"""Rigs at rest: does what is measured scatter from frame to frame as its sigma says?
+
+python benchmarks/real/repeats.py --check --json figures.json     what was developed on, five minutes
+python benchmarks/real/repeats.py --scenes report --check         what is kept for the report: run once
+python benchmarks/real/repeats.py --quick                         four frames of one rig
+
+Two kinds. A fixed polygon of the picture scatters by its plane's noise alone. The program's own faces, found again by
+how they overlap, scatter by their outlines, too, and by which pixels were taken for one face. A rig that is off is off
+in every frame alike, and so is what all frames' matching does wrong: none of that shows here.
+
+The photographs are not part of the project: ASBUILT_BIM_DATA names their folder (default ../shared/data). What is
+absent is named and not judged.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
+
+from asbuilt_bim.camera.photo.read import decode
+from asbuilt_bim.camera.rectify import rectification, rectify
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.measure.pair import PairMeasurement
+from asbuilt_bim.measure.planes.face_hypotheses import filled
+from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
+from benchmarks.real.fixed_patches import Frame, Repeat, measured_patches, patches_of, pooled
+from benchmarks.real.planes import measured
+from benchmarks.real.scenes import STEREO, Scene, chosen
+from benchmarks.real.shots import Shot, readable
+from benchmarks.sites import absent
+from benchmarks.table import Line, line, options, quantiles, report, told, unjudged
+
+MOST_RATIO = 1.4
+FEWEST_PATCHES, FEWEST_FRAMES = 12, 3
+SAME_FACE = 0.5
+"""Of what two outlines cover together: the share that both cover, to be one face."""
+SEEN_AGAIN = 0.6
+"""Of the frames: a face found in fewer is no repeat."""
+QUICK_FRAMES = 4
+
+
+def matched_faces(found: list[PairMeasurement]) -> list[Repeat]:
+    """Return the flat faces that are found again in most frames: each frame's best overlap with where it was first."""
+    shape = found[0].detail.pair.valid_left.shape
+    masks = [[(filled(f.outline_px, shape), f) for f in one.faces if isinstance(f.frame, PlaneFrame)] for one in found]
+    taken: set[tuple[int, int]] = set()
+    repeats: list[Repeat] = []
+    for first, faces in enumerate(masks):
+        for number, (mask, _) in enumerate(faces):
+            if (first, number) in taken:
+                continue
+            same = [(k, j) for k in range(first, len(masks)) if (j := _best(mask, masks[k], k, taken)) is not None]
+            if len(same) < max(FEWEST_FRAMES, SEEN_AGAIN * len(found)):
+                continue
+            taken.update(same)
+            chosen_faces = [masks[k][j][1] for k, j in same]
+            repeats.append(
+                Repeat(
+                    name=f"face {len(repeats) + 1}",
+                    areas_m2=tuple(face.area_m2 for face in chosen_faces),
+                    sigmas_m2=tuple(face.area_sigma_image_m2 for face in chosen_faces),
+                )
+            )
+    return repeats
+
+
+def _best(
+    mask: BoolArray, faces: list[tuple[BoolArray, object]], frame: int, taken: set[tuple[int, int]]
+) -> int | None:
+    """Return the number of the frame's face that overlaps most, over a half; None where none does."""
+    overlaps = [
+        0.0 if (frame, j) in taken else float(np.count_nonzero(mask & other) / max(np.count_nonzero(mask | other), 1))
+        for j, (other, _) in enumerate(faces)
+    ]
+    if not overlaps or max(overlaps) < SAME_FACE:
+        return None
+    return int(np.argmax(overlaps))
+
+
+def scene_repeats(scene: Scene, most: int | None) -> tuple[list[Repeat], list[Repeat], int]:
+    """Return a scene's patches, its faces that were found again, and its frames; refused ones are left out."""
+    shots = readable(scene.shots()[:most])
+    faces: list[Repeat] = []
+    if scene.faces:
+        found = [one for one in map(measured, shots) if isinstance(one, PairMeasurement)]
+        frames = [Frame(pair=one.detail.pair, disparity_px=one.detail.depth.disparity_px) for one in found]
+        faces = matched_faces(found) if len(found) >= FEWEST_FRAMES else []
+    else:
+        frames = [_only_depth(shot) for shot in shots]
+    if len(frames) < FEWEST_FRAMES:
+        return [], [], len(frames)
+    return measured_patches(frames, patches_of(frames), scene.name), faces, len(frames)
+
+
+def _only_depth(shot: Shot) -> Frame:
+    """Rectify and match a pair as the program does, whatever its faces."""
+    prepared = rectification(shot.rig)
+    pair = rectify(prepared, decode(shot.photos.left), decode(shot.photos.right), shot.photos.name)
+    return Frame(pair=pair, disparity_px=depth_map(pair, SemiGlobalMatcher()).disparity_px)
+
+
+def scene_lines(name: str, kind: str, repeats: list[Repeat], frames: int) -> list[Line]:
+    """Tell a scene's scatter and sigma."""
+    if not repeats:
+        return [told(f"{name}, {kind}: none", f"{frames} frames", 0)]
+    scatter = np.median([one.scatter_m2 / np.mean(one.areas_m2) for one in repeats])
+    sigma = np.median([np.median(one.sigmas_m2) / np.mean(one.areas_m2) for one in repeats])
+    ratios = [one.ratio for one in repeats]
+    within = sum(ratio <= MOST_RATIO for ratio in ratios)
+    return [
+        told(f"{name}, {kind}: scatter in sigmas, {frames} frames", f"{pooled(repeats):.2f}", len(repeats)),
+        told("  scatter, sigma, as shares of the area (medians)", f"{scatter:.2%}, {sigma:.2%}", len(repeats)),
+        told("  of one: median, worst; not over 1.4", f"{np.median(ratios):.2f}, {max(ratios):.2f}; {within}",
+             len(repeats)),
+    ]  # fmt: skip
+
+
+def judged(kind: str, repeats: list[Repeat]) -> Line:
+    """Judge all scenes' repeats of a kind together."""
+    ratio = pooled(repeats)
+    holds = bool(ratio <= MOST_RATIO)
+    what = f"{kind}: scatter in stated sigmas, all scenes"
+    return line(what, f"{ratio:.2f}", f"<= {MOST_RATIO}", len(repeats), holds, FEWEST_PATCHES)
+
+
+def main() -> int:
+    """Measure what is there and print a table for each role."""
+    parser = options(__doc__ or "")
+    parser.add_argument("--scenes", choices=("develop", "report", "all"), default="develop")
+    args = parser.parse_args()
+    if absent(STEREO):
+        return 0
+    lines: list[Line] = []
+    summary: dict[str, object] = {}
+    rows: dict[str, object] = {}
+    for role in ("develop", "report") if args.scenes == "all" else (args.scenes,):
+        patches, faces = list[Repeat](), list[Repeat]()
+        its = list[Line]()
+        for scene in [one for one in chosen(role) if one.at_rest and (not args.quick or "room" in one.name)]:
+            if not scene.here:
+                its.append(told(f"{scene.name}: absent, not judged", "", 0))
+                continue
+            own, found, frames = scene_repeats(scene, QUICK_FRAMES if args.quick else None)
+            its += scene_lines(scene.name, "patches", own, frames)
+            its += scene_lines(scene.name, "faces", found, frames) if scene.faces else []
+            patches, faces = patches + own, faces + found
+        lines += [told(role.upper(), "", len(its)), judged("fixed patches", patches), judged("own faces", faces), *its]
+        summary[role] = {kind: quantiles(one.ratio for one in its) for kind, its in
+                         (("patches", patches), ("faces", faces))}  # fmt: skip
+        rows[role] = [asdict(one) for one in (*patches, *faces)]
+    return report("Rigs at rest", unjudged(lines) if args.quick else lines, args, summary, rows)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
