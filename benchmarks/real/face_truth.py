@@ -18,8 +18,17 @@ from asbuilt_bim.measure.pair import PairMeasurement, seen
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.sigma.area import polygon_area
 from benchmarks.real.given_pixels import UNKNOWN, Rectified, given_pixels
+from benchmarks.real.laser_truth import plain_sgbm
 from benchmarks.real.shots import Shot
-from benchmarks.real.truth_planes import Region, angle_deg, plane_within
+from benchmarks.real.truth_planes import (
+    CAMERA_DOWN,
+    PLAIN,
+    Region,
+    angle_deg,
+    is_upright,
+    plane_within,
+    upright_regions,
+)
 
 WITHIN = {1: 0.6827, 2: 0.9545}
 REJECT_AT = 0.05
@@ -42,6 +51,7 @@ class FaceCase:
     truth_m2: float
     offset_m: float  # of the face's middle from the truth's plane
     tilt_deg: float
+    upright: bool  # the truth's plane
     plane_share: float  # of the truth's pixels within the outline, on that one plane
     width_px: float
     distance_m: float
@@ -96,29 +106,65 @@ def face_case(scene: str, shot: Shot, found: PairMeasurement, face: MeasuredFace
     return FaceCase(
         scene=scene, face_id=face.face_id, label=face.label, seen=seen(face, found.options.method),
         area_m2=face.area_m2, sigma_m2=face.area_sigma_m2, truth_m2=true_m2, offset_m=offset, tilt_deg=tilt,
+        upright=truth is not None and is_upright(truth.q_px),
         plane_share=truth.share if truth is not None else float("nan"), width_px=face.width_px,
         distance_m=face.distance_m, given_z=(given.area_m2 - true_m2) / given.sigma_m2,
         given_tilt_deg=given.tilt_deg,
     )  # fmt: skip
 
 
-def region_case(scene: str, shot: Shot, found: PairMeasurement | None, region: Region) -> RegionCase:
-    """Say what became of a region: the face that covers most of it decides; `found` None: the pair was refused."""
-    best, covered, shape = None, 0.0, region.mask.shape
-    for face in found.faces if found is not None else ():
-        assert found is not None
-        share = _covered(region.mask, filled(found.photo_outline_px(face), shape))
-        if share > covered:
-            best, covered = face, share
+def region_case(
+    scene: str,
+    region: Region,
+    faces: Sequence[tuple[MeasuredFace, BoolArray]],
+    said: Sequence[BoolArray],
+) -> RegionCase:
+    """Say what became of a region, by the face that covers most of it; `faces`, `said`: with pixels in its raster."""
+    shares = [(_covered(region.mask, mask), face) for face, mask in faces]
+    covered, best = max(shares, key=lambda one: one[0], default=(0.0, None))
     measured = best is not None and covered >= COVERED_SHARE
-    said = found is not None and any(_covered(region.mask, mask) >= COVERED_SHARE for mask in said_of(found, shape))
-    assert shot.truth_px is not None
+    named = any(_covered(region.mask, mask) >= COVERED_SHARE for mask in said)
     return RegionCase(
-        scene=scene, became="measured" if measured else "said" if said else "missed", area_m2=region.area_m2,
-        side_px=region.side_px, distance_m=shot.focal_baseline / float(np.nanmedian(shot.truth_px[region.mask])),
-        covered=covered, face_id=best.face_id if best is not None else "",
+        scene=scene, became="measured" if measured else "said" if named else "missed", area_m2=region.area_m2,
+        side_px=region.side_px, distance_m=region.distance_m, covered=covered,
+        face_id=best.face_id if best is not None and covered > 0.0 else "",
         sigma_share=best.area_sigma_m2 / best.area_m2 if best is not None and measured else float("nan"),
     )  # fmt: skip
+
+
+def regions_by_truth(scene: str, shot: Shot, found: PairMeasurement | None) -> list[RegionCase]:
+    """Say what became of the truth's regions; `found` None: the pair was refused."""
+    assert shot.truth_px is not None
+    shape, faces, said = shot.truth_px.shape, list[tuple[MeasuredFace, BoolArray]](), list[BoolArray]()
+    if found is not None:
+        faces = [(face, filled(found.photo_outline_px(face), shape)) for face in found.faces]
+        said = said_of(found, shape)
+    return [
+        region_case(scene, region, faces, said)
+        for region in upright_regions(shot.truth_px, shot.rays(), shot.focal_baseline)
+    ]
+
+
+def regions_by_plain_matching(scene: str, found: PairMeasurement) -> list[RegionCase]:
+    """Say what became of the regions that plain matching shows where there is no truth.
+
+    In pixels of the rectified photo, which those of a rejection's place aren't: such pairs come rectified, mostly.
+    """
+    pair, regions = found.detail.pair, plain_regions(found)
+    shape = pair.valid_left.shape
+    faces, said = [(face, filled(face.outline_px, shape)) for face in found.faces], said_of(found, shape)
+    return [region_case(scene, one, faces, said) for one in regions]
+
+
+def plain_regions(found: PairMeasurement) -> list[Region]:
+    """Return the upright planar regions by plain matching, in the rectified photo."""
+    pair, up = found.detail.pair, found.detail.measurement.vertical
+    camera = pair.camera
+    down = CAMERA_DOWN if up is None else -camera.rectified_from_left @ up
+    rows, columns = np.indices(pair.valid_left.shape)
+    left_rays = camera.rays(np.stack([columns, rows], axis=-1).astype(np.float64))
+    rays = left_rays @ camera.rectified_from_left.T
+    return upright_regions(plain_sgbm(pair), rays, camera.f_px * camera.baseline_m, PLAIN, down)
 
 
 def said_of(found: PairMeasurement, shape: tuple[int, ...]) -> list[BoolArray]:

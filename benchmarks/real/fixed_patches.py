@@ -1,8 +1,8 @@
 """Fixed patches of a rig at rest: squares of the photo that lie on one plane, measured again in every frame.
 
 A patch is a polygon of the picture that never changes. So what its area scatters by is its plane's noise alone, and
-the plane's part of the image sigma has to say how much. Patches are chosen from the frames' depth: the evenest squares
-first, no two in touch.
+the plane's part of the image sigma has to say how much. OpenCV's plain matching chooses the patches: the evenest
+squares first, no two in touch. So they stay the same ones whatever the program's own matching becomes.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.sigma.area import image_sigma_m2, rings_area_m2
 from asbuilt_bim.vision.stereo.matching import grey
+from benchmarks.real.laser_truth import plain_sgbm
 
 SIDE_PX, STEP_PX = 64, 32
 MOST_PATCHES = 12
@@ -34,10 +35,15 @@ SAME_PX = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
-    """A rectified pair of a rig at rest and its disparity (H, W)."""
+    """A rectified pair of a rig at rest and its disparity (H, W) by plain matching."""
 
     pair: RectifiedPair
     disparity_px: Float32Array
+
+    @classmethod
+    def of(cls, pair: RectifiedPair) -> Frame:
+        """Match a pair plainly."""
+        return cls(pair=pair, disparity_px=plain_sgbm(pair))
 
     def rays(self) -> FloatArray:
         """Return the rays (H, W, 3) of the rectified frame, z = 1."""

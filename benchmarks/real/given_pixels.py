@@ -20,7 +20,7 @@ from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.sigma.area import image_sigma_m2, rings_area_m2
 from asbuilt_bim.vision.stereo.matching import grey
 from benchmarks.real.shots import Shot
-from benchmarks.real.truth_planes import TruthPlane, angle_deg, tolerance_px
+from benchmarks.real.truth_planes import TRUTH, TruthPlane, angle_deg
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +69,7 @@ def given_pixels(
     camera = found.detail.pair.camera
     rays = shot.rays()
     with np.errstate(invalid="ignore"):
-        on_plane = mask & (np.abs(shot.truth_px - rays @ truth.q_px) < tolerance_px(shot.truth_px))
+        on_plane = mask & (np.abs(shot.truth_px - rays @ truth.q_px) < TRUTH.of(shot.truth_px))
     columns, rows = (values.astype(np.intp) for values in ready.at)
     height, width = mask.shape
     inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)

@@ -34,7 +34,7 @@ def laser_lines(folder: Path) -> list[Line]:
     """Compare the matcher, and planes refined on the pixels, with the laser of an ETH3D two-view folder."""
     pair, truth = _read(folder)
     ours, _ = SemiGlobalMatcher(nearest_m=1.0).match(pair)
-    plain = _plain_sgbm(pair)
+    plain = plain_sgbm(pair)
     regions = _planar_regions(pair, truth, ours, plain)
     off, refined, plain_off = (np.array([one for one in column if np.isfinite(one)]) for column in regions.T[:3])
     n, pixels = len(off), int(np.isfinite(truth).sum())
@@ -149,7 +149,7 @@ def _refined(levels: Pictures, rays: FloatArray, tile: tuple[slice, slice], q: F
     return float(middle @ (fit.q_px - q)) if fit is not None else float("nan")
 
 
-def _plain_sgbm(pair: RectifiedPair) -> Float32Array:
+def plain_sgbm(pair: RectifiedPair) -> Float32Array:
     """Match as OpenCV's own example does: 8 x 8 costs, no refinement, 128 disparities."""
     engine = cv2.StereoSGBM.create(
         minDisparity=0, numDisparities=128, blockSize=5, P1=200, P2=800, disp12MaxDiff=1, uniquenessRatio=10,

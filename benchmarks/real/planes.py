@@ -31,11 +31,18 @@ from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import OWN, MeasureOptions
 from asbuilt_bim.vision.target.find import TargetOptions
 from benchmarks.real.face_picture import draw
-from benchmarks.real.face_truth import WITHIN, FaceCase, RegionCase, face_case, not_rejected, region_case
+from benchmarks.real.face_truth import (
+    WITHIN,
+    FaceCase,
+    RegionCase,
+    face_case,
+    not_rejected,
+    regions_by_plain_matching,
+    regions_by_truth,
+)
 from benchmarks.real.given_pixels import rectified
 from benchmarks.real.scenes import STEREO, TWO_CAMERAS, Scene, chosen
 from benchmarks.real.shots import Shot, readable
-from benchmarks.real.truth_planes import upright_regions
 from benchmarks.real.two_cameras import two_camera_lines
 from benchmarks.sites import absent
 from benchmarks.table import Line, line, options, quantiles, report, told, unjudged
@@ -54,6 +61,7 @@ class Gathered:
 
     faces: list[FaceCase] = field(default_factory=list)
     regions: list[RegionCase] = field(default_factory=list)
+    plain: list[RegionCase] = field(default_factory=list)  # by plain matching, where there is no truth
     told: list[Line] = field(default_factory=list)
     scenes: list[str] = field(default_factory=list)
 
@@ -80,6 +88,15 @@ def gather(scene: Scene, into: Gathered, pictures: Path | None) -> None:
         if pictures is not None and isinstance(one, PairMeasurement):
             draw(pictures / f"{scene.name} {shot.photos.name}.png", shot, one)
     into.told += _scene_lines(scene, found)
+    if not scene.truth:
+        cases = [case for one in found if isinstance(one, PairMeasurement)
+                 for case in regions_by_plain_matching(scene.name, one)]  # fmt: skip
+        into.plain += cases
+        got = sum(case.became == "measured" for case in cases)
+        said = sum(case.became == "said" for case in cases)
+        into.told.append(
+            told("  regions by plain matching: measured, said", f"{got}, {said} of {len(cases)}", len(cases))
+        )
 
 
 def _beside_truth(scene: Scene, shot: Shot, found: PairMeasurement | None, into: Gathered) -> None:
@@ -88,8 +105,7 @@ def _beside_truth(scene: Scene, shot: Shot, found: PairMeasurement | None, into:
         ready = rectified(shot, found)
         flat = [face for face in found.faces if isinstance(face.frame, PlaneFrame)]
         into.faces += [face_case(scene.name, shot, found, face, ready) for face in flat]
-    regions = upright_regions(shot.truth_px, shot.rays(), shot.focal_baseline)
-    into.regions += [region_case(scene.name, shot, found, region) for region in regions]
+    into.regions += regions_by_truth(scene.name, shot, found)
 
 
 def _scene_lines(scene: Scene, found: list[PairMeasurement | MeasureError]) -> list[Line]:
@@ -137,6 +153,8 @@ def _size_lines(cases: list[FaceCase]) -> list[Line]:
     }
     median = {key: float(np.median(values)) for key, values in columns.items()}
     mixed = int(np.count_nonzero(columns["share"] < 0.5))
+    upright = np.array([case.z for case in cases if case.upright])
+    within = [not_rejected(sigmas, upright)[0] for sigmas in WITHIN]
     given = [case for case in cases if np.isfinite(case.given_z)]
     z = np.array([case.given_z for case in given])
     counts = [not_rejected(sigmas, z)[0] for sigmas in WITHIN]
@@ -144,6 +162,7 @@ def _size_lines(cases: list[FaceCase]) -> list[Line]:
     text = f"{median['area']:.1%}, {median['offset']:.1%}, {median['tilt']:.0f} deg"
     return [
         told("  error of area, offset by distance, tilt (medians)", text, len(cases)),
+        told("  those on an upright plane of the truth: within 1, 2 sigma", f"{within[0]}, {within[1]}", len(upright)),
         told("  outlines in which no plane holds half of the truth", str(mixed), len(cases)),
         told("  had the truth told the pixels: within 1, 2 sigma; tilt",
              f"{counts[0]}, {counts[1]}; {tilt:.0f} deg", len(given)),
@@ -207,7 +226,7 @@ def main() -> int:
             "area error": quantiles(case.error for case in finite),
             "tilt deg": quantiles(case.tilt_deg for case in finite),
         }
-        rows[role] = [asdict(case) for case in (*gathered.faces, *gathered.regions)]
+        rows[role] = [asdict(case) for case in (*gathered.faces, *gathered.regions, *gathered.plain)]
     return report("Planes in real photographs", unjudged(lines) if args.quick else lines, args, summary, rows)
 
 

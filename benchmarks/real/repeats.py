@@ -15,7 +15,7 @@ absent is named and not judged.
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +23,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from asbuilt_bim.camera.photo.read import decode
-from asbuilt_bim.camera.rectify import rectification, rectify
+from asbuilt_bim.camera.rectify import RectifiedPair, rectification, rectify
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.planes.face_hypotheses import filled
-from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.real.fixed_patches import Frame, Repeat, measured_patches, patches_of, pooled
 from benchmarks.real.planes import measured
 from benchmarks.real.scenes import STEREO, Scene, chosen
@@ -83,26 +82,35 @@ def _best(
     return int(np.argmax(overlaps))
 
 
-def scene_repeats(scene: Scene, most: int | None) -> tuple[list[Repeat], list[Repeat], int]:
-    """Return a scene's patches, its faces that were found again, and its frames; refused ones are left out."""
-    shots = readable(scene.shots()[:most])
-    faces: list[Repeat] = []
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneRepeats:
+    """What a scene's frames gave: patches, faces found again, frames used, faces in a usual frame."""
+
+    patches: list[Repeat]
+    faces: list[Repeat]
+    frames: int
+    usual_faces: int = 0
+
+
+def scene_repeats(scene: Scene, most: int | None) -> SceneRepeats:
+    """Measure a scene's frames again and again; those that the program refuses are left out."""
+    shots, faces, usual = readable(scene.shots()[:most]), list[Repeat](), 0
     if scene.faces:
         found = [one for one in map(measured, shots) if isinstance(one, PairMeasurement)]
-        frames = [Frame(pair=one.detail.pair, disparity_px=one.detail.depth.disparity_px) for one in found]
-        faces = matched_faces(found) if len(found) >= FEWEST_FRAMES else []
+        frames = [Frame.of(one.detail.pair) for one in found]
+        if len(found) >= FEWEST_FRAMES:
+            faces, usual = matched_faces(found), int(np.median([len(one.faces) for one in found]))
     else:
-        frames = [_only_depth(shot) for shot in shots]
+        frames = [Frame.of(_rectified(shot)) for shot in shots]
     if len(frames) < FEWEST_FRAMES:
-        return [], [], len(frames)
-    return measured_patches(frames, patches_of(frames), scene.name), faces, len(frames)
+        return SceneRepeats(patches=[], faces=[], frames=len(frames))
+    patches = measured_patches(frames, patches_of(frames), scene.name)
+    return SceneRepeats(patches=patches, faces=faces, frames=len(frames), usual_faces=usual)
 
 
-def _only_depth(shot: Shot) -> Frame:
-    """Rectify and match a pair as the program does, whatever its faces."""
+def _rectified(shot: Shot) -> RectifiedPair:
     prepared = rectification(shot.rig)
-    pair = rectify(prepared, decode(shot.photos.left), decode(shot.photos.right), shot.photos.name)
-    return Frame(pair=pair, disparity_px=depth_map(pair, SemiGlobalMatcher()).disparity_px)
+    return rectify(prepared, decode(shot.photos.left), decode(shot.photos.right), shot.photos.name)
 
 
 def scene_lines(name: str, kind: str, repeats: list[Repeat], frames: int) -> list[Line]:
@@ -142,14 +150,17 @@ def main() -> int:
     for role in ("develop", "report") if args.scenes == "all" else (args.scenes,):
         patches, faces = list[Repeat](), list[Repeat]()
         its = list[Line]()
-        for scene in [one for one in chosen(role) if one.at_rest and (not args.quick or "room" in one.name)]:
+        for scene in [s for s in chosen(role) if s.at_rest and (not args.quick or "room" in s.name)]:
             if not scene.here:
                 its.append(told(f"{scene.name}: absent, not judged", "", 0))
                 continue
-            own, found, frames = scene_repeats(scene, QUICK_FRAMES if args.quick else None)
-            its += scene_lines(scene.name, "patches", own, frames)
-            its += scene_lines(scene.name, "faces", found, frames) if scene.faces else []
-            patches, faces = patches + own, faces + found
+            one = scene_repeats(scene, QUICK_FRAMES if args.quick else None)
+            its += scene_lines(scene.name, "patches", one.patches, one.frames)
+            if scene.faces:
+                its += scene_lines(scene.name, "faces", one.faces, one.frames)
+                again = f"{len(one.faces)} of {one.usual_faces}"
+                its.append(told("  found again in most frames, of a frame's", again, one.frames))
+            patches, faces = patches + one.patches, faces + one.faces
         lines += [told(role.upper(), "", len(its)), judged("fixed patches", patches), judged("own faces", faces), *its]
         summary[role] = {kind: quantiles(one.ratio for one in its) for kind, its in
                          (("patches", patches), ("faces", faces))}  # fmt: skip

@@ -70,12 +70,22 @@ def middlebury_shot(folder: Path, truth: str) -> Shot:
     text = (folder / "calib.txt").read_text(encoding="utf-8")
     f, _, cx, _, _, cy = (float(word) for word in re.findall(r"[-\d.]+", text.split("[")[1])[:6])
     known = {key: float(value) for key, value in re.findall(r"^(\w+)=([-\d.]+)\s*$", text, flags=re.MULTILINE)}
-    disparity = np.asarray(cv2.imread(str(folder / truth), cv2.IMREAD_UNCHANGED), dtype=np.float32)
+    disparity = read_pfm(folder / truth)
     height, width = disparity.shape
     rig = rectified_rig(f, (cx, cy), known["baseline"] / 1000.0, (width, height), known["doffs"])
     seen = np.isfinite(disparity) & (disparity > 0.0)
     truth_px = np.where(seen, disparity + np.float32(known["doffs"]), np.nan).astype(np.float32)
     return Shot(photos=photos_of(folder.name, folder / "im0.png", folder / "im1.png"), rig=rig, truth_px=truth_px)
+
+
+def read_pfm(path: Path) -> Float32Array:
+    """Read a grey PFM as it is written; OpenCV divides by the scale in its header, which 2014's files fill in."""
+    kind, size, scale, data = path.read_bytes().split(b"\n", 3)
+    if kind != b"Pf":
+        raise ValueError(f"{path}: this is no grey PFM; its first line is {kind[:10]!r}")
+    width, height = map(int, size.split())
+    order = "<f4" if float(scale) < 0.0 else ">f4"
+    return np.frombuffer(data, dtype=order).reshape(height, width)[::-1].astype(np.float32)
 
 
 def photos_of(name: str, left: Path, right: Path) -> StationPhotos:
