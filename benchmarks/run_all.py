@@ -71,6 +71,8 @@ CASES = (
     Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
     Case(script="real/photos.py", slow="", data="photos"),
     Case(script="real/rigs.py", slow="", data="rigs"),
+    Case(script="real/planes.py", slow="", data="stereo"),
+    Case(script="real/repeats.py", slow="", data="stereo"),
     Case(script="house/structure.py", quick="--check"),
     Case(script="house/core_numbers.py", quick="", slow=""),
 )

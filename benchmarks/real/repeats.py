@@ -36,7 +36,7 @@ from benchmarks.sites import absent
 from benchmarks.table import Line, line, options, quantiles, report, told, unjudged
 
 MOST_RATIO = 1.4
-FEWEST_PATCHES, FEWEST_FRAMES = 12, 3
+FEWEST_PATCHES, FEWEST_OF_SCENE, FEWEST_FRAMES = 12, 2, 3
 SAME_FACE = 0.5
 """Of what two outlines cover together: the share that both cover, to be one face."""
 SEEN_AGAIN = 0.6
@@ -114,27 +114,26 @@ def _rectified(shot: Shot) -> RectifiedPair:
 
 
 def scene_lines(name: str, kind: str, repeats: list[Repeat], frames: int) -> list[Line]:
-    """Tell a scene's scatter and sigma."""
+    """Judge a scene's scatter by the stated sigma, and tell both."""
     if not repeats:
         return [told(f"{name}, {kind}: none", f"{frames} frames", 0)]
     scatter = np.median([one.scatter_m2 / np.mean(one.areas_m2) for one in repeats])
     sigma = np.median([np.median(one.sigmas_m2) / np.mean(one.areas_m2) for one in repeats])
     ratios = [one.ratio for one in repeats]
     within = sum(ratio <= MOST_RATIO for ratio in ratios)
+    what, ratio = f"{name}, {kind}: scatter in stated sigmas, {frames} frames", pooled(repeats)
     return [
-        told(f"{name}, {kind}: scatter in sigmas, {frames} frames", f"{pooled(repeats):.2f}", len(repeats)),
+        line(what, f"{ratio:.2f}", f"<= {MOST_RATIO}", len(repeats), ratio <= MOST_RATIO, FEWEST_OF_SCENE),
         told("  scatter, sigma, as shares of the area (medians)", f"{scatter:.2%}, {sigma:.2%}", len(repeats)),
         told("  of one: median, worst; not over 1.4", f"{np.median(ratios):.2f}, {max(ratios):.2f}; {within}",
              len(repeats)),
     ]  # fmt: skip
 
 
-def judged(kind: str, repeats: list[Repeat]) -> Line:
-    """Judge all scenes' repeats of a kind together."""
-    ratio = pooled(repeats)
-    holds = bool(ratio <= MOST_RATIO)
-    what = f"{kind}: scatter in stated sigmas, all scenes"
-    return line(what, f"{ratio:.2f}", f"<= {MOST_RATIO}", len(repeats), holds, FEWEST_PATCHES)
+def all_scenes(patches: list[Repeat]) -> Line:
+    """Judge that there are patches enough to say anything."""
+    n = len(patches)
+    return line("fixed patches, all scenes", str(n), f">= {FEWEST_PATCHES}", n, n >= FEWEST_PATCHES, least_n=1)
 
 
 def main() -> int:
@@ -161,7 +160,7 @@ def main() -> int:
                 again = f"{len(one.faces)} of {one.usual_faces}"
                 its.append(told("  found again in most frames, of a frame's", again, one.frames))
             patches, faces = patches + one.patches, faces + one.faces
-        lines += [told(role.upper(), "", len(its)), judged("fixed patches", patches), judged("own faces", faces), *its]
+        lines += [told(role.upper(), "", len(its)), all_scenes(patches), *its]
         summary[role] = {kind: quantiles(one.ratio for one in its) for kind, its in
                          (("patches", patches), ("faces", faces))}  # fmt: skip
         rows[role] = [asdict(one) for one in (*patches, *faces)]
