@@ -146,13 +146,13 @@ def regions_by_truth(scene: str, shot: Shot, found: PairMeasurement | None) -> l
 
 
 def regions_by_plain_matching(scene: str, found: PairMeasurement) -> list[RegionCase]:
-    """Say what became of the regions that plain matching shows where there is no truth.
-
-    In pixels of the rectified photo, which those of a rejection's place aren't: such pairs come rectified, mostly.
-    """
+    """Say what became of the regions that plain matching shows where there is no truth."""
     pair, regions = found.detail.pair, plain_regions(found)
     shape = pair.valid_left.shape
-    faces, said = [(face, filled(face.outline_px, shape)) for face in found.faces], said_of(found, shape)
+    faces, said = (
+        [(face, filled(face.outline_px, shape)) for face in found.faces],
+        said_of(found, shape, rectified=True),
+    )
     return [region_case(scene, one, faces, said) for one in regions]
 
 
@@ -167,13 +167,16 @@ def plain_regions(found: PairMeasurement) -> list[Region]:
     return upright_regions(plain_sgbm(pair), rays, camera.f_px * camera.baseline_m, PLAIN, down)
 
 
-def said_of(found: PairMeasurement, shape: tuple[int, ...]) -> list[BoolArray]:
-    """Return where (H, W) the program said "seen and not measurable".
+def said_of(found: PairMeasurement, shape: tuple[int, ...], *, rectified: bool = False) -> list[BoolArray]:
+    """Return where (H, W) the program said "seen and not measurable", in the original left photo or the rectified one.
 
     A rejection tells its place in `outline_px`, x and y by turns, in pixels of the original left photo. One without it
     can't be held against a place, so it doesn't count.
     """
-    return [filled([ring], shape) for one in found.rejections if (ring := _ring_of(one)) is not None]
+    rings = [ring for one in found.rejections if (ring := _ring_of(one)) is not None]
+    if rectified:
+        rings = [found.detail.pair.camera.project(found.rig.left.rays(ring)) for ring in rings]
+    return [filled([ring], shape) for ring in rings]
 
 
 def _ring_of(one: Rejection) -> FloatArray | None:

@@ -75,11 +75,16 @@ class Patch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repeat:
-    """One thing measured in several frames: its areas and their image sigmas, by frame."""
+    """One thing measured in several frames: its areas and their image sigmas, by frame.
+
+    Of a face also what its first outline covers on each frame's plane, and each frame's outline on its first plane.
+    """
 
     name: str
     areas_m2: tuple[float, ...]
     sigmas_m2: tuple[float, ...]
+    by_plane_m2: tuple[float, ...] = ()
+    by_outline_m2: tuple[float, ...] = ()
 
     @property
     def scatter_m2(self) -> float:

@@ -226,7 +226,8 @@ def main() -> int:
             "area error": quantiles(case.error for case in finite),
             "tilt deg": quantiles(case.tilt_deg for case in finite),
         }
-        rows[role] = [asdict(case) for case in (*gathered.faces, *gathered.regions, *gathered.plain)]
+        regions = [asdict(case) for case in (*gathered.regions, *gathered.plain)]
+        rows[role] = [*(asdict(case) for case in gathered.faces), *regions]
     return report("Planes in real photographs", unjudged(lines) if args.quick else lines, args, summary, rows)
 
 

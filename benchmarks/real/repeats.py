@@ -15,6 +15,7 @@ absent is named and not judged.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence, Set
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -23,11 +24,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from asbuilt_bim.camera.photo.read import decode
-from asbuilt_bim.camera.rectify import RectifiedPair, rectification, rectify
+from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair, rectification, rectify
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.planes.face_hypotheses import filled
+from benchmarks.real.face_truth import area_on
 from benchmarks.real.fixed_patches import Frame, Repeat, measured_patches, patches_of, pooled
 from benchmarks.real.planes import measured
 from benchmarks.real.scenes import STEREO, Scene, chosen
@@ -44,37 +47,50 @@ SEEN_AGAIN = 0.6
 QUICK_FRAMES = 4
 
 
+Masked = tuple[BoolArray, MeasuredFace]
+"""A flat face and its pixels (H, W) in the rectified photo."""
+
+
 def matched_faces(found: list[PairMeasurement]) -> list[Repeat]:
     """Return the flat faces that are found again in most frames: each frame's best overlap with where it was first."""
-    shape = found[0].detail.pair.valid_left.shape
-    masks = [[(filled(f.outline_px, shape), f) for f in one.faces if isinstance(f.frame, PlaneFrame)] for one in found]
+    camera, shape = found[0].detail.pair.camera, found[0].detail.pair.valid_left.shape
+    frames = [
+        [(filled(face.outline_px, shape), face) for face in one.faces if isinstance(face.frame, PlaneFrame)]
+        for one in found
+    ]
     taken: set[tuple[int, int]] = set()
     repeats: list[Repeat] = []
-    for first, faces in enumerate(masks):
+    for first, faces in enumerate(frames):
         for number, (mask, _) in enumerate(faces):
             if (first, number) in taken:
                 continue
-            same = [(k, j) for k in range(first, len(masks)) if (j := _best(mask, masks[k], k, taken)) is not None]
-            if len(same) < max(FEWEST_FRAMES, SEEN_AGAIN * len(found)):
-                continue
-            taken.update(same)
-            chosen_faces = [masks[k][j][1] for k, j in same]
-            repeats.append(
-                Repeat(
-                    name=f"face {len(repeats) + 1}",
-                    areas_m2=tuple(face.area_m2 for face in chosen_faces),
-                    sigmas_m2=tuple(face.area_sigma_image_m2 for face in chosen_faces),
-                )
-            )
+            same = [
+                (k, j) for k in range(first, len(frames)) if (j := best_overlap(mask, frames[k], k, taken)) is not None
+            ]
+            if len(same) >= max(FEWEST_FRAMES, SEEN_AGAIN * len(found)):
+                taken.update(same)
+                its = [frames[k][j][1] for k, j in same]
+                repeats.append(_repeat_of(its, f"face {len(repeats) + 1}", camera))
     return repeats
 
 
-def _best(
-    mask: BoolArray, faces: list[tuple[BoolArray, object]], frame: int, taken: set[tuple[int, int]]
-) -> int | None:
+def _repeat_of(faces: list[MeasuredFace], name: str, camera: RectifiedCamera) -> Repeat:
+    """Gather one face's areas, and what they would be with only its plane, or only its outline, changing."""
+    outlines = [[camera.rays(ring) for ring in face.outline_px] for face in faces]
+    planes = [face.frame.plane for face in faces if isinstance(face.frame, PlaneFrame)]
+    return Repeat(
+        name=name,
+        areas_m2=tuple(face.area_m2 for face in faces),
+        sigmas_m2=tuple(face.area_sigma_image_m2 for face in faces),
+        by_plane_m2=tuple(area_on(plane, outlines[0]) for plane in planes),
+        by_outline_m2=tuple(area_on(planes[0], outline) for outline in outlines),
+    )
+
+
+def best_overlap(mask: BoolArray, faces: Sequence[Masked], frame: int, taken: Set[tuple[int, int]]) -> int | None:
     """Return the number of the frame's face that overlaps most, over a half; None where none does."""
     overlaps = [
-        0.0 if (frame, j) in taken else float(np.count_nonzero(mask & other) / max(np.count_nonzero(mask | other), 1))
+        0.0 if (frame, j) in taken else np.count_nonzero(mask & other) / max(1, int(np.count_nonzero(mask | other)))
         for j, (other, _) in enumerate(faces)
     ]
     if not overlaps or max(overlaps) < SAME_FACE:
@@ -117,17 +133,29 @@ def scene_lines(name: str, kind: str, repeats: list[Repeat], frames: int) -> lis
     """Judge a scene's scatter by the stated sigma, and tell both."""
     if not repeats:
         return [told(f"{name}, {kind}: none", f"{frames} frames", 0)]
-    scatter = np.median([one.scatter_m2 / np.mean(one.areas_m2) for one in repeats])
-    sigma = np.median([np.median(one.sigmas_m2) / np.mean(one.areas_m2) for one in repeats])
+    scatter = float(np.median([one.scatter_m2 / float(np.mean(one.areas_m2)) for one in repeats]))
+    sigma = float(np.median([float(np.median(one.sigmas_m2)) / float(np.mean(one.areas_m2)) for one in repeats]))
     ratios = [one.ratio for one in repeats]
     within = sum(ratio <= MOST_RATIO for ratio in ratios)
+    parts: list[Line] = []
+    if repeats[0].by_plane_m2:
+        parts.append(told("  of its plane alone, of its outline alone (medians)", _parts(repeats), len(repeats)))
     what, ratio = f"{name}, {kind}: scatter in stated sigmas, {frames} frames", pooled(repeats)
     return [
         line(what, f"{ratio:.2f}", f"<= {MOST_RATIO}", len(repeats), ratio <= MOST_RATIO, FEWEST_OF_SCENE),
         told("  scatter, sigma, as shares of the area (medians)", f"{scatter:.2%}, {sigma:.2%}", len(repeats)),
         told("  of one: median, worst; not over 1.4", f"{np.median(ratios):.2f}, {max(ratios):.2f}; {within}",
              len(repeats)),
+        *parts,
     ]  # fmt: skip
+
+
+def _parts(repeats: list[Repeat]) -> str:
+    """Say how the faces' areas would scatter by their planes alone, and by their outlines alone."""
+    columns = [(one.by_plane_m2, one.by_outline_m2, float(np.mean(one.areas_m2))) for one in repeats]
+    by_plane = np.median([np.std(plane, ddof=1) / mean for plane, _, mean in columns if plane])
+    by_outline = np.median([np.std(outline, ddof=1) / mean for _, outline, mean in columns if outline])
+    return f"{by_plane:.2%}, {by_outline:.2%}"
 
 
 def all_scenes(patches: list[Repeat]) -> Line:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
 
+from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.measure.faces import MeasuredFace
 from benchmarks.real.fixed_patches import Repeat, pooled
-from benchmarks.real.repeats import _best, scene_lines
+from benchmarks.real.repeats import best_overlap, scene_lines
 from benchmarks.real.scenes import SCENES, TWO_CAMERAS, chosen
+
+ANY_FACE = cast(MeasuredFace, None)  # overlap is all that counts
 
 
 def repeat(areas: tuple[float, ...], sigma: float) -> Repeat:
@@ -37,15 +43,15 @@ def test_scatter_of_twice_the_sigma_falls_short() -> None:
 
 
 def test_a_face_is_found_again_where_half_of_both_together_is_shared() -> None:
-    def strip(start: int, stop: int) -> np.ndarray:
+    def strip(start: int, stop: int) -> BoolArray:
         mask = np.zeros((10, 100), dtype=bool)
         mask[:, start:stop] = True
         return mask
 
-    others = [(strip(0, 20), None), (strip(30, 60), None)]
-    assert _best(strip(35, 60), others, 1, set()) == 1  # type: ignore[arg-type]
-    assert _best(strip(35, 60), others, 1, {(1, 1)}) is None  # type: ignore[arg-type]
-    assert _best(strip(50, 90), others, 1, set()) is None  # type: ignore[arg-type]
+    others = [(strip(0, 20), ANY_FACE), (strip(30, 60), ANY_FACE)]
+    assert best_overlap(strip(35, 60), others, 1, set()) == 1
+    assert best_overlap(strip(35, 60), others, 1, {(1, 1)}) is None
+    assert best_overlap(strip(50, 90), others, 1, set()) is None
 
 
 def test_no_scene_is_both_developed_on_and_reported() -> None:

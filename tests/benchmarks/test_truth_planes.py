@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.codes import Reason, SubjectKind, Value, about
 from asbuilt_bim.errors import rejected
+from asbuilt_bim.geometry.arrays import Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import plane_of
 from benchmarks.real.face_truth import _ring_of, area_on, not_rejected, region_case
 from benchmarks.real.shots import read_pfm, rectified_rig
@@ -19,17 +20,17 @@ F_PX, BASELINE_M, SIZE_PX = 500.0, 0.1, (400, 300)
 Q_OF_WALL = np.array([0.0, 0.0, F_PX * BASELINE_M / 4.0])  # 4 m away, square to the axis
 
 
-def rays() -> np.ndarray:
+def rays() -> FloatArray:
     camera = rectified_rig(F_PX, (199.5, 149.5), BASELINE_M, SIZE_PX).left
     rows, columns = np.indices((SIZE_PX[1], SIZE_PX[0]))
     return camera.rays(np.stack([columns, rows], axis=-1).astype(np.float64))
 
 
-def wall_over_floor() -> np.ndarray:
+def wall_over_floor() -> Float32Array:
     """Show a wall at 4 m above row 200, a floor 1 m below the camera under it."""
     disparity = rays() @ Q_OF_WALL
     disparity[200:] = np.maximum(rays() @ np.array([0.0, F_PX * BASELINE_M / 1.0, 0.0]), 0.1)[200:]
-    return disparity.astype(np.float32)
+    return np.asarray(disparity, dtype=np.float32)
 
 
 def test_most_pixels_name_the_plane_however_many_lie_elsewhere() -> None:
@@ -118,9 +119,10 @@ def test_a_region_is_found_where_the_program_says_that_it_cant_measure_it_there(
 
 
 def test_a_rejection_says_where_only_if_it_tells_its_outline() -> None:
-    face, seen = about(SubjectKind.FACE, "A/x1", "A"), {"label": "wall", "area_m2": 1.0, "distance_m": 4.0}
-    uncertain, narrow = seen | {"limit_share": 0.25}, seen | {"width_px": 8.0, "limit_px": 12.0}
-    ring = {"outline_px": (0.0, 0.0, 9.0, 0.0, 9.0, 9.0)}
+    face, seen = about(SubjectKind.FACE, "A/x1", "A"), dict[str, Value](label="wall", area_m2=1.0, distance_m=4.0)
+    uncertain = dict[str, Value](**seen, limit_share=0.25)
+    narrow = dict[str, Value](**seen, width_px=8.0, limit_px=12.0)
+    ring = dict[str, Value](outline_px=(0.0, 0.0, 9.0, 0.0, 9.0, 9.0))
     told = _ring_of(rejected(Reason.FACE_UNCERTAIN, face, **(uncertain | ring)))
     assert told is not None and told.tolist() == [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]
     assert _ring_of(rejected(Reason.FACE_UNCERTAIN, face, **uncertain)) is None
