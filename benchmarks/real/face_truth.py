@@ -18,7 +18,7 @@ from asbuilt_bim.measure.pair import PairMeasurement, seen
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.sigma.area import polygon_area
 from benchmarks.real.given_pixels import UNKNOWN, Rectified, given_pixels
-from benchmarks.real.laser_truth import plain_sgbm
+from benchmarks.real.laser_truth import plain_disparity
 from benchmarks.real.shots import Shot
 from benchmarks.real.truth_planes import (
     CAMERA_DOWN,
@@ -164,7 +164,7 @@ def plain_regions(found: PairMeasurement) -> list[Region]:
     rows, columns = np.indices(pair.valid_left.shape)
     left_rays = camera.rays(np.stack([columns, rows], axis=-1).astype(np.float64))
     rays = left_rays @ camera.rectified_from_left.T
-    return upright_regions(plain_sgbm(pair), rays, camera.f_px * camera.baseline_m, PLAIN, down)
+    return upright_regions(plain_disparity(pair), rays, camera.f_px * camera.baseline_m, PLAIN, down)
 
 
 def said_of(found: PairMeasurement, shape: tuple[int, ...], *, rectified: bool = False) -> list[BoolArray]:

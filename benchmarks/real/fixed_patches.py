@@ -19,7 +19,7 @@ from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.sigma.area import image_sigma_m2, rings_area_m2
 from asbuilt_bim.vision.stereo.matching import grey
-from benchmarks.real.laser_truth import plain_sgbm
+from benchmarks.real.laser_truth import plain_disparity
 
 SIDE_PX, STEP_PX = 64, 32
 MOST_PATCHES = 12
@@ -43,8 +43,8 @@ class Frame:
 
     @classmethod
     def of(cls, pair: RectifiedPair) -> Frame:
-        """Match a pair plainly."""
-        return cls(pair=pair, disparity_px=plain_sgbm(pair))
+        """Match a pair plainly, where there is a photo."""
+        return cls(pair=pair, disparity_px=plain_disparity(pair))
 
     def rays(self) -> FloatArray:
         """Return the rays (H, W, 3) of the rectified frame, z = 1."""

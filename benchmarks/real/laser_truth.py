@@ -160,6 +160,11 @@ def plain_sgbm(pair: RectifiedPair) -> Float32Array:
     return np.where(fixed > 0, fixed / 16.0, np.nan).astype(np.float32)
 
 
+def plain_disparity(pair: RectifiedPair) -> Float32Array:
+    """Match plainly, and keep what lies in the left photo: rectifying leaves black round it."""
+    return np.where(pair.valid_left, plain_sgbm(pair), np.nan).astype(np.float32)
+
+
 def _read(folder: Path) -> tuple[RectifiedPair, Float32Array]:
     text = (folder / "calib.txt").read_text(encoding="utf-8")
     f, _, cx, _, _, cy = (float(word) for word in re.findall(r"[-\d.]+", text.split("[")[1])[:6])

@@ -201,7 +201,7 @@ def _role(role: str, args: object) -> tuple[list[Line], Gathered]:
         gather(scene, gathered, getattr(args, "pictures", None))
     for name, its in TWO_CAMERAS if not quick else ():
         if its == role and (STEREO / "eth3d_pairs" / f"{name}l").is_dir():
-            gathered.told += two_camera_lines(STEREO / "eth3d_pairs", name, measured)
+            gathered.told += two_camera_lines(name, measured)
     return [*truth_lines(gathered), *gathered.told], gathered
 
 

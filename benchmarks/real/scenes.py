@@ -19,6 +19,7 @@ from benchmarks.real.shots import (
     oak_rig,
     photos_of,
     rectified_rig,
+    size_of,
     video_photos,
     zed_rig,
 )
@@ -55,15 +56,16 @@ def _truth(folder: str, file: str) -> Callable[[], list[Shot]]:
     return lambda: [middlebury_shot(STEREO / folder, file)]
 
 
-def _wide(name: str) -> Callable[[], list[Shot]]:
+def wide_shot(name: str) -> Shot:
     """Read a pair of ETH3D's wide rig, which came without calib.txt."""
+    folder = STEREO / "eth3d_pairs" / name
+    photos = photos_of(name, folder / "im0.png", folder / "im1.png")
+    rig = rectified_rig(WIDE_F_PX, WIDE_CENTRE_PX, WIDE_BASELINE_M, size_of(photos.left))
+    return Shot(photos=photos, rig=rig)
 
-    def shots() -> list[Shot]:
-        folder = STEREO / "eth3d_pairs" / name
-        rig = rectified_rig(WIDE_F_PX, WIDE_CENTRE_PX, WIDE_BASELINE_M, (942, 489))
-        return [Shot(photos=photos_of(name, folder / "im0.png", folder / "im1.png"), rig=rig)]
 
-    return shots
+def _wide(name: str) -> Callable[[], list[Shot]]:
+    return lambda: [wide_shot(name)]
 
 
 def _euroc(chosen: slice) -> Callable[[], list[Shot]]:

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
+from asbuilt_bim.camera.photo.picture_file import look_at
 from asbuilt_bim.camera.photo.read import Photo, decode, photo_from_bytes, read_photo
 from asbuilt_bim.camera.rectify import rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
@@ -91,6 +92,12 @@ def read_pfm(path: Path) -> Float32Array:
 def photos_of(name: str, left: Path, right: Path) -> StationPhotos:
     """Read both photos of a pair."""
     return StationPhotos(name=name, left=read_photo(left), right=read_photo(right))
+
+
+def size_of(photo: Photo) -> tuple[int, int]:
+    """Return a photo's width and height as its file says them."""
+    outside = look_at(photo.data)
+    return outside.width_px, outside.height_px
 
 
 def zed_rig(path: Path) -> StereoRig:

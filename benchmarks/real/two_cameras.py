@@ -23,8 +23,8 @@ from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.vision.stereo.matching import grey
 from benchmarks.real.face_truth import area_on, middle
-from benchmarks.real.scenes import NARROW_BASELINE_M, NARROW_F_PX, WIDE_BASELINE_M, WIDE_CENTRE_PX, WIDE_F_PX
-from benchmarks.real.shots import Shot, photos_of, rectified_rig
+from benchmarks.real.scenes import NARROW_BASELINE_M, NARROW_F_PX, STEREO, wide_shot
+from benchmarks.real.shots import Shot, photos_of, rectified_rig, size_of
 from benchmarks.real.truth_planes import angle_deg
 from benchmarks.table import Line, told
 
@@ -45,25 +45,19 @@ class Both:
     area_off: float
 
 
-def two_camera_lines(folder: Path, name: str, measured: Callable[[Shot], PairMeasurement | MeasureError]) -> list[Line]:
+def two_camera_lines(name: str, measured: Callable[[Shot], PairMeasurement | MeasureError]) -> list[Line]:
     """Measure `NAME`l and `NAME`s and tell how their faces agree."""
-    left = folder / f"{name}s/im0.png"
-    wide = measured(
-        Shot(
-            photos=photos_of(f"{name}l", folder / f"{name}l/im0.png", folder / f"{name}l/im1.png"),
-            rig=rectified_rig(WIDE_F_PX, WIDE_CENTRE_PX, WIDE_BASELINE_M, (942, 489)),
-        )
-    )
+    left = STEREO / f"eth3d_pairs/{name}s/im0.png"
+    wide, its = measured(wide_shot(f"{name}l")), photos_of(f"{name}s", left, left.with_name("im1.png"))
     what = f"{name}, wide beside narrow camera"
     if isinstance(wide, MeasureError):
         return [told(f"{what}: the wide pair was refused", "", 0)]
-    size = cv2.imread(str(left)).shape[1::-1]
-    placed = _narrow_camera(wide, left, (int(size[0]), int(size[1])))
+    placed = _narrow_camera(wide, left, size_of(its.left))
     if placed is None:
         return [told(f"{what}: too few features in both", "", 0)]
     centre, narrow_from_wide, matches = placed
-    rig = rectified_rig(NARROW_F_PX, centre, NARROW_BASELINE_M, (int(size[0]), int(size[1])))
-    narrow = measured(Shot(photos=photos_of(f"{name}s", left, left.with_name("im1.png")), rig=rig))
+    rig = rectified_rig(NARROW_F_PX, centre, NARROW_BASELINE_M, size_of(its.left))
+    narrow = measured(Shot(photos=its, rig=rig))
     if isinstance(narrow, MeasureError):
         return [told(f"{what}: the narrow pair was refused", "", 0)]
     pairs = [both for face in narrow.faces if (both := _same_wall(face, narrow, wide, narrow_from_wide)) is not None]
