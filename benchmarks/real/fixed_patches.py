@@ -20,18 +20,19 @@ from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.sigma.area import image_sigma_m2, rings_area_m2
 from asbuilt_bim.vision.stereo.matching import grey
 from benchmarks.real.laser_truth import plain_disparity
+from benchmarks.real.truth_planes import Near
 
-SIDE_PX, STEP_PX = 64, 32
-MOST_PATCHES = 12
-"""Of a scene: the issue asks for 12 in all."""
+SIDE_PX, STEP_PX = 96, 24
+MOST_PATCHES = 16
+"""Of a scene; of some of them the program refines no plane, since nothing is drawn on them."""
 CHOSEN_BY = 6
 """Frames that patches are chosen by, spread evenly: the median of what was matched in them."""
 MEASURED_SHARE, SEEN_SHARE = 0.4, 0.1
 """Pixels of a square that have that median; those of one frame that can say whether it shows the patch."""
-EVEN_PX = 0.5
-"""How far a patch's depths lie off their plane, by the median: beyond it is no plane."""
-SAME_PX = 2.0
-"""A frame whose depths lie further off the patch's plane, by the median, shows something else: a person before it."""
+EVEN_PX, ON_SHARE = 0.5, 0.9
+"""How far a patch's depths lie off their plane, by the median; how many of them lie on it."""
+ON_PLANE, SAME = Near(px=1.0, share=0.1), Near(px=2.0, share=0.2)
+"""What lies on it; and in a single frame: one with fewer shows something else, such as a person before it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,6 +127,8 @@ def patches_of(frames: Sequence[Frame]) -> list[Placed]:
         for y in range(0, usual.shape[0] - SIDE_PX, STEP_PX)
         for x in range(0, usual.shape[1] - SIDE_PX, STEP_PX)
     ]
+    whole = frames[0].pair.valid_left & frames[0].pair.valid_right
+    grid = [patch for patch in grid if whole[patch.box].all()]
     placed = [one for patch in grid if (one := _placed(usual, rays, patch)) is not None]
     chosen: list[Placed] = []
     for one in sorted(placed, key=lambda one: (one.uneven_px, one.patch.y, one.patch.x)):
@@ -136,15 +139,17 @@ def patches_of(frames: Sequence[Frame]) -> list[Placed]:
 
 
 def _placed(usual: Float32Array, rays: FloatArray, patch: Patch) -> Placed | None:
-    """Fit a square's plane; None where too little was measured, or where it is no plane."""
+    """Fit a square's plane; None where too little was measured, or where there is no one plane."""
     d = usual[patch.box]
     seen = np.isfinite(d)
     if seen.mean() < MEASURED_SHARE:
         return None
     r, depths = rays[patch.box][seen], d[seen].astype(np.float64)
     q, _ = fit_q(r, depths, EVEN_PX)
-    uneven = float(np.median(np.abs(depths - r @ q)))
-    return Placed(patch=patch, q_px=q, uneven_px=uneven) if uneven < EVEN_PX else None
+    off = np.abs(depths - r @ q)
+    if np.median(off) > EVEN_PX or np.mean(off < ON_PLANE.of(depths)) < ON_SHARE:
+        return None
+    return Placed(patch=patch, q_px=q, uneven_px=float(np.median(off)))
 
 
 def measured_patches(frames: Sequence[Frame], placed: Sequence[Placed], scene: str) -> list[Repeat]:
@@ -165,9 +170,12 @@ def measured_patches(frames: Sequence[Frame], placed: Sequence[Placed], scene: s
 
 def _shows(frame: Frame, rays: FloatArray, one: Placed) -> bool:
     """Say whether nothing stands before a patch in a frame; where hardly a depth was matched, nothing says so."""
-    off = np.abs(frame.disparity_px[one.patch.box] - rays[one.patch.box] @ one.q_px)
-    known = off[np.isfinite(off)]
-    return bool(known.size < SEEN_SHARE * SIDE_PX**2 or np.median(known) < SAME_PX)
+    plane = rays[one.patch.box] @ one.q_px
+    off = np.abs(frame.disparity_px[one.patch.box] - plane)
+    known = np.isfinite(off)
+    if known.sum() < SEEN_SHARE * SIDE_PX**2:
+        return True
+    return bool(np.mean(off[known] < SAME.of(plane)[known]) >= ON_SHARE)
 
 
 def _refined(
