@@ -68,7 +68,7 @@ PLACES: dict[str, Place] = {
         role="develop",
         elements=(
             Element(name="facade", box_px=(6, 8, 118, 150), plane_px=(4, 4, 118, 150)),
-            Element(name="post", shape="round", box_px=(125, 80, 173, 470), plane_px=(130, 100, 165, 460)),
+            Element(name="post", shape="round", box_px=(119, 80, 166, 470), plane_px=(130, 100, 165, 460)),
             Element(name="trunk", shape="round", box_px=(553, 310, 607, 480), plane_px=(560, 320, 600, 480)),
             Element(name="wall on the gravel", box_px=(660, 300, 830, 485), depth_m=3.2),
             Element(name="column in the yard", shape="column", box_px=(425, 260, 475, 480), depth_m=2.4),
@@ -76,7 +76,6 @@ PLACES: dict[str, Place] = {
         tags=(_stand(300, 300, 3.0), _stand(456, 330, 3.5), _stand(720, 380, 3.9), _stand(880, 280, 3.0),
               _stand(510, 430, 2.6), _stand(640, 330, 2.2)),
         tag_m=0.30,
-        upright_px=((4, 4, 118, 150), (190, 100, 262, 190)),
     ),
     "surveyed_wall": Place(  # colour; a stone wall at 9.7 m, base 1.2 m, two surveyed targets on it
         role="develop",
@@ -97,7 +96,7 @@ PLACES: dict[str, Place] = {
     "electro": Place(  # grey; cast concrete behind a scaffold, base 60 mm, numbers of the same rig elsewhere
         role="develop",
         elements=(
-            Element(name="concrete wall", box_px=(165, 5, 335, 455), plane_px=(165, 5, 335, 455)),
+            Element(name="concrete wall", box_px=(178, 5, 335, 455), plane_px=(165, 5, 335, 455)),
             Element(name="concrete pillar", box_px=(862, 60, 915, 440), plane_px=(862, 60, 920, 440)),
             Element(name="infill of the doorway", box_px=(560, 110, 665, 400), depth_m=3.5, thickness_m=0.2),
             Element(name="column in the yard", shape="column", box_px=(725, 150, 795, 480), depth_m=2.2),
@@ -114,7 +113,7 @@ PLACES: dict[str, Place] = {
             Element(name="column left", shape="column", box_px=(85, 60, 185, 445), depth_m=1.9),
             Element(name="wall before the bike", box_px=(330, 20, 560, 470), depth_m=1.7),
         ),
-        tags=(_stand(98, 115, 3.0), _stand(240, 124, 3.0), _stand(640, 230, 3.1), _stand(680, 420, 2.3),
+        tags=(_stand(98, 115, 3.0), _stand(240, 124, 3.0), _stand(640, 230, 3.1), _stand(660, 420, 1.9),
               _stand(430, 60, 3.0), _stand(150, 435, 2.0)),
         tag_m=0.15,
         disc=_stand(330, 60, 3.0),
