@@ -1,7 +1,8 @@
 """What was chosen by hand in each scene before the first run: elements that stand or don't, tags, and roles.
 
-Roles, written down before the program first ran on any of them: `playground`, `surveyed_wall` and `electro` are
-developed on; `motorcycle`, `herz_jesus` and `zed_corridor` are reported, and their photos are looked at for the tags' places alone.
+Roles, written down before the program first ran on any of them: `playground`, `surveyed_wall`, `electro` and
+`delivery_area` are developed on; `motorcycle`, `herz_jesus` and `zed_corridor` are reported. Of these last the photos
+were looked at for the tags' places alone, and the program runs on them once, when it is done.
 
 All boxes are pixels of the left photo: left, top, right, bottom. A box is the design's face as it is seen from there.
 Where an element stands, its plane comes from the known points in `plane_px`; where none stands, the face is put into
@@ -104,6 +105,19 @@ PLACES: dict[str, Place] = {
         tags=(_stand(70, 300, 3.3), _stand(70, 70, 3.0), _stand(610, 430, 2.6), _stand(740, 300, 3.0),
               _stand(430, 400, 2.3), _stand(876, 430, 2.7)),
         tag_m=0.25,
+    ),
+    "delivery_area": Place(  # grey and dark; wooden crates in a hall, base 60 mm, numbers of the same rig elsewhere
+        role="develop",
+        elements=(
+            Element(name="crates, front", box_px=(505, 265, 712, 480), plane_px=(505, 262, 712, 480), thickness_m=0.1),
+            Element(name="crates, side", box_px=(426, 290, 478, 410), plane_px=(424, 275, 480, 420), thickness_m=0.1),
+            Element(name="column in the hall", shape="column", box_px=(205, 150, 265, 480), depth_m=2.5),
+            Element(name="wall before the shelves", box_px=(760, 120, 900, 470), depth_m=3.0),
+        ),
+        tags=(_stand(120, 120, 3.5), _stand(310, 430, 2.0), _stand(320, 110, 3.0), _stand(620, 180, 2.3),
+              _stand(840, 300, 3.4), _stand(120, 420, 2.6)),
+        tag_m=0.25,
+        upright_px=((505, 262, 712, 480), (424, 275, 480, 420)),
     ),
     "motorcycle": Place(  # colour; a garage at 2 to 4.6 m, base 193 mm
         role="report",

@@ -26,6 +26,15 @@ ETH3D_BASE_M = 0.0595549
 ZED_F_PX = 700.0
 """Nobody states what the vendor's rectified pair has; 700 is the vendor's round figure for 1280 x 720."""
 
+Walls = tuple[tuple[tuple[int, int, int, int], tuple[float, float]], ...]
+WALLS: dict[str, Walls] = {
+    "electro": (((165, 5, 335, 455), (8.0, 8.0)), ((862, 60, 920, 440), (9.5, 9.5))),
+    "delivery_area": (((505, 262, 712, 480), (18.0, 13.0)), ((424, 275, 480, 420), (14.0, 18.0))),
+    "zed_corridor": (((790, 200, 1060, 560), (16.0, 40.5)), ((100, 50, 340, 300), (60.0, 30.0))),
+}
+"""Plain walls with too few corners: a box of the left photo that shows nothing else, and about what disparity its left
+and right side have. The truth of their place is one plane that aligns all of the box's pixels."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scene:
@@ -147,10 +156,7 @@ def _zed(name: str, folder: Path) -> Scene:
     k = np.array([[ZED_F_PX, 0, width / 2 - 0.5], [0, ZED_F_PX, height / 2 - 0.5], [0, 0, 1]])
     pose = np.eye(4)
     pose[0, 3] = -0.119997
-    return _with_walls(
-        _matched(name, [left, right], k, pose),
-        (((790, 200, 1060, 560), (16.0, 40.5)), ((100, 50, 340, 300), (60.0, 30.0))),
-    )
+    return _with_walls(_matched(name, [left, right], k, pose), WALLS[name])
 
 
 def _eth3d_bare(name: str, folder: Path) -> Scene:
@@ -158,10 +164,10 @@ def _eth3d_bare(name: str, folder: Path) -> Scene:
     pose = np.eye(4)
     pose[0, 3] = -ETH3D_BASE_M
     scene = _matched(name, [_photo(folder / "im0.png"), _photo(folder / "im1.png")], ETH3D_WIDE, pose)
-    return _with_walls(scene, (((165, 5, 335, 455), (8.0, 8.0)), ((862, 60, 920, 440), (9.5, 9.5))))
+    return _with_walls(scene, WALLS[name])
 
 
-def _with_walls(scene: Scene, walls: tuple[tuple[tuple[int, int, int, int], tuple[float, float]], ...]) -> Scene:
+def _with_walls(scene: Scene, walls: Walls) -> Scene:
     """Add a grid of points on plain walls, which have too few corners: (box, disparities of its two sides to start)."""
     f, base_m, points = scene.left_k[0, 0], -scene.right_from_left[0, 3], [scene.points_m]
     for box, start_px in walls:
@@ -201,6 +207,7 @@ SCENES: dict[str, tuple[str, Callable[[str, Path], Scene]]] = {
     "playground": ("stereo/eth3d_playground", _rectified),
     "surveyed_wall": ("photos/surveyed_wall", _surveyed_wall),
     "electro": ("stereo/eth3d_pairs/electro_1l", _eth3d_bare),
+    "delivery_area": ("stereo/eth3d_pairs/delivery_area_1l", _eth3d_bare),
     "motorcycle": ("stereo/middlebury_motorcycle", _rectified),
     "herz_jesus": ("stereo/herz_jesus", _herz_jesus),
     "zed_corridor": ("stereo/zed_corridor", _zed),
