@@ -9,15 +9,16 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
 from benchmarks.real.whole_places import Place, Print
-from benchmarks.real.whole_scenes import Scene
+from benchmarks.real.whole_scenes import GAMMA, Scene
 from benchmarks.real.whole_truth import World
 
 MODULES, MODULE_PX = 8, 24  # AprilTag 36h11 with its black border, and one module of white all round
 OVER = 4  # pixels are drawn as this many by this many
 BLUR_PX = 0.6  # of a sharp lens
 OFF_WALL_M = 0.002
-BLACK, WHITE = 0.12, 0.85  # printer's ink and paper, of what the photo shows as white there
-DISC_BGR = (0.12, 0.10, 0.75)
+BLACK, WHITE = 0.04, 0.85  # printer's ink and paper, of the light that the brightest surroundings reflect
+LEAST_LIGHT = 0.2  # of what the photo calls white
+DISC_BGR = (0.015, 0.01, 0.6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,7 +88,8 @@ def _pasted(scene: Scene, photo: ByteImage, corners_m: FloatArray, picture: Floa
     """Put a picture on a quad into a photo: blurred as by a lens, lit as its surroundings, with the photo's noise."""
     at = scene.pixels(corners_m, right=side == 1)
     low, high = np.floor(at.min(axis=0)).astype(int) - 4, np.ceil(at.max(axis=0)).astype(int) + 5
-    own = photo[low[1] : high[1], low[0] : high[0]].astype(np.float64)
+    grey = photo[low[1] : high[1], low[0] : high[0]].astype(np.float64)
+    own = (grey / 255.0) ** GAMMA
     size = picture.shape[0]
     ends = np.array([[0, 0], [size, 0], [size, size], [0, size]], dtype=np.float32) - 0.5
     onto = cv2.getPerspectiveTransform(ends, ((at - low + 0.5) * OVER - 0.5).astype(np.float32))
@@ -95,9 +97,9 @@ def _pasted(scene: Scene, photo: ByteImage, corners_m: FloatArray, picture: Floa
     fine = cv2.warpPerspective(premultiplied, onto, (own.shape[1] * OVER, own.shape[0] * OVER), flags=cv2.INTER_AREA)
     fine = cv2.GaussianBlur(fine, None, BLUR_PX * OVER)
     patch = np.asarray(cv2.resize(fine, (own.shape[1], own.shape[0]), interpolation=cv2.INTER_AREA))
-    light = min(255.0, max(120.0, float(np.quantile(own, 0.9))))
+    light = max(LEAST_LIGHT, float(np.quantile(own, 0.9)))
     noise = np.random.default_rng([side, *low]).normal(0.0, _noise(photo), own.shape[:2])[..., None]
-    mixed = own * (1.0 - patch[..., 3:]) + patch[..., :3] * light + noise * patch[..., 3:]
+    mixed = 255.0 * (own * (1.0 - patch[..., 3:]) + patch[..., :3] * light) ** (1.0 / GAMMA) + noise * patch[..., 3:]
     made = photo.copy()
     made[low[1] : high[1], low[0] : high[0]] = np.clip(np.round(mixed), 0, 255).astype(np.uint8)
     return made

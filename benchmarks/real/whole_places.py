@@ -75,7 +75,7 @@ PLACES: dict[str, Place] = {
             Element(name="column in the yard", shape="column", box_px=(425, 260, 475, 480), depth_m=2.4),
         ),
         tags=(_stand(300, 300, 3.0), _stand(456, 330, 3.5), _stand(720, 380, 3.9), _stand(880, 280, 3.0),
-              _stand(510, 430, 2.6), _stand(640, 330, 2.2)),
+              _stand(510, 430, 2.6), _stand(668, 250, 2.2)),
         tag_m=0.30,
     ),
     "surveyed_wall": Place(  # colour; a stone wall at 9.7 m, base 1.2 m, two surveyed targets on it
@@ -114,7 +114,7 @@ PLACES: dict[str, Place] = {
             Element(name="column in the hall", shape="column", box_px=(205, 150, 265, 480), depth_m=2.5),
             Element(name="wall before the shelves", box_px=(760, 120, 900, 470), depth_m=3.0),
         ),
-        tags=(_stand(120, 120, 3.5), _stand(310, 430, 2.0), _stand(320, 110, 3.0), _stand(620, 180, 2.3),
+        tags=(_stand(120, 120, 3.5), _stand(296, 425, 2.1), _stand(320, 110, 3.0), _stand(620, 180, 2.3),
               _stand(840, 300, 3.4), _stand(120, 420, 2.6)),
         tag_m=0.25,
         upright_px=((505, 262, 712, 480), (424, 275, 480, 420)),

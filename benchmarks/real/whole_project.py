@@ -12,7 +12,7 @@ import ifcopenshell.guid
 import numpy as np
 import yaml
 
-from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray
 from benchmarks.real.whole_draw import Drawn
 from benchmarks.real.whole_places import Place
 from benchmarks.real.whole_scenes import Scene
@@ -23,11 +23,11 @@ CORNERS = ("top-left", "top-right", "bottom-right", "bottom-left")
 VISIT = "2026-03-02"
 
 
-def write_project(folder: Path, world: World, place: Place, drawn: Drawn, in_grey: bool) -> tuple[Path, dict[str, str]]:
+def write_project(folder: Path, world: World, place: Place, drawn: Drawn) -> tuple[Path, dict[str, str]]:
     """Write everything into a folder; return project.yaml and each element's name by its GlobalId."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, photo in (("left.png", drawn.left), ("right.png", drawn.right)):
-        cv2.imwrite(str(folder / name), _grey(photo) if in_grey else photo)
+        cv2.imwrite(str(folder / name), photo)
     _write_rig(folder / "rig.yaml", world.scene)
     _write_survey(folder / "markers.csv", drawn)
     names = write_ifc(folder / "design.ifc", list(world.bodies.values()))
@@ -41,10 +41,6 @@ def write_project(folder: Path, world: World, place: Place, drawn: Drawn, in_gre
     path = folder / "project.yaml"
     path.write_text(yaml.safe_dump(project, sort_keys=False).replace(f"'{VISIT}'", VISIT), encoding="utf-8")
     return path, names
-
-
-def _grey(photo: ByteImage) -> ByteImage:
-    return np.asarray(cv2.cvtColor(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR), dtype=np.uint8)
 
 
 def _write_rig(path: Path, scene: Scene) -> None:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -34,6 +35,12 @@ WALLS: dict[str, Walls] = {
 }
 """Plain walls with too few corners: a box of the left photo that shows nothing else, and about what disparity its left
 and right side have. The truth of their place is one plane that aligns all of the box's pixels."""
+
+Paint = Literal["as it is", "grey", "red-brown"]
+GAMMA = 2.2  # light is what a lens blurs and a paint takes away; a photo's grey is its root
+RED_BROWN_BGR = (0.25, 0.40, 0.85)
+"""What red sandstone and brick reflect of white light."""
+SKY_LIGHT = 0.5  # of white; what is brighter keeps more and more of its own colour
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -67,6 +74,23 @@ class Scene:
         """Return the rays (x, y, 1) of pixels of the left photo."""
         flat = cv2.undistortPoints(np.asarray(pixels, dtype=np.float64).reshape(-1, 1, 2), self.left_k, self.distortion)
         return np.column_stack([np.asarray(flat).reshape(-1, 2), np.ones(len(flat))])
+
+
+def repainted(scene: Scene, paint: Paint) -> Scene:
+    """Return the scene as a grey camera would show it, or as if all in it but the sky were of red-brown stone."""
+    if paint == "as it is":
+        return scene
+    return replace(scene, left=_repainted(scene.left, paint), right=_repainted(scene.right, paint))
+
+
+def _repainted(photo: ByteImage, paint: Paint) -> ByteImage:
+    grey = np.asarray(cv2.cvtColor(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR), dtype=np.uint8)
+    if paint == "grey":
+        return grey
+    light = (photo / 255.0) ** GAMMA
+    sky = np.clip((light.mean(axis=2, keepdims=True) - SKY_LIGHT) / (1.0 - SKY_LIGHT), 0.0, 1.0)
+    painted = light * (sky + (1.0 - sky) * RED_BROWN_BGR)
+    return np.asarray(np.round(255.0 * painted ** (1.0 / GAMMA)), dtype=np.uint8)
 
 
 def read_scene(name: str) -> Scene | None:
