@@ -71,6 +71,7 @@ CASES = (
     Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
     Case(script="real/photos.py", slow="", data="photos"),
     Case(script="real/rigs.py", slow="", data="rigs"),
+    Case(script="real/whole_runs.py", slow="", data="stereo"),
     Case(script="house/structure.py", quick="--check"),
     Case(script="house/core_numbers.py", quick="", slow=""),
 )

@@ -95,7 +95,7 @@ def _pasted(scene: Scene, photo: ByteImage, corners_m: FloatArray, picture: Floa
     onto = cv2.getPerspectiveTransform(ends, ((at - low + 0.5) * OVER - 0.5).astype(np.float32))
     premultiplied = np.dstack([picture[..., :3] * picture[..., 3:], picture[..., 3]])
     fine = cv2.warpPerspective(premultiplied, onto, (own.shape[1] * OVER, own.shape[0] * OVER), flags=cv2.INTER_AREA)
-    fine = cv2.GaussianBlur(fine, None, BLUR_PX * OVER)
+    fine = cv2.GaussianBlur(fine, (0, 0), BLUR_PX * OVER)
     patch = np.asarray(cv2.resize(fine, (own.shape[1], own.shape[0]), interpolation=cv2.INTER_AREA))
     light = max(LEAST_LIGHT, float(np.quantile(own, 0.9)))
     noise = np.random.default_rng([side, *low]).normal(0.0, _noise(photo), own.shape[:2])[..., None]

@@ -78,5 +78,5 @@ def aligned_plane(
 
 def _without_shading(photo: ByteImage) -> Float32Array:
     grey = np.asarray(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), dtype=np.float32)
-    fine = cv2.GaussianBlur(grey, None, 1.0)
-    return np.asarray(fine - cv2.GaussianBlur(grey, None, BLUR_PX), dtype=np.float32)
+    fine = cv2.GaussianBlur(grey, (0, 0), 1.0)
+    return np.asarray(fine - cv2.GaussianBlur(grey, (0, 0), BLUR_PX), dtype=np.float32)

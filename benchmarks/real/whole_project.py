@@ -107,7 +107,7 @@ def _product(file: Any, rooted: Any, context: Any, body: Body) -> Any:
         middle = _axes_2d(file, 0.0, 0.0)
         profile = file.create_entity("IfcCircleProfileDef", ProfileType="AREA", Position=middle, Radius=0.5 * length)
     else:
-        middle = _axes_2d(file, 0.5 * length, 0.5 * deep)  # y runs into the element: seen from the front, x to the right
+        middle = _axes_2d(file, 0.5 * length, 0.5 * deep)  # x to the right as seen from the front, y inwards
         profile = file.create_entity("IfcRectangleProfileDef", ProfileType="AREA", Position=middle, XDim=length,
                                      YDim=deep)  # fmt: skip
     solid = file.create_entity(

@@ -158,7 +158,9 @@ def _herz_jesus(name: str, folder: Path) -> Scene:
         pose, photos = np.linalg.inv(pose), photos[::-1]
     pose[:3, 3] *= HERZ_SCALE
     half = np.diag([0.5, 0.5, 1.0]) @ k  # photos at half size: a station of 6 megapixels says no more of the wall
-    photos = [cv2.resize(one, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for one in photos]
+    photos = [
+        np.asarray(cv2.resize(one, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8) for one in photos
+    ]
     half[:2, 2] -= 0.25
     down = (first if swapped is False else second)[:3, 2]
     return _matched(name, photos, half, pose, up=-down)
@@ -169,7 +171,7 @@ def _strecha(path: Path) -> tuple[FloatArray, FloatArray]:
     numbers = np.array(path.read_text(encoding="utf-8").split(), dtype=np.float64)
     world_from_camera = np.eye(4)
     world_from_camera[:3, :3], world_from_camera[:3, 3] = numbers[12:21].reshape(3, 3), numbers[21:24]
-    return numbers[:9].reshape(3, 3), np.linalg.inv(world_from_camera)
+    return numbers[:9].reshape(3, 3), np.asarray(np.linalg.inv(world_from_camera), dtype=np.float64)
 
 
 def _zed(name: str, folder: Path) -> Scene:
@@ -202,7 +204,9 @@ def _with_walls(scene: Scene, walls: Walls) -> Scene:
     return replace(scene, points_m=np.concatenate(points))
 
 
-def _matched(name: str, photos: list[ByteImage], k: FloatArray, pose: FloatArray, up: FloatArray | None = None) -> Scene:
+def _matched(
+    name: str, photos: list[ByteImage], k: FloatArray, pose: FloatArray, up: FloatArray | None = None
+) -> Scene:
     """Make a scene whose points are corners matched between the photos, near each other's epipolar line."""
     rays = [_flat(at, k, np.zeros(4)) for at in matched_points(photos[0], photos[1])]
     skew = np.cross(np.eye(3), pose[:3, 3] / np.linalg.norm(pose[:3, 3]))

@@ -75,9 +75,7 @@ def plane_of(points_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         best = near if near.sum() > best.sum() else best
     middle = points_m[best].mean(axis=0)
     weights = 1.0 / points_m[best][:, 2] ** 2  # depth's noise grows as its square
-    normal = np.linalg.svd((points_m[best] - middle) * weights[:, None])[2][2] if best.sum() < 4000 else (
-        np.linalg.eigh(np.cov((points_m[best] - middle).T * weights))[1][:, 0]
-    )  # fmt: skip
+    normal = np.linalg.eigh(np.cov((points_m[best] - middle).T * weights))[1][:, 0]
     return middle, normal * -np.sign(normal @ middle)
 
 
@@ -91,9 +89,9 @@ def _up(scene: Scene, place: Place) -> FloatArray:
     boxes = place.upright_px or tuple(one.plane_px for one in place.elements if one.plane_px)[:1]
     plumb = [plane_of(points_in(scene, box))[1] for box in boxes]
     if len(plumb) == 2:
-        up = np.cross(*plumb) * np.sign(np.cross(*plumb) @ up)
-    else:  # one wall: the photo's own columns say the rest
-        up = up - (up @ plumb[0]) * plumb[0]
+        edge = np.cross(plumb[0], plumb[1])
+        return np.asarray(edge * np.sign(edge @ up) / np.linalg.norm(edge))
+    up -= (up @ plumb[0]) * plumb[0]  # one wall: the photo's own columns say the rest
     return np.asarray(up / np.linalg.norm(up))
 
 
