@@ -139,7 +139,8 @@ def lines_of(visits: list[Visit], told_too: list[Visit]) -> list[Line]:
     pairs = {paint: [(plain[one.scene, one.body.element.name], one) for one in told_too if one.paint == paint]
              for paint in PAINTS}  # fmt: skip
     lines = [
-        line(f"elements called wrongly, {places} places", str(len(wrong)), "0", runs, not wrong and enough, LEAST_VISITS),
+        line(f"elements called wrongly, {places} places", str(len(wrong)), "0", runs, enough and not wrong,
+             LEAST_VISITS),
         line("elements over 50 % visible that are decided", f"{share:.0%}", f">= {DECIDED:.0%}", len(shown),
              share >= DECIDED and enough, LEAST_VISITS),
         *(_same_line(paint, both) for paint, both in pairs.items()),

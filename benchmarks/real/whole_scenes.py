@@ -162,15 +162,16 @@ def _herz_jesus(name: str, folder: Path) -> Scene:
         np.asarray(cv2.resize(one, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8) for one in photos
     ]
     half[:2, 2] -= 0.25
-    down = (first if swapped is False else second)[:3, 2]
-    return _matched(name, photos, half, pose, up=-down)
+    left = second if swapped else first
+    return _matched(name, photos, half, pose, up=-left[:3, 2])
 
 
 def _strecha(path: Path) -> tuple[FloatArray, FloatArray]:
     """Return K and camera_from_world (4, 4): a file has K, three zeros, R of world_from_camera, the centre."""
     numbers = np.array(path.read_text(encoding="utf-8").split(), dtype=np.float64)
     world_from_camera = np.eye(4)
-    world_from_camera[:3, :3], world_from_camera[:3, 3] = numbers[12:21].reshape(3, 3), numbers[21:24]
+    u, _, v = np.linalg.svd(numbers[12:21].reshape(3, 3))  # six digits leave it no rotation to the program's liking
+    world_from_camera[:3, :3], world_from_camera[:3, 3] = u @ v, numbers[21:24]
     return numbers[:9].reshape(3, 3), np.asarray(np.linalg.inv(world_from_camera), dtype=np.float64)
 
 
