@@ -1,8 +1,9 @@
-"""What was chosen by hand in each scene before the first run: elements that stand or don't, tags, and roles.
+"""What was chosen by hand in each scene: elements that stand or don't, tags, and roles.
 
-Roles, written down before the program first ran on any of them: `playground`, `surveyed_wall`, `electro` and
-`delivery_area` are developed on; `motorcycle`, `herz_jesus` and `zed_corridor` are reported. Of these last the photos
-were looked at for the tags' places alone, and the program runs on them once, when it is done.
+Roles were written down before the program first ran on the scene. `playground`, `surveyed_wall`, `electro` and
+`delivery_area` are developed on; a box or a tag of theirs that lay wrongly was moved after a first run. `motorcycle`,
+`herz_jesus` and `zed_corridor` are reported. Their photos were looked at for the tags' places alone, and the program
+runs on them once, when it is done.
 
 All boxes are pixels of the left photo: left, top, right, bottom. A box is the design's face as it is seen from there.
 Where an element stands, its plane comes from the known points in `plane_px`; where none stands, the face is put into

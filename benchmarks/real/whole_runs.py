@@ -7,8 +7,7 @@ python benchmarks/real/whole_runs.py --pictures FOLDER               keeps the p
 
 Each scene is a real pair with a known geometry. Elements of the design lie on surfaces that truly stand, or in free
 space that one sees through. The photographs are not part of the project: ASBUILT_BIM_DATA names their folder. What is
-absent is named and not judged. A scene in colour runs again in grey and
-in red-brown, and must say the same.
+absent is named and not judged. A scene in colour runs again in grey and in red-brown, and must say the same.
 """
 
 from __future__ import annotations
