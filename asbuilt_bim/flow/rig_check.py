@@ -18,7 +18,7 @@ from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
-from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_doubt, rig_rejection
 
 Outcome = StationMeasurement | RejectedStation
 MeasureAgain = Callable[[Sequence[str], StereoRig], Mapping[str, Outcome]]
@@ -64,10 +64,8 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
         records.append(_record(verdict, refined=False))
         if verdict.state == "knocked":
             found.update({name: _refused(found[name], verdict) for name in names})
-        elif verdict.state == "doubtful":
-            warnings.append(rig_rejection(Reason.RIG_MOVED, RIG, verdict, names))
-        elif verdict.state == "undetermined":
-            warnings.append(rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, names))
+        doubt = rig_doubt(verdict, names)
+        warnings += [doubt] if doubt is not None else []
     notes += [_knocked_between(before, after) for before, after in pairwise(verdicts)]
     return WatchedVisit(
         outcomes=tuple(found[outcome.station] for outcome in outcomes),
@@ -122,12 +120,9 @@ def _still_knocked(
     verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
     bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
     refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
-    doubts = [
-        rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, verdict.stations, refined=True)
-        for verdict in verdicts
-        if verdict.state == "undetermined"
-    ]
-    return refused, "not refined" if refused else "refined", tuple(doubts)
+    doubts = [rig_doubt(verdict, verdict.stations, refined=True) for verdict in verdicts]
+    told = tuple(doubt for doubt in doubts if doubt is not None)
+    return refused, "not refined" if refused else "refined", told
 
 
 def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
