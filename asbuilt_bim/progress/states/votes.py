@@ -10,7 +10,8 @@ from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.evidence import StationView, Verdict, judge
+from asbuilt_bim.progress.states.belief import OtherColour, weigh_colour
+from asbuilt_bim.progress.states.evidence import NO_TINTS, StationView, Verdict, judge
 from asbuilt_bim.progress.states.outlines import outlined_samples, speaking, standing_off
 from asbuilt_bim.progress.states.trust import WIDER_THAN_A_BAR, WIDER_THAN_A_COLUMN, large_enough, seen_through, trusted
 
@@ -29,6 +30,7 @@ class Votes:
     decided_by: dict[str, BoolArray]
     before: BoolArray  # something stands before it, at one station at least
     spoken: tuple[FaceMatch, ...]  # the matches that were taken for concrete
+    other: OtherColour | None = None  # what of it has another colour than concrete
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,7 +53,11 @@ def gather(
 ) -> Votes:
     """Ask every station about every sample; a side that is measured to be built overrules one hardly seen open."""
     nothing = np.zeros(len(samples.points_m))
-    by_station = {view.pose.station: _asked(view, element, samples, by_face, options) for view in views}
+    colours = {view.pose.station: view.colour for view in views if view.colour is not None}
+    own = [match for face in element.faces for match in by_face.get(face.face_id, ())]
+    other = weigh_colour(own, colours, options)
+    tints = other.tints if other is not None and other.believed else NO_TINTS
+    by_station = {view.pose.station: _asked(view, element, samples, by_face, tints, options) for view in views}
     built = sum((one.built for one in by_station.values()), nothing)
     firm = sum((one.firm for one in by_station.values()), nothing)
     opened = sum((one.open for one in by_station.values()), nothing)
@@ -62,6 +68,7 @@ def gather(
         decided_by={station: decided for station, decided in decided_by.items() if decided.any()},
         before=np.any([nothing > 0.0, *(one.hidden for one in by_station.values())], axis=0),
         spoken=tuple(match for one in by_station.values() for match in one.spoken),
+        other=other,
     )
 
 
@@ -70,6 +77,7 @@ def _asked(
     element: BimElement,
     samples: CellSamples,
     by_face: Mapping[str, Sequence[FaceMatch]],
+    tints: FloatArray,
     options: ProgressOptions,
 ) -> _StationVotes:
     """Ask one station; a matched outline counts for its samples where depth doesn't contradict.
@@ -80,7 +88,7 @@ def _asked(
     station = view.pose.station
     height = samples.points_m[:, 2] - element.vertices_m[:, 2].min(initial=np.inf)
     least_wide = WIDER_THAN_A_COLUMN if element.kind == "wall" else WIDER_THAN_A_BAR
-    evidence = judge(view, samples.points_m, samples.normals, options)
+    evidence = judge(view, samples.points_m, samples.normals, options, tints)
     speak = speaking(element, samples, station, evidence, by_face, options)
     outlined, sigma = outlined_samples(samples, speak, evidence, options)
     near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options, least_wide)
@@ -100,7 +108,7 @@ def _asked(
         firm=np.where(there & outlined, weight, 0.0),
         open=np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0),
         hidden=hidden,
-        spoken=tuple(match for match, _ in speak),
+        spoken=tuple(match for match, covered in speak if there[covered].any()),
     )
 
 
