@@ -210,6 +210,7 @@ class Reason(StrEnum):
     STANDS_OFF = "stands off the design"
     STARTER_BARS = "may be starter bars"
     SURFACE_UNCLEAR = "surface unclear"
+    OTHER_COLOUR = "of another colour"  # than the visit's concrete: counted or not
     PAST_OUTLINE = "goes on past its outline"
     AREAS_APART = "areas apart"
     PAST_DESIGN = "goes on past the design"

@@ -13,7 +13,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.colour import OF_ANOTHER, ConcreteColour
+from asbuilt_bim.progress.states.colour import OF_ANOTHER, ConcreteColour, FaceTint
 from asbuilt_bim.progress.states.outlines import may_be_concrete
 
 FORMWORK_M = 0.018, 0.12
@@ -22,11 +22,15 @@ FORMWORK_M = 0.018, 0.12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OtherColour:
-    """Faces (matches) of one element whose colour speaks against concrete, their tints (k, 2), and the verdict."""
+    """The faces of one element whose colour speaks against concrete, and the log-odds that they are concrete."""
 
-    matches: tuple[FaceMatch, ...]
-    tints: FloatArray
+    faces: Mapping[str, FaceTint]
     log_odds: float
+
+    @property
+    def tints(self) -> FloatArray:
+        """Return the faces' tints (k, 2)."""
+        return np.array([face.tint for face in self.faces.values()])
 
     @property
     def believed(self) -> bool:
@@ -42,28 +46,23 @@ def weigh_colour(
     Colour speaks once: the faces share it. Each station's best-known offset speaks for itself, by the share of the face
     that lies on the design face.
     """
-    against: list[tuple[FaceMatch, FloatArray, float]] = []
-    for match in matches:
+    against: dict[str, FaceTint] = {}
+    odds: list[float] = []
+    best: dict[str, FaceMatch] = {}
+    for match in sorted(matches, key=lambda one: one.offset_sigma_m):
         colour = colours.get(match.station)
-        tint = colour.faces.get(match.face_id) if colour is not None else None
-        if colour is None or tint is None or not may_be_concrete(match, options):
+        seen = colour.faces.get(match.face_id) if colour is not None else None
+        if colour is None or seen is None or not may_be_concrete(match, options):
             continue
-        odds = float(colour.palette.log_odds(tint[None, :])[0])
-        if odds < 0.0:
-            against.append((match, tint, odds))
+        own = float(colour.palette.log_odds(seen.tint[None, :])[0])
+        if own < 0.0:
+            against[match.face_id] = seen
+            odds.append(own)
+            best.setdefault(match.station, match)
     if not against:
         return None
-    best: dict[str, FaceMatch] = {}
-    for match, _, _ in sorted(against, key=lambda one: -one[0].offset_sigma_m):
-        best[match.station] = match
-    place = sum(
-        match.overlap * place_log_odds(match.offset_m, match.offset_sigma_m, options) for match in best.values()
-    )
-    return OtherColour(
-        matches=tuple(match for match, _, _ in against),
-        tints=np.array([tint for _, tint, _ in against]),
-        log_odds=place + float(np.median([odds for _, _, odds in against])),
-    )
+    place = [match.overlap * place_log_odds(match.offset_m, match.offset_sigma_m, options) for match in best.values()]
+    return OtherColour(faces=against, log_odds=sum(place) + float(np.median(odds)))
 
 
 def place_log_odds(offset_m: float, sigma_m: float, options: ProgressOptions) -> float:

@@ -53,15 +53,23 @@ class Palette:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceTint:
+    """A face's median tint (2,), and the share of its pixels that haven't the colour of concrete."""
+
+    tint: FloatArray
+    other_share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConcreteColour:
-    """A station's picture as tints (h, w, 2), NaN where too dark, what concrete looks like, and its faces' tints (2,).
+    """A station's picture as tints (h, w, 2), NaN where too dark, what concrete looks like, and its faces by their id.
 
     `scale` is picture pixels per rectified pixel.
     """
 
     tint: Float32Array
     palette: Palette
-    faces: Mapping[str, FloatArray]
+    faces: Mapping[str, FaceTint]
     scale: float
 
     def fits(self, pixels: FloatArray, more: FloatArray) -> BoolArray:
@@ -99,16 +107,10 @@ class TintedPicture:
             tint = np.where(lab[..., :1] >= DARK, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
         return TintedPicture(tint=tint, scale=image.shape[1] / station.camera.width_px)
 
-    def face_tints(self, faces: Iterable[MeasuredFace]) -> dict[str, FloatArray]:
-        """Return each face's median tint (2,) by its id, where any of it is light enough."""
-        medians = {face.face_id: self.median([face]) for face in faces}
-        return {face_id: median for face_id, median in medians.items() if median is not None}
-
-    def median(self, faces: Iterable[MeasuredFace]) -> FloatArray | None:
-        """Return the median tint (2,) over all pixels of faces; None where none is light enough."""
+    def of_faces(self, faces: Iterable[MeasuredFace]) -> FloatArray:
+        """Return the tints (N, 2) of all pixels of faces that are light enough."""
         mask = np.zeros(self.tint.shape[:2], dtype=np.uint8)
         for face in faces:
             rings = [np.round((ring + 0.5) * self.scale - 0.5).astype(np.int32) for ring in face.outline_px]
             cv2.fillPoly(mask, rings, 255)
-        own = self.tint[(mask > 0) & np.isfinite(self.tint[..., 0])]
-        return np.median(own, axis=0).astype(np.float64) if len(own) else None
+        return self.tint[(mask > 0) & np.isfinite(self.tint[..., 0])].astype(np.float64)

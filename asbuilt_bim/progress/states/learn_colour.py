@@ -1,13 +1,14 @@
 """What colour concrete has at a visit: learned from its matched faces, in the light that was there."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.colour import SCATTER, ConcreteColour, Palette, TintedPicture
+from asbuilt_bim.progress.states.colour import SCATTER, ConcreteColour, FaceTint, Palette, TintedPicture
 from asbuilt_bim.progress.states.outlines import may_be_concrete
 
 MOST_TINT = 0.12
@@ -24,65 +25,67 @@ def visit_colours(matched: MatchResult, options: ProgressOptions) -> dict[str, C
     """
     if options.tinted_share >= 1.0:
         return {}
-    credible = [match for match in matched.matches if may_be_concrete(match, options)]
-    pictures = {placed.pose.station: TintedPicture.of(placed.measurement) for placed in matched.stations}
-    known = {name: picture for name, picture in pictures.items() if picture is not None}
+    credible = {(match.station, match.face_id) for match in matched.matches if may_be_concrete(match, options)}
+    seen: dict[str, _Seen] = {}
+    for placed in matched.stations:
+        picture = TintedPicture.of(placed.measurement)
+        if picture is not None:
+            name = placed.pose.station
+            faces = {face.face_id: picture.of_faces([face]) for face in placed.measurement.faces}
+            own = [face for face in placed.measurement.faces if (name, face.face_id) in credible]
+            seen[name] = _Seen(picture=picture, faces=faces, own=picture.of_faces(own))
+    visit = _visit_tint([match for match in matched.matches if may_be_concrete(match, options)], seen)
+    tints = {name: _tints(one.own, visit) for name, one in seen.items()}
+    sigma = _sigma(credible, seen, tints)
+    return {name: _colour(one, Palette(tints=tints[name], sigma=sigma)) for name, one in seen.items()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Seen:
+    """A station's picture, the tints (N, 2) of each of its faces, and those of all that may be concrete together."""
+
+    picture: TintedPicture
+    faces: Mapping[str, FloatArray]
+    own: FloatArray
+
+
+def _colour(seen: _Seen, palette: Palette) -> ConcreteColour:
     faces = {
-        placed.pose.station: known[placed.pose.station].face_tints(placed.measurement.faces)
-        for placed in matched.stations
-        if placed.pose.station in known
+        face_id: FaceTint(tint=np.median(tints, axis=0), other_share=float(np.mean(palette.log_odds(tints) < 0.0)))
+        for face_id, tints in seen.faces.items()
+        if len(tints)
     }
-    visit = _visit_tint(credible, faces)
-    own = {name: _own_tint(name, picture, matched, credible) for name, picture in known.items()}
-    tints = {name: _tints(one, visit) for name, one in own.items()}
-    sigma = _sigma(credible, faces, tints)
-    return {
-        name: ConcreteColour(
-            tint=picture.tint, palette=Palette(tints=tints[name], sigma=sigma), faces=faces[name], scale=picture.scale
-        )
-        for name, picture in known.items()
-    }
+    return ConcreteColour(tint=seen.picture.tint, palette=palette, faces=faces, scale=seen.picture.scale)
 
 
-def _visit_tint(matches: Sequence[FaceMatch], faces: Mapping[str, Mapping[str, FloatArray]]) -> FloatArray:
+def _visit_tint(credible: Sequence[FaceMatch], seen: Mapping[str, _Seen]) -> FloatArray:
     """Return the visit's tint (2,): the median of its elements, with grey as one more that says nothing."""
     by_element: dict[str, list[FloatArray]] = {}
-    for match in matches:
-        tint = faces.get(match.station, {}).get(match.face_id)
-        if tint is not None:
-            by_element.setdefault(match.element, []).append(tint)
+    for match in credible:
+        if match.station in seen and len(tints := seen[match.station].faces[match.face_id]):
+            by_element.setdefault(match.element, []).append(np.median(tints, axis=0))
     if not by_element:
         return np.zeros(2)
     medians = np.array([np.median(tints, axis=0) for tints in by_element.values()])
     return np.asarray(np.median(medians, axis=0) * len(medians) / (len(medians) + 1.0))
 
 
-def _own_tint(
-    station: str, picture: TintedPicture, matched: MatchResult, credible: Sequence[FaceMatch]
-) -> FloatArray | None:
-    """Return the median (2,) over all of a station's credible faces, None where it has none."""
-    wanted = {match.face_id for match in credible if match.station == station}
-    (measured,) = (placed.measurement for placed in matched.stations if placed.pose.station == station)
-    return picture.median([face for face in measured.faces if face.face_id in wanted])
-
-
-def _tints(own: FloatArray | None, visit: FloatArray) -> FloatArray:
+def _tints(own: FloatArray, visit: FloatArray) -> FloatArray:
     """Return the tints (k, 2) of concrete at a station: its own faces', or the visit's where its own can't be.
 
     Where that is no grey in any daylight, grey is concrete as well.
     """
-    if own is None or (np.linalg.norm(own) > MOST_TINT and np.linalg.norm(own - visit) > MOST_TINT):
-        own = visit
-    return own[None, :] if np.linalg.norm(own) <= MOST_TINT else np.stack([np.zeros(2), own])
+    tint = np.median(own, axis=0) if len(own) else visit
+    if np.linalg.norm(tint) > MOST_TINT and np.linalg.norm(tint - visit) > MOST_TINT:
+        tint = visit
+    return tint[None, :] if np.linalg.norm(tint) <= MOST_TINT else np.stack([np.zeros(2), tint])
 
 
-def _sigma(
-    matches: Sequence[FaceMatch], faces: Mapping[str, Mapping[str, FloatArray]], tints: Mapping[str, FloatArray]
-) -> float:
+def _sigma(credible: set[tuple[str, str]], seen: Mapping[str, _Seen], tints: Mapping[str, FloatArray]) -> float:
     """Return how faces scatter round their stations' tints: at least `SCATTER`, at most as daylight does."""
     away = [
-        float(np.linalg.norm(tints[match.station] - tint, axis=1).min())
-        for match in matches
-        if match.station in tints and (tint := faces[match.station].get(match.face_id)) is not None
+        float(np.linalg.norm(tints[name] - np.median(own, axis=0), axis=1).min())
+        for name, face_id in sorted(credible)
+        if name in seen and len(own := seen[name].faces[face_id])
     ]
     return float(np.clip(np.median(away) / RAYLEIGH_MEDIAN, SCATTER, MOST_TINT)) if away else SCATTER

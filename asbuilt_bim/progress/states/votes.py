@@ -1,7 +1,7 @@
 """What every station says of every sample of an element's surface, put together: weights for built and for open."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.belief import OtherColour, weigh_colour
+from asbuilt_bim.progress.states.colour import FaceTint
 from asbuilt_bim.progress.states.evidence import NO_TINTS, StationView, Verdict, judge
-from asbuilt_bim.progress.states.outlines import outlined_samples, speaking, standing_off
+from asbuilt_bim.progress.states.outlines import Speaking, outlined_samples, speaking, standing_off
 from asbuilt_bim.progress.states.trust import WIDER_THAN_A_BAR, WIDER_THAN_A_COLUMN, large_enough, seen_through, trusted
 
 SECOND_LOOK = 0.3
@@ -30,7 +31,7 @@ class Votes:
     decided_by: dict[str, BoolArray]
     before: BoolArray  # something stands before it, at one station at least
     spoken: tuple[FaceMatch, ...]  # the matches that were taken for concrete
-    other: OtherColour | None = None  # what of it has another colour than concrete
+    other_colour: Mapping[str, FaceTint]  # faces of another colour than concrete's, by id: counted, or left out for it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,6 +43,7 @@ class _StationVotes:
     open: FloatArray
     hidden: BoolArray
     spoken: tuple[FaceMatch, ...]
+    tinted: Mapping[str, FaceTint]
 
 
 def gather(
@@ -68,7 +70,7 @@ def gather(
         decided_by={station: decided for station, decided in decided_by.items() if decided.any()},
         before=np.any([nothing > 0.0, *(one.hidden for one in by_station.values())], axis=0),
         spoken=tuple(match for one in by_station.values() for match in one.spoken),
-        other=other,
+        other_colour=_other_colour(by_station.values(), other),
     )
 
 
@@ -90,7 +92,7 @@ def _asked(
     least_wide = WIDER_THAN_A_COLUMN if element.kind == "wall" else WIDER_THAN_A_BAR
     evidence = judge(view, samples.points_m, samples.normals, options, tints)
     speak = speaking(element, samples, station, evidence, by_face, options)
-    outlined, sigma = outlined_samples(samples, speak, evidence, options)
+    outlined, sigma = outlined_samples(samples, speak.matches, evidence, options)
     near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options, least_wide)
     near &= ~standing_off(element, samples, station, by_face, options)
     hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER) | before_it
@@ -108,8 +110,26 @@ def _asked(
         firm=np.where(there & outlined, weight, 0.0),
         open=np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0),
         hidden=hidden,
-        spoken=tuple(match for match, covered in speak if there[covered].any()),
+        spoken=tuple(match for match, covered in speak.matches if there[covered].any()),
+        tinted=_tinted(view, speak),
     )
+
+
+def _tinted(view: StationView, speak: Speaking) -> dict[str, FaceTint]:
+    """Return a station's faces that were left out for their colour alone, by their id."""
+    faces = view.colour.faces if view.colour is not None else {}
+    known = {face_id: share for face_id, share in speak.tinted.items() if face_id in faces}
+    return {face_id: replace(faces[face_id], other_share=share) for face_id, share in known.items()}
+
+
+def _other_colour(stations: Iterable[_StationVotes], other: OtherColour | None) -> dict[str, FaceTint]:
+    """Return the faces of another colour than concrete's, by id: those left out, and those counted all the same."""
+    found: dict[str, FaceTint] = {}
+    for one in stations:
+        counted = {match.face_id for match in one.spoken}
+        found |= {face_id: face for face_id, face in (other.faces if other else {}).items() if face_id in counted}
+        found |= one.tinted
+    return found
 
 
 def mistaken(samples: CellSamples, firm: FloatArray, opened: FloatArray) -> BoolArray:
