@@ -125,13 +125,19 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
         return
     seen: dict[str, Value] = {"label": face.label, "area_m2": face.area_m2, "distance_m": face.distance_m}
     subject = about(SubjectKind.FACE, own, station)
-    rejections.append(rejected(code, subject, **(seen | values), box_px=_box_px(face)))
+    rejections.append(rejected(code, subject, **(seen | values | _box_px(face))))
 
 
-def _box_px(face: MeasuredFace) -> tuple[int, int, int, int]:
-    """Return what a face's outer ring spans in the rectified left photo: x0, y0, x1, y1, whole pixels."""
-    low, high = np.floor(face.outline_px[0].min(axis=0)), np.ceil(face.outline_px[0].max(axis=0))
-    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+def _box_px(face: MeasuredFace) -> dict[str, Value]:
+    """Return what a face's outer ring spans in the rectified left photo: x0, y0, x1, y1, whole pixels.
+
+    A corner far off on a plane seen edge-on may have no pixel; a ring without any gives no box.
+    """
+    ring = face.outline_px[0][np.isfinite(face.outline_px[0]).all(axis=1)]
+    if not len(ring):
+        return {}
+    low, high = np.floor(ring.min(axis=0)), np.ceil(ring.max(axis=0))
+    return {"box_px": (int(low[0]), int(low[1]), int(high[0]), int(high[1]))}
 
 
 def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85) -> bytes:
