@@ -110,7 +110,7 @@ class Reason(StrEnum):
     INSTANCE_WITHOUT_SURFACE = "instance without a surface"  # a network sees it, the depth doesn't
     INSTANCE_WITHOUT_DEPTH = "instance without depth"  # method: paper
     INSTANCE_WITHOUT_FACE = "instance without a face"
-    SURFACE_BEYOND = "surface beyond the rig's reach"
+    SURFACE_TOO_FAR = "surface too far for the rig"
     FACE_NARROW = "face too narrow"
     FACE_UNCERTAIN = "face too uncertain"
     # Places of stations.

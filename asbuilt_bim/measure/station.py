@@ -22,7 +22,7 @@ from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
 from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.bars import without_bars
-from asbuilt_bim.vision.scene.beyond import surface_beyond
+from asbuilt_bim.vision.scene.far_surface import far_surface
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
@@ -203,7 +203,7 @@ def _measure(
     if depth is not stereo:
         timer.done("depth network")
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
-    beyond = surface_beyond(scene, sky, options.geometric.scene.grow, pair.name)
+    far = far_surface(scene, sky, options.geometric.scene.grow, pair.name)
     marks = marks_mask(pair.valid_left.shape, seen.markers, target)
     if options.method != "paper":
         scene = without_bars(scene, pair, marks)
@@ -227,7 +227,7 @@ def _measure(
         markers=seen.markers,
         depth_ref=reference,
         vertical=found.up,
-        rejections=(*seen.reasons, *agreed.notes, *beyond, *found.rejections),
+        rejections=(*seen.reasons, *agreed.notes, *far, *found.rejections),
         seconds=timer.seconds,
         left_digest=seen.photos.left.digest,
         right_digest=seen.photos.right.digest,

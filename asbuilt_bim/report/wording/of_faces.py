@@ -72,7 +72,7 @@ FACES: Table = {
         remedy="take another depth: stereo, fused or paper",
     ),
     Reason.INSTANCE_WITHOUT_FACE: _without_face,
-    Reason.SURFACE_BEYOND: Words(
+    Reason.SURFACE_TOO_FAR: Words(
         part="surface over {share:.0%} of the photo",
         reason="a surface at about {distance_m:.0f} m is beyond what this rig measures",
         limit="{limit_m:.0f} m",

@@ -13,7 +13,7 @@ OF_PHOTO = 0.05
 """A twentieth of the photo: a smaller surface that far off is background."""
 
 
-def surface_beyond(scene: Scene, sky: BoolArray, options: GrowOptions, station: str) -> tuple[Rejection, ...]:
+def far_surface(scene: Scene, sky: BoolArray, options: GrowOptions, station: str) -> tuple[Rejection, ...]:
     """Name the largest upright surface beyond the rig's reach; `sky` (H, W) is none. Empty where there is none."""
     level = scene.level
     least_px = float(np.hypot(options.mode_sigma_px, options.rig_sigma_px))  # nearer to 0 it could be endlessly far
@@ -33,7 +33,7 @@ def surface_beyond(scene: Scene, sky: BoolArray, options: GrowOptions, station: 
     x, y, width, height = (int(value) for value in stats[largest][:4])
     return (
         rejected(
-            Reason.SURFACE_BEYOND,
+            Reason.SURFACE_TOO_FAR,
             about(SubjectKind.INSTANCE, "surface", station),
             distance_m=power / float(np.median(level.d_px[far & (parts == largest)])),
             limit_m=options.reach_m(level.view.f_px, level.baseline_m),
