@@ -79,6 +79,15 @@ class Reason(StrEnum):
     PHOTOS_OVERLAP = "photos overlap too little"
     PHOTOS_OF_OTHER_STATION = "photos of another station"
     PHOTOS_OF_OTHER_DAY = "photos of another day"
+    # The state of a station's photos: the cause of what else is refused there.
+    PHOTO_CLIPPED = "photo clipped"
+    PHOTO_DARK = "photo dark"
+    PHOTO_GRAINY = "photo grainy"
+    PHOTO_HAZY = "photo hazy"
+    PHOTO_TINTED = "photo in coloured light"
+    PHOTO_MOVED = "photo moved"  # while it was exposed
+    PHOTO_UNSHARP = "photo unsharp"
+    PHOTO_SMEARED = "photo smeared"  # unsharp in parts: drops, dirt on the lens
     # A station that could not be worked on.
     STATION_FAILED = "station failed"  # an exception says why
     STATION_MEMORY = "station out of memory"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.photo.quality import clipped
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
 from asbuilt_bim.measure.station import StationMeasurement
 
@@ -31,7 +32,7 @@ BLUR_PX = 5
 class ConcreteColour:
     """A station's picture as (a, b) / (lightness + 16) (h, w, 2), NaN where too dark; what concrete looks like (2,).
 
-    `scale` is picture pixels per rectified pixel.
+    It is NaN where the picture is clipped, too. `scale` is picture pixels per rectified pixel.
     """
 
     tint: Float32Array
@@ -59,7 +60,8 @@ def concrete_colour(station: StationMeasurement, matched: Iterable[str]) -> Conc
     soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
     lab = cv2.cvtColor(soft, cv2.COLOR_BGR2Lab)
     with np.errstate(divide="ignore", invalid="ignore"):
-        tint = np.where(lab[..., :1] >= DARK, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
+        shown = (lab[..., :1] >= DARK) & ~clipped(image)[..., None]
+        tint = np.where(shown, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
     scale = image.shape[1] / station.camera.width_px
     mask = np.zeros(image.shape[:2], dtype=np.uint8)
     wanted = set(matched)

@@ -1,0 +1,177 @@
+"""A photo's own state, from its pixels: clipped, dark, grainy, hazy, in coloured light, unsharp, moved, smeared.
+
+What follows from it (no target, no markers, little depth) is refused with this as its cause.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.camera.photo.sharpness import Sharpness, sharpness_of
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
+
+WHITE, BLACK = 250, 3
+"""A pixel this bright or dark is at the end of the sensor: JPEG moves it by so much."""
+CLIPPED_PX = 9
+"""What is clipped over this square shows nothing: stereo's own window. A smaller spot is a glint."""
+GAMMA = 2.2
+MID_GREY = 0.18
+"""Of white: what a camera exposes the middle of a picture to."""
+BLOCK_PX = 16
+EVERY_PX = 4
+"""Light is asked of every so many pixels across and down: the photo's middle needs no more."""
+
+MOST_CLIPPED = 0.02
+"""Share of the photo. The clean photos of building sites have none."""
+LEAST_STOPS = -2.5
+"""Under mid-grey. Then texture is one or two of the file's 256 levels."""
+MOST_NOISE_GREY = 2.0
+"""Concrete's own texture is some 2 to 5 grey levels."""
+MOST_VEIL = 0.2
+"""The darkest things as a share of the brightest: more is light that no thing there sent."""
+MOST_TINT_STOPS = 1.0
+"""Between red and blue, where the photo is whitest."""
+MOST_BLUR_PX = 0.6
+MOST_MOTION_PX = 2.5
+MOST_SMEARED = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhotoQuality:
+    """What one photo's pixels say of it; shares are of its own area."""
+
+    white_share: float  # clipped over a square, every channel
+    black_share: float
+    stops: float  # of its middle light, over mid-grey
+    veil: float  # the darkest light as a share of the brightest
+    tint_stops: float  # red over blue where it is whitest; 0 where something is white
+    noise_grey: float
+    sharpness: Sharpness
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationQuality:
+    """A pair's two photos."""
+
+    left: PhotoQuality
+    right: PhotoQuality
+
+
+def quality_of(pair: RectifiedPair) -> StationQuality:
+    """Measure both photos of a pair."""
+    return StationQuality(
+        left=photo_quality(pair.left, pair.valid_left), right=photo_quality(pair.right, pair.valid_right)
+    )
+
+
+def clipped(photo: ByteImage) -> BoolArray:
+    """Return the pixels (H, W) of a photo (H, W, 3) that show nothing: white ones, and all round, too."""
+    return _squares(white(photo))
+
+
+def white(photo: ByteImage) -> BoolArray:
+    """Return the pixels (H, W) of a photo (H, W, 3) whose every channel is clipped."""
+    blue, green, red = cv2.split(photo)
+    return np.asarray(cv2.min(cv2.min(blue, green), red) >= WHITE)
+
+
+def photo_quality(photo: ByteImage, valid: BoolArray) -> PhotoQuality:
+    """Measure one photo (H, W, 3) where it is `valid` (H, W)."""
+    area = max(int(valid.sum()), 1)
+    blue, green, red = cv2.split(photo)
+    bleached, black = clipped(photo) & valid, _squares(np.asarray(cv2.max(cv2.max(blue, green), red) <= BLACK)) & valid
+    some = photo[::EVERY_PX, ::EVERY_PX][valid[::EVERY_PX, ::EVERY_PX]]
+    light = (np.asarray(some if len(some) else [[255, 255, 255]], dtype=np.float32) / 255.0) ** GAMMA
+    bright = light @ np.float32([0.11, 0.59, 0.30])
+    grey = cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY)
+    ends = ((grey >= WHITE) | (grey <= BLACK) | ~valid).astype(np.uint8)
+    usable = cv2.dilate(ends, np.ones((CLIPPED_PX, CLIPPED_PX), np.uint8)) == 0
+    picture = grey.astype(np.float32)
+    noise = _noise(picture, usable)
+    return PhotoQuality(
+        white_share=float(bleached.sum() / area),
+        black_share=float(black.sum() / area),
+        stops=float(np.log2(max(float(np.median(bright)), 1e-5) / MID_GREY)),
+        veil=float(np.quantile(bright, 0.02) / max(float(np.quantile(bright, 0.95)), 1e-5)),
+        tint_stops=_tint(light),
+        noise_grey=noise,
+        sharpness=sharpness_of(picture, usable, noise),
+    )
+
+
+def _squares(mask: BoolArray) -> BoolArray:
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((CLIPPED_PX, CLIPPED_PX))) > 0)
+
+
+def _blocks(picture: Float32Array) -> Float32Array:
+    """Return the means of whole blocks: noise and a photo's compression don't show in them."""
+    height, width = (side // BLOCK_PX for side in picture.shape[:2])
+    whole = picture[: height * BLOCK_PX, : width * BLOCK_PX]
+    return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), dtype=np.float32)
+
+
+def _tint(light: Float32Array) -> float:
+    """Return by how many stops red exceeds blue in what is nearly whitest; a bright thing of any colour is no lamp."""
+    shown = light[light.max(axis=1) < 1.0]
+    if not len(shown):
+        return 0.0
+    blue_of_red = float(np.quantile(shown[:, 0] / np.maximum(shown[:, 2], 1e-4), 0.95))
+    return max(-float(np.log2(max(blue_of_red, 1e-4))), 0.0)
+
+
+def _noise(picture: Float32Array, usable: BoolArray) -> float:
+    """Return the noise in grey levels, by the least textured tenth of the photo (Immerkaer's mask)."""
+    mask = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], dtype=np.float32) / 6.0
+    rough = cv2.filter2D(picture, -1, mask)
+    power = _blocks(np.asarray(rough * rough, dtype=np.float32))[_blocks(usable.astype(np.float32)) >= 1.0]
+    return float(np.sqrt(np.quantile(power, 0.1))) if power.size else 0.0
+
+
+def photo_faults(quality: StationQuality, station: str) -> tuple[Rejection, ...]:
+    """Name what is wrong with a station's photos, by the worse of the two; empty where nothing is."""
+    return tuple(_faults(quality, station))
+
+
+def _faults(quality: StationQuality, name: str) -> Iterator[Rejection]:
+    station, left, right = about(SubjectKind.STATION, name), quality.left, quality.right
+    sharp = left.sharpness, right.sharpness
+    bleached = max(left.white_share, right.white_share)
+    if bleached > MOST_CLIPPED:
+        yield rejected(Reason.PHOTO_CLIPPED, station, share=bleached, limit_share=MOST_CLIPPED)
+    stops = min(left.stops, right.stops)
+    if stops < LEAST_STOPS:
+        yield rejected(Reason.PHOTO_DARK, station, stops=stops, limit_stops=LEAST_STOPS)
+    noise = max(left.noise_grey, right.noise_grey)
+    if noise > MOST_NOISE_GREY:
+        yield rejected(Reason.PHOTO_GRAINY, station, noise_grey=noise, limit_grey=MOST_NOISE_GREY)
+    veil = max(left.veil, right.veil)
+    if veil > MOST_VEIL:
+        yield rejected(Reason.PHOTO_HAZY, station, share=veil, limit_share=MOST_VEIL)
+    tint = max(left.tint_stops, right.tint_stops)
+    if tint > MOST_TINT_STOPS:
+        yield rejected(Reason.PHOTO_TINTED, station, stops=tint, limit_stops=MOST_TINT_STOPS)
+    moved = max(sharp, key=lambda one: one.motion_px)
+    if moved.motion_px > MOST_MOTION_PX:
+        yield rejected(
+            Reason.PHOTO_MOVED, station, moved_px=moved.motion_px, moved_deg=moved.motion_deg, limit_px=MOST_MOTION_PX
+        )
+    blur = max(one.blur_px for one in sharp)
+    if blur > MOST_BLUR_PX:
+        yield rejected(Reason.PHOTO_UNSHARP, station, blur_px=blur, limit_px=MOST_BLUR_PX)
+    smeared = max(one.smeared_share for one in sharp)
+    if smeared > MOST_SMEARED and blur <= MOST_BLUR_PX and moved.motion_px <= MOST_MOTION_PX:
+        yield rejected(Reason.PHOTO_SMEARED, station, share=smeared, limit_share=MOST_SMEARED)
+
+
+PHOTO_FAULTS = frozenset(
+    {
+        *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_HAZY),
+        *(Reason.PHOTO_TINTED, Reason.PHOTO_MOVED, Reason.PHOTO_UNSHARP, Reason.PHOTO_SMEARED),
+    }
+)
+"""Codes of a photo's own state: the cause of what else is refused at its station."""

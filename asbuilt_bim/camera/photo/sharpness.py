@@ -1,0 +1,108 @@
+"""How sharp a photo is, from its own edges: each tells how wide it is by what a little more blur takes from it."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+
+SCALE_PX = 0.8
+"""An edge's slope is compared at this blur and at twice it: under a pixel, where a sharp photo has its detail."""
+LEAST_SLOPE_GREY = 3.0
+"""Grey levels a pixel: less is a store of blocks (JPEG) and of noise."""
+OVER_NOISE = 6.0
+"""Times the noise of a slope: less may be noise, which is always sharp."""
+FEWEST = 60
+"""Edges of which a median says something."""
+DIRECTIONS = 8
+TILES = 12
+"""Parts of the photo's width that are compared with the whole."""
+SMEARED_PX = 1.0
+"""A part is smeared where its edges are so much wider than the photo's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sharpness:
+    """Widths are standard deviations in pixels, `motion_px` the length of the line that a point became."""
+
+    edges: int  # of which it was worked out; 0: there are too few, and the rest says nothing
+    blur_px: float = 0.0
+    motion_px: float = 0.0
+    motion_deg: float = 0.0  # 0 level, 90 upright
+    smeared_share: float = 0.0  # of the parts of the photo that have edges
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Edges:
+    """Of n edge pixels: squared ratio of slopes (n,), direction of the slope in 0..pi (n,), row and column (n,)."""
+
+    ratio: Float32Array
+    direction: Float32Array
+    row: FloatArray
+    column: FloatArray
+
+
+def sharpness_of(picture: Float32Array, usable: BoolArray, noise_grey: float) -> Sharpness:
+    """Measure how sharp a photo's grey levels (H, W) are where `usable` (H, W).
+
+    Blur by s widens a step so that its slope falls with 1 / sqrt(s^2 + t^2) under more blur t. Two such t give s.
+    Motion widens edges across it and none along it: a wave over the edges' directions.
+    """
+    edges = _edges(picture, usable, noise_grey)
+    if len(edges.ratio) < FEWEST:
+        return Sharpness(edges=0)
+    middle = _variance(float(np.median(edges.ratio)))
+    length, angle = _motion(edges)
+    blur = max(middle - length**2 / 24.0, 0.0)  # a line's variance, over all directions
+    return Sharpness(
+        edges=len(edges.ratio), blur_px=float(np.sqrt(blur)), motion_px=length, motion_deg=angle,
+        smeared_share=_smeared(edges, picture.shape[1], middle),
+    )  # fmt: skip
+
+
+def _edges(picture: Float32Array, usable: BoolArray, noise_grey: float) -> _Edges:
+    fine, coarse = (cv2.GaussianBlur(picture, (0, 0), scale) for scale in (SCALE_PX, 2.0 * SCALE_PX))
+    across, down = _slopes(fine)
+    slope = cv2.magnitude(across, down)
+    least = max(LEAST_SLOPE_GREY, OVER_NOISE * noise_grey * 0.28 / SCALE_PX**2)
+    peak = usable & (slope > least) & (slope >= cv2.dilate(slope, np.ones((3, 3), np.uint8)))
+    row, column = np.nonzero(peak)
+    wide = cv2.magnitude(*_slopes(coarse))[row, column]
+    ratio = (slope[row, column] / np.maximum(wide, 1e-3)) ** 2
+    direction = np.mod(np.arctan2(down[row, column], across[row, column]), np.pi)
+    return _Edges(ratio=ratio, direction=direction, row=row.astype(np.float64), column=column.astype(np.float64))
+
+
+def _slopes(picture: Float32Array) -> tuple[Float32Array, Float32Array]:
+    step = np.array([[-0.5, 0.0, 0.5]], dtype=np.float32)
+    across, down = cv2.filter2D(picture, -1, step), cv2.filter2D(picture, -1, step.T)
+    return np.asarray(across, dtype=np.float32), np.asarray(down, dtype=np.float32)
+
+
+def _variance(ratio: float) -> float:
+    """Return the blur's variance (px^2) of an edge by its squared ratio of slopes; negative of what is thinner."""
+    return SCALE_PX**2 * (4.0 - ratio) / max(ratio - 1.0, 1e-2)
+
+
+def _motion(edges: _Edges) -> tuple[float, float]:
+    """Fit a wave to the variance by direction: a line of length L has L^2 / 12 along it, none across."""
+    bins = np.round(edges.direction / np.pi * DIRECTIONS).astype(int) % DIRECTIONS
+    known = [k for k in range(DIRECTIONS) if np.count_nonzero(bins == k) >= FEWEST]
+    if len(known) < DIRECTIONS // 2 + 1:
+        return 0.0, 0.0
+    variance = [_variance(float(np.median(edges.ratio[bins == k]))) for k in known]
+    angle = 2.0 * np.pi * np.array(known) / DIRECTIONS
+    design = np.column_stack([np.ones(len(known)), np.cos(angle), np.sin(angle)])
+    (_, level, aslant), *_ = np.linalg.lstsq(design, np.array(variance), rcond=None)
+    return float(np.sqrt(24.0 * np.hypot(level, aslant))), float(np.degrees(np.arctan2(aslant, level)) / 2.0 % 180.0)
+
+
+def _smeared(edges: _Edges, width: int, middle: float) -> float:
+    """Return the share of parts with edges whose edges are wider than the photo's: drops or dirt on the lens."""
+    side = width / TILES
+    number = (edges.row // side * TILES + edges.column // side).astype(int)
+    order = np.argsort(number, kind="stable")
+    groups = np.split(edges.ratio[order], np.flatnonzero(np.diff(number[order])) + 1)
+    variances = [_variance(float(np.median(group))) for group in groups if len(group) >= FEWEST]
+    return float(np.mean([one > middle + SMEARED_PX**2 for one in variances])) if variances else 0.0
