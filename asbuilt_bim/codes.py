@@ -282,6 +282,15 @@ REVISIONS = frozenset(
 """Codes of what a revision did to the design."""
 
 
+PHOTO_FAULTS = frozenset(
+    {
+        *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_HAZY),
+        *(Reason.PHOTO_TINTED, Reason.PHOTO_MOVED, Reason.PHOTO_UNSHARP, Reason.PHOTO_SMEARED),
+    }
+)
+"""Codes of the state of a station's photos."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
     """Something that a person has to know: the code, what it is about, and the values that its sentence needs."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
+from asbuilt_bim.codes import PHOTO_FAULTS, Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
@@ -98,8 +98,14 @@ def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square
     reason = scale_rejection(_subject(outcome), verdict, rig, square_m)
     picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
     return RejectedStation(
-        station=outcome.station, rejections=(reason,), picture=picture, health=outcome.health, scale=outcome.scale
-    )
+        station=outcome.station, rejections=(*_photo_faults(outcome), reason), picture=picture, health=outcome.health,
+        scale=outcome.scale,
+    )  # fmt: skip
+
+
+def _photo_faults(outcome: Outcome) -> tuple[Rejection, ...]:
+    """Return what is wrong with a station's photos: it may be the cause of the rest, and is named first."""
+    return tuple(one for one in outcome.rejections if one.code in PHOTO_FAULTS)
 
 
 def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tuple[RigVerdict, list[str]]]:
@@ -133,10 +139,10 @@ def _still_knocked(
 def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
     """Return a station's rejection by its visit's verdict; what else was wrong with it stays."""
     own = outcome.rejections if isinstance(outcome, RejectedStation) else ()
-    others = tuple(rejection for rejection in own if rejection.code not in SIGNS_OF_KNOCK)
+    others = tuple(one for one in own if one.code not in SIGNS_OF_KNOCK | PHOTO_FAULTS)
     return RejectedStation(
         station=outcome.station,
-        rejections=(rig_rejection(Reason.RIG_KNOCKED, _subject(outcome), verdict), *others),
+        rejections=(*_photo_faults(outcome), rig_rejection(Reason.RIG_KNOCKED, _subject(outcome), verdict), *others),
         picture=outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg),
         health=outcome.health,
         scale=None,  # a knock moves lengths too: its scale says nothing more

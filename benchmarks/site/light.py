@@ -27,7 +27,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.camera.photo.quality import PHOTO_FAULTS
+from asbuilt_bim.codes import PHOTO_FAULTS
 from asbuilt_bim.flow.measure_visit import Workplace, measure_visit
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.ifc.read.design import read_design

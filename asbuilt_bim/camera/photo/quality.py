@@ -38,7 +38,8 @@ MOST_TINT_STOPS = 1.0
 """Between red and blue, where the photo is whitest."""
 MOST_BLUR_PX = 0.6
 MOST_MOTION_PX = 2.5
-MOST_SMEARED = 0.02
+MOST_SMEARED = 0.2
+"""Of the parts: shadows and what is out of the lens's depth of field make some of them soft."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,11 +88,11 @@ def photo_quality(photo: ByteImage, valid: BoolArray) -> PhotoQuality:
     bleached, black = clipped(photo) & valid, _squares(np.asarray(cv2.max(cv2.max(blue, green), red) <= BLACK)) & valid
     some = photo[::EVERY_PX, ::EVERY_PX][valid[::EVERY_PX, ::EVERY_PX]]
     light = (np.asarray(some if len(some) else [[255, 255, 255]], dtype=np.float32) / 255.0) ** GAMMA
-    bright = light @ np.float32([0.11, 0.59, 0.30])
+    bright = light @ np.array([0.11, 0.59, 0.30])
     grey = cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY)
     ends = ((grey >= WHITE) | (grey <= BLACK) | ~valid).astype(np.uint8)
     usable = cv2.dilate(ends, np.ones((CLIPPED_PX, CLIPPED_PX), np.uint8)) == 0
-    picture = grey.astype(np.float32)
+    picture: Float32Array = np.asarray(grey, dtype=np.float32)
     noise = _noise(picture, usable)
     return PhotoQuality(
         white_share=float(bleached.sum() / area),
@@ -156,7 +157,8 @@ def _faults(quality: StationQuality, name: str) -> Iterator[Rejection]:
     if tint > MOST_TINT_STOPS:
         yield rejected(Reason.PHOTO_TINTED, station, stops=tint, limit_stops=MOST_TINT_STOPS)
     moved = max(sharp, key=lambda one: one.motion_px)
-    if moved.motion_px > MOST_MOTION_PX:
+    has_moved = moved.motion_px > MOST_MOTION_PX and moved.motion_px**2 / 12.0 > moved.blur_px**2
+    if has_moved:
         yield rejected(
             Reason.PHOTO_MOVED, station, moved_px=moved.motion_px, moved_deg=moved.motion_deg, limit_px=MOST_MOTION_PX
         )
@@ -164,14 +166,5 @@ def _faults(quality: StationQuality, name: str) -> Iterator[Rejection]:
     if blur > MOST_BLUR_PX:
         yield rejected(Reason.PHOTO_UNSHARP, station, blur_px=blur, limit_px=MOST_BLUR_PX)
     smeared = max(one.smeared_share for one in sharp)
-    if smeared > MOST_SMEARED and blur <= MOST_BLUR_PX and moved.motion_px <= MOST_MOTION_PX:
+    if smeared > MOST_SMEARED and blur <= MOST_BLUR_PX and not has_moved:
         yield rejected(Reason.PHOTO_SMEARED, station, share=smeared, limit_share=MOST_SMEARED)
-
-
-PHOTO_FAULTS = frozenset(
-    {
-        *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_HAZY),
-        *(Reason.PHOTO_TINTED, Reason.PHOTO_MOVED, Reason.PHOTO_UNSHARP, Reason.PHOTO_SMEARED),
-    }
-)
-"""Codes of a photo's own state: the cause of what else is refused at its station."""

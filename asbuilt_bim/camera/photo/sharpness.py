@@ -15,6 +15,9 @@ OVER_NOISE = 6.0
 """Times the noise of a slope: less may be noise, which is always sharp."""
 FEWEST = 60
 """Edges of which a median says something."""
+FEWEST_IN_PART = 20
+LEFT_SHARE = 0.3
+"""Of the differences between directions: what a wave leaves more of is the scene's own lines, and no motion."""
 DIRECTIONS = 8
 TILES = 12
 """Parts of the photo's width that are compared with the whole."""
@@ -62,21 +65,21 @@ def sharpness_of(picture: Float32Array, usable: BoolArray, noise_grey: float) ->
 
 
 def _edges(picture: Float32Array, usable: BoolArray, noise_grey: float) -> _Edges:
-    fine, coarse = (cv2.GaussianBlur(picture, (0, 0), scale) for scale in (SCALE_PX, 2.0 * SCALE_PX))
-    across, down = _slopes(fine)
+    across, down = _slopes(picture, SCALE_PX)
     slope = cv2.magnitude(across, down)
     least = max(LEAST_SLOPE_GREY, OVER_NOISE * noise_grey * 0.28 / SCALE_PX**2)
     peak = usable & (slope > least) & (slope >= cv2.dilate(slope, np.ones((3, 3), np.uint8)))
     row, column = np.nonzero(peak)
-    wide = cv2.magnitude(*_slopes(coarse))[row, column]
-    ratio = (slope[row, column] / np.maximum(wide, 1e-3)) ** 2
+    wide = cv2.magnitude(*_slopes(picture, 2.0 * SCALE_PX))[row, column]
+    ratio = np.asarray((slope[row, column] / np.maximum(wide, 1e-3)) ** 2, dtype=np.float32)
     direction = np.mod(np.arctan2(down[row, column], across[row, column]), np.pi)
     return _Edges(ratio=ratio, direction=direction, row=row.astype(np.float64), column=column.astype(np.float64))
 
 
-def _slopes(picture: Float32Array) -> tuple[Float32Array, Float32Array]:
+def _slopes(picture: Float32Array, scale_px: float) -> tuple[Float32Array, Float32Array]:
+    soft = cv2.GaussianBlur(picture, (0, 0), scale_px)
     step = np.array([[-0.5, 0.0, 0.5]], dtype=np.float32)
-    across, down = cv2.filter2D(picture, -1, step), cv2.filter2D(picture, -1, step.T)
+    across, down = cv2.filter2D(soft, -1, step), cv2.filter2D(soft, -1, step.T)
     return np.asarray(across, dtype=np.float32), np.asarray(down, dtype=np.float32)
 
 
@@ -94,7 +97,10 @@ def _motion(edges: _Edges) -> tuple[float, float]:
     variance = [_variance(float(np.median(edges.ratio[bins == k]))) for k in known]
     angle = 2.0 * np.pi * np.array(known) / DIRECTIONS
     design = np.column_stack([np.ones(len(known)), np.cos(angle), np.sin(angle)])
-    (_, level, aslant), *_ = np.linalg.lstsq(design, np.array(variance), rcond=None)
+    (mean, level, aslant), *_ = np.linalg.lstsq(design, np.array(variance), rcond=None)
+    left = np.array(variance) - design @ np.array([mean, level, aslant])
+    if np.sum(left**2) > LEFT_SHARE * np.sum((np.array(variance) - mean) ** 2):
+        return 0.0, 0.0
     return float(np.sqrt(24.0 * np.hypot(level, aslant))), float(np.degrees(np.arctan2(aslant, level)) / 2.0 % 180.0)
 
 
@@ -104,5 +110,5 @@ def _smeared(edges: _Edges, width: int, middle: float) -> float:
     number = (edges.row // side * TILES + edges.column // side).astype(int)
     order = np.argsort(number, kind="stable")
     groups = np.split(edges.ratio[order], np.flatnonzero(np.diff(number[order])) + 1)
-    variances = [_variance(float(np.median(group))) for group in groups if len(group) >= FEWEST]
+    variances = [_variance(float(np.median(group))) for group in groups if len(group) >= FEWEST_IN_PART]
     return float(np.mean([one > middle + SMEARED_PX**2 for one in variances])) if variances else 0.0

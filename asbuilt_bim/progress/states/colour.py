@@ -60,7 +60,7 @@ def concrete_colour(station: StationMeasurement, matched: Iterable[str]) -> Conc
     soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
     lab = cv2.cvtColor(soft, cv2.COLOR_BGR2Lab)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shown = (lab[..., :1] >= DARK) & ~clipped(image)[..., None]
+        shown = (lab[..., :1] >= DARK) & ~clipped(np.asarray(image, dtype=np.uint8))[..., None]
         tint = np.where(shown, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
     scale = image.shape[1] / station.camera.width_px
     mask = np.zeros(image.shape[:2], dtype=np.uint8)
