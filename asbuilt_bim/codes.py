@@ -83,6 +83,7 @@ class Reason(StrEnum):
     PHOTO_CLIPPED = "photo clipped"
     PHOTO_DARK = "photo dark"
     PHOTO_GRAINY = "photo grainy"
+    PHOTO_COMPRESSED = "photo compressed"
     PHOTO_HAZY = "photo hazy"
     PHOTO_TINTED = "photo in coloured light"
     PHOTO_MOVED = "photo moved"  # while it was exposed
@@ -284,7 +285,7 @@ REVISIONS = frozenset(
 
 PHOTO_FAULTS = frozenset(
     {
-        *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_HAZY),
+        *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_COMPRESSED, Reason.PHOTO_HAZY),
         *(Reason.PHOTO_TINTED, Reason.PHOTO_MOVED, Reason.PHOTO_UNSHARP, Reason.PHOTO_SMEARED),
     }
 )

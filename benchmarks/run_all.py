@@ -54,6 +54,7 @@ CASES = (
     Case(script="site/site.py", quick="--quick --check", packages=RENDERER),
     Case(script="faces/faces.py", packages=RENDERER),
     Case(script="networks/networks.py", slow="", packages=RENDERER),
+    Case(script="site/light.py", packages=RENDERER),
     Case(script="site/crash.py", quick="--quick --check"),
     Case(script="site/speed.py", slow=""),
     Case(script="site/cost.py", slow=""),

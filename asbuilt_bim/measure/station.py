@@ -155,7 +155,7 @@ def measure_in_detail(
     if isinstance(pair, RejectedStation):
         return pair
     timer.done("read")
-    quality = quality_of(pair)
+    quality = quality_of(pair, photos.left.data, photos.right.data)
     faults = photo_faults(quality, photos.name)
     checked = check_rig(pair, worked)
     if checked.rejections:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -19,6 +20,7 @@ SUN_LIKE = 0.6
 DROPS = 9
 
 Gains = tuple[float, float, float]  # of blue, green and red
+FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
 ByteImage = NDArray[np.uint8]
 
@@ -105,7 +107,7 @@ def line_of(length_px: float, angle_deg: float) -> FloatImage:
     )
 
 
-def _kernel(reach_px, inside) -> FloatImage:  # type: ignore[no-untyped-def]
+def _kernel(reach_px: float, inside: Callable[[FloatArray, FloatArray], NDArray[np.bool_]]) -> FloatImage:
     size, fine = 2 * int(np.ceil(reach_px)) + 3, 9
     steps = (np.arange(size * fine) + 0.5) / fine - size / 2.0
     x, y = np.meshgrid(steps, steps)

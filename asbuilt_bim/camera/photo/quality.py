@@ -1,17 +1,18 @@
-"""A photo's own state, from its pixels: clipped, dark, grainy, hazy, in coloured light, unsharp, moved, smeared.
+"""A photo's own state, from its pixels: clipped, dark, grainy, compressed, hazy, tinted, unsharp, moved, smeared.
 
 What follows from it (no target, no markers, little depth) is refused with this as its cause.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.photo.jpeg.steps import rounded_away_grey
 from asbuilt_bim.camera.photo.sharpness import Sharpness, sharpness_of
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
 
@@ -28,16 +29,20 @@ EVERY_PX = 4
 
 MOST_CLIPPED = 0.02
 """Share of the photo. The clean photos of building sites have none."""
-LEAST_STOPS = -2.5
-"""Under mid-grey. Then texture is one or two of the file's 256 levels."""
-MOST_NOISE_GREY = 2.0
+LEAST_STOPS = -3.5
+"""Under mid-grey. Then the texture of concrete, some 5 % of its light, is one of the file's 256 levels."""
+MOST_NOISE_GREY = 6.0
 """Concrete's own texture is some 2 to 5 grey levels."""
+MOST_ROUNDED_GREY = 2.0
+"""The lower end of the same."""
 MOST_VEIL = 0.2
 """The darkest things as a share of the brightest: more is light that no thing there sent."""
 MOST_TINT_STOPS = 1.0
 """Between red and blue, where the photo is whitest."""
-MOST_BLUR_PX = 0.6
+MOST_BLUR_PX = 1.0
+"""Over the matcher's own window it costs little until here."""
 MOST_MOTION_PX = 2.5
+"""What passes for it on photos from a tripod stays under this; 4 px read as 3 to 4, and cost a tenth of the surface."""
 MOST_SMEARED = 0.2
 """Of the parts: shadows and what is out of the lens's depth of field make some of them soft."""
 
@@ -52,6 +57,7 @@ class PhotoQuality:
     veil: float  # the darkest light as a share of the brightest
     tint_stops: float  # red over blue where it is whitest; 0 where something is white
     noise_grey: float
+    rounded_away_grey: float  # amplitude of texture that the file's compression no longer holds
     sharpness: Sharpness
 
 
@@ -63,10 +69,11 @@ class StationQuality:
     right: PhotoQuality
 
 
-def quality_of(pair: RectifiedPair) -> StationQuality:
-    """Measure both photos of a pair."""
+def quality_of(pair: RectifiedPair, left_file: bytes, right_file: bytes) -> StationQuality:
+    """Measure both photos of a pair, and what their files had to leave out."""
     return StationQuality(
-        left=photo_quality(pair.left, pair.valid_left), right=photo_quality(pair.right, pair.valid_right)
+        left=photo_quality(pair.left, pair.valid_left, left_file),
+        right=photo_quality(pair.right, pair.valid_right, right_file),
     )
 
 
@@ -81,8 +88,8 @@ def white(photo: ByteImage) -> BoolArray:
     return np.asarray(cv2.min(cv2.min(blue, green), red) >= WHITE)
 
 
-def photo_quality(photo: ByteImage, valid: BoolArray) -> PhotoQuality:
-    """Measure one photo (H, W, 3) where it is `valid` (H, W)."""
+def photo_quality(photo: ByteImage, valid: BoolArray, file: bytes = b"") -> PhotoQuality:
+    """Measure one photo (H, W, 3) where it is `valid` (H, W); `file` is what it was stored as."""
     area = max(int(valid.sum()), 1)
     blue, green, red = cv2.split(photo)
     bleached, black = clipped(photo) & valid, _squares(np.asarray(cv2.max(cv2.max(blue, green), red) <= BLACK)) & valid
@@ -101,6 +108,7 @@ def photo_quality(photo: ByteImage, valid: BoolArray) -> PhotoQuality:
         veil=float(np.quantile(bright, 0.02) / max(float(np.quantile(bright, 0.95)), 1e-5)),
         tint_stops=_tint(light),
         noise_grey=noise,
+        rounded_away_grey=rounded_away_grey(file),
         sharpness=sharpness_of(picture, usable, noise),
     )
 
@@ -135,36 +143,42 @@ def _noise(picture: Float32Array, usable: BoolArray) -> float:
 
 def photo_faults(quality: StationQuality, station: str) -> tuple[Rejection, ...]:
     """Name what is wrong with a station's photos, by the worse of the two; empty where nothing is."""
-    return tuple(_faults(quality, station))
+    photos, subject = (quality.left, quality.right), about(SubjectKind.STATION, station)
+    return (*_of_light(photos, subject), *_of_sharpness([photo.sharpness for photo in photos], subject))
 
 
-def _faults(quality: StationQuality, name: str) -> Iterator[Rejection]:
-    station, left, right = about(SubjectKind.STATION, name), quality.left, quality.right
-    sharp = left.sharpness, right.sharpness
-    bleached = max(left.white_share, right.white_share)
+def _of_light(photos: Sequence[PhotoQuality], station: Subject) -> Iterator[Rejection]:
+    bleached = max(photo.white_share for photo in photos)
     if bleached > MOST_CLIPPED:
         yield rejected(Reason.PHOTO_CLIPPED, station, share=bleached, limit_share=MOST_CLIPPED)
-    stops = min(left.stops, right.stops)
+    stops = min(photo.stops for photo in photos)
     if stops < LEAST_STOPS:
         yield rejected(Reason.PHOTO_DARK, station, stops=stops, limit_stops=LEAST_STOPS)
-    noise = max(left.noise_grey, right.noise_grey)
+    noise = max(photo.noise_grey for photo in photos)
     if noise > MOST_NOISE_GREY:
         yield rejected(Reason.PHOTO_GRAINY, station, noise_grey=noise, limit_grey=MOST_NOISE_GREY)
-    veil = max(left.veil, right.veil)
+    rounded = max(photo.rounded_away_grey for photo in photos)
+    if rounded > MOST_ROUNDED_GREY:
+        yield rejected(Reason.PHOTO_COMPRESSED, station, lost_grey=rounded, limit_grey=MOST_ROUNDED_GREY)
+    veil = max(photo.veil for photo in photos)
     if veil > MOST_VEIL:
         yield rejected(Reason.PHOTO_HAZY, station, share=veil, limit_share=MOST_VEIL)
-    tint = max(left.tint_stops, right.tint_stops)
+    tint = max(photo.tint_stops for photo in photos)
     if tint > MOST_TINT_STOPS:
         yield rejected(Reason.PHOTO_TINTED, station, stops=tint, limit_stops=MOST_TINT_STOPS)
-    moved = max(sharp, key=lambda one: one.motion_px)
+
+
+def _of_sharpness(photos: Sequence[Sharpness], station: Subject) -> Iterator[Rejection]:
+    """Name motion where it widens edges by more than the blur that is the same in all directions."""
+    moved = max(photos, key=lambda one: one.motion_px)
     has_moved = moved.motion_px > MOST_MOTION_PX and moved.motion_px**2 / 12.0 > moved.blur_px**2
     if has_moved:
         yield rejected(
             Reason.PHOTO_MOVED, station, moved_px=moved.motion_px, moved_deg=moved.motion_deg, limit_px=MOST_MOTION_PX
         )
-    blur = max(one.blur_px for one in sharp)
+    blur = max(one.blur_px for one in photos)
     if blur > MOST_BLUR_PX:
         yield rejected(Reason.PHOTO_UNSHARP, station, blur_px=blur, limit_px=MOST_BLUR_PX)
-    smeared = max(one.smeared_share for one in sharp)
+    smeared = max(one.smeared_share for one in photos)
     if smeared > MOST_SMEARED and blur <= MOST_BLUR_PX and not has_moved:
         yield rejected(Reason.PHOTO_SMEARED, station, share=smeared, limit_share=MOST_SMEARED)

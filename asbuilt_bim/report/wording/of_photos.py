@@ -159,6 +159,12 @@ PHOTOS: Table = {
         limit="{limit_grey:g}",
         remedy="take the station again with a lower ISO and more light, or from a tripod",
     ),
+    Reason.PHOTO_COMPRESSED: Words(
+        reason="its photos are stored too coarsely: the texture of concrete is rounded away",
+        value="texture under {lost_grey:.1f} grey levels",
+        limit="{limit_grey:g}",
+        remedy="set the cameras to the best JPEG quality, and take the station again",
+    ),
     Reason.PHOTO_HAZY: Words(
         reason="its photos lack contrast: haze, a misted lens, or the sun shining into it",
         value="the darkest is {share:.0%} of the brightest",
@@ -173,7 +179,7 @@ PHOTOS: Table = {
     ),
     Reason.PHOTO_MOVED: Words(
         reason="the rig moved while it exposed",
-        value="by {moved_px:.1f} px, at {moved_deg:.0f}° to the level",
+        value="by about {moved_px:.0f} px, at {moved_deg:.0f}° to the level",
         limit="{limit_px:g} px",
         remedy="take the station again from a tripod, or with a shorter exposure",
     ),

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
+from asbuilt_bim.camera.photo.jpeg.steps import rounded_away_grey
 from asbuilt_bim.camera.photo.quality import StationQuality, clipped, photo_faults, photo_quality
 from asbuilt_bim.codes import PHOTO_FAULTS, Reason
 from asbuilt_bim.geometry.arrays import ByteImage
@@ -56,7 +57,7 @@ def with_drops(photo: ByteImage) -> ByteImage:
 
 
 def grainy(photo: ByteImage) -> ByteImage:
-    return stored(photo + np.random.default_rng(2).normal(0.0, 8.0, photo.shape))
+    return stored(photo + np.random.default_rng(2).normal(0.0, 16.0, photo.shape))
 
 
 def codes(left: ByteImage, right: ByteImage) -> list[Reason]:
@@ -73,12 +74,12 @@ def test_nothing_is_wrong_with_a_good_photo(seed: int) -> None:
     ("spoil", "code"),
     [
         (lambda photo: exposed(photo, 3.0), Reason.PHOTO_CLIPPED),
-        (lambda photo: exposed(photo, -4.0), Reason.PHOTO_DARK),
+        (lambda photo: exposed(photo, -5.0), Reason.PHOTO_DARK),
         (grainy, Reason.PHOTO_GRAINY),
         (lambda photo: stored(0.3 * photo + 150.0), Reason.PHOTO_HAZY),
         (lambda photo: stored(photo * np.array([0.3, 0.7, 1.0])), Reason.PHOTO_TINTED),
         (lambda photo: moved(photo, 7), Reason.PHOTO_MOVED),
-        (lambda photo: defocused(photo, 3), Reason.PHOTO_UNSHARP),
+        (lambda photo: defocused(photo, 4), Reason.PHOTO_UNSHARP),
         (with_drops, Reason.PHOTO_SMEARED),
     ],
     ids=lambda value: value.name if isinstance(value, Reason) else "",
@@ -122,3 +123,17 @@ def test_a_photo_without_anything_in_it_is_no_error() -> None:
     for level in (0, 128, 255):
         photo_quality(np.full((HEIGHT, WIDTH, 3), level, dtype=np.uint8), ALL)
     photo_quality(scene(), ~ALL)
+
+
+def test_coarse_compression_is_known_from_the_file_and_a_fine_one_costs_nothing() -> None:
+    lost = {}
+    for quality in (30, 60, 92):
+        done, data = cv2.imencode(".jpg", scene(), [cv2.IMWRITE_JPEG_QUALITY, quality])
+        assert done
+        one = photo_quality(scene(), ALL, bytes(data))
+        lost[quality] = one.rounded_away_grey
+        named = [fault.code for fault in photo_faults(StationQuality(left=one, right=one), "A1")]
+        assert (Reason.PHOTO_COMPRESSED in named) == (quality == 30)
+    assert lost[30] > lost[60] > lost[92] > 0.0
+    assert rounded_away_grey(b"\x89PNG") == rounded_away_grey(b"\xff\xd8\xff") == 0.0
+    assert rounded_away_grey(b"\xff\xd8\xff\xdb\x00\x05\x00\x01\x01") == 0.0
