@@ -47,7 +47,7 @@ class Degradation:
         light = np.where(_may_be_concrete(light)[..., None], light * np.float32(self.concrete), light)
         light = light * np.float32(np.array(self.light) / np.dot(self.light, (0.11, 0.59, 0.30)))
         light = light * (1.0 - self.veil) + self.veil * np.float32(0.8)
-        light = _blurred(light, self)
+        light = _blurred(light, self, rng)
         light = np.minimum(light * np.float32(2.0**self.stops), 1.0)
         electrons = light * WHITE_ELECTRONS
         noise = np.sqrt(electrons + READ_ELECTRONS**2) / WHITE_ELECTRONS
@@ -71,22 +71,21 @@ def _may_be_concrete(light: FloatImage) -> NDArray[np.bool_]:
     return np.asarray((most - least < GREY) & (most < SUN_LIKE) & (least > 0.6 * most) & ~sky)
 
 
-def _blurred(light: FloatImage, one: Degradation) -> FloatImage:
+def _blurred(light: FloatImage, one: Degradation, rng: np.random.Generator) -> FloatImage:
     if one.defocus_px > 0.0:
         light = cv2.filter2D(light, -1, disc(one.defocus_px))
     if one.motion_px > 0.0:
         light = cv2.filter2D(light, -1, line_of(one.motion_px, one.motion_deg))
     if one.drops:
-        light = _through_drops(light)
+        light = _through_drops(light, rng)
     return np.asarray(light, dtype=np.float32)
 
 
-def _through_drops(light: FloatImage) -> FloatImage:
-    """Blur round patches, a tenth of the photo's height wide: always at the same places, as drops on one lens lie."""
+def _through_drops(light: FloatImage, rng: np.random.Generator) -> FloatImage:
+    """Blur round patches, a fifth of the photo's height wide; each lens has its own drops."""
     height, width = light.shape[:2]
-    where = np.random.default_rng(5)
     mask = np.zeros((height, width), dtype=np.float32)
-    for x, y in where.random((DROPS, 2)):
+    for x, y in rng.random((DROPS, 2)):
         centre = int(x * width), int((0.2 + 0.7 * y) * height)
         cv2.circle(mask, centre, int(height * 0.1), 1.0, -1)
     mask = cv2.GaussianBlur(mask, (0, 0), height * 0.01)[..., None]

@@ -51,6 +51,8 @@ from benchmarks.table import LEAST_N, Line, line, options, report, told, unjudge
 DEVELOPING_SEEDS = (20, 31, 37)
 LIGHT_SEEDS = (158, 159, 160)
 """Never looked at while the measures of a photo's quality were chosen."""
+COLOUR = "of another colour"
+"""A note on a face: of wet, dark or tinted concrete, and under coloured lamps, this is the cause."""
 LOST = 0.10
 VISIBLE = 0.5
 SLACK = 0.01
@@ -175,6 +177,9 @@ def _outcome(case: Case, found: ProgressReport, surfaces: Sequence[SurfaceState]
         name=case.name, visit=case.visit, degradation=case.degradation.name, decided_m2=decided, codes=codes,
         causes={name: [code for code in own if code in PHOTO_FAULTS] for name, own in codes.items()},
     )  # fmt: skip
+    for note in (note for element in found.elements for note in element.notes):
+        if note.code.value == COLOUR and note.subject.at_station in codes:
+            outcome.causes[note.subject.at_station].append(note.code)
     for element in found.elements:
         known = true[element.global_id]
         outcome.elements.append(Element(

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from asbuilt_bim.camera.photo.jpeg.steps import rounded_away_grey
-from asbuilt_bim.camera.photo.sharpness import Sharpness, sharpness_of
+from asbuilt_bim.camera.photo.compression import rounded_away_grey
+from asbuilt_bim.camera.photo.sharpness import Sharpness, sharpness_of, smeared_shares
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
@@ -47,7 +47,7 @@ MOST_SMEARED = 0.2
 """Of the parts: shadows and what is out of the lens's depth of field make some of them soft."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PhotoQuality:
     """What one photo's pixels say of it; shares are of its own area."""
 
@@ -61,7 +61,7 @@ class PhotoQuality:
     sharpness: Sharpness
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StationQuality:
     """A pair's two photos."""
 
@@ -144,7 +144,7 @@ def _noise(picture: Float32Array, usable: BoolArray) -> float:
 def photo_faults(quality: StationQuality, station: str) -> tuple[Rejection, ...]:
     """Name what is wrong with a station's photos, by the worse of the two; empty where nothing is."""
     photos, subject = (quality.left, quality.right), about(SubjectKind.STATION, station)
-    return (*_of_light(photos, subject), *_of_sharpness([photo.sharpness for photo in photos], subject))
+    return (*_of_light(photos, subject), *_of_sharpness((quality.left.sharpness, quality.right.sharpness), subject))
 
 
 def _of_light(photos: Sequence[PhotoQuality], station: Subject) -> Iterator[Rejection]:
@@ -168,7 +168,7 @@ def _of_light(photos: Sequence[PhotoQuality], station: Subject) -> Iterator[Reje
         yield rejected(Reason.PHOTO_TINTED, station, stops=tint, limit_stops=MOST_TINT_STOPS)
 
 
-def _of_sharpness(photos: Sequence[Sharpness], station: Subject) -> Iterator[Rejection]:
+def _of_sharpness(photos: tuple[Sharpness, Sharpness], station: Subject) -> Iterator[Rejection]:
     """Name motion where it widens edges by more than the blur that is the same in all directions."""
     moved = max(photos, key=lambda one: one.motion_px)
     has_moved = moved.motion_px > MOST_MOTION_PX and moved.motion_px**2 / 12.0 > moved.blur_px**2
@@ -179,6 +179,6 @@ def _of_sharpness(photos: Sequence[Sharpness], station: Subject) -> Iterator[Rej
     blur = max(one.blur_px for one in photos)
     if blur > MOST_BLUR_PX:
         yield rejected(Reason.PHOTO_UNSHARP, station, blur_px=blur, limit_px=MOST_BLUR_PX)
-    smeared = max(one.smeared_share for one in photos)
+    smeared = max(smeared_shares(*photos))
     if smeared > MOST_SMEARED and blur <= MOST_BLUR_PX and not has_moved:
         yield rejected(Reason.PHOTO_SMEARED, station, share=smeared, limit_share=MOST_SMEARED)

@@ -1,11 +1,11 @@
 """How sharp a photo is, from its own edges: each tells how wide it is by what a little more blur takes from it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, frozen
 
 SCALE_PX = 0.8
 """An edge's slope is compared at this blur and at twice it: under a pixel, where a sharp photo has its detail."""
@@ -19,13 +19,15 @@ FEWEST_IN_PART = 20
 LEFT_SHARE = 0.3
 """Of the differences between directions: what a wave leaves more of is the scene's own lines, and no motion."""
 DIRECTIONS = 8
-TILES = 12
-"""Parts of the photo's width that are compared with the whole."""
+PARTS = 12
+"""Of the photo's width, that are compared with the other photo's."""
 SMEARED_PX = 1.0
-"""A part is smeared where its edges are so much wider than the photo's."""
+"""A part is smeared where its edges are so much wider than the same things' in the other photo."""
+NEAREST_PARTS = 3
+"""Things lie by up to two parts further left in the right photo: a wall 3 m off, by a sixth of the width."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sharpness:
     """Widths are standard deviations in pixels, `motion_px` the length of the line that a point became."""
 
@@ -33,7 +35,8 @@ class Sharpness:
     blur_px: float = 0.0
     motion_px: float = 0.0
     motion_deg: float = 0.0  # 0 level, 90 upright
-    smeared_share: float = 0.0  # of the parts of the photo that have edges
+    parts: FloatArray = field(default_factory=lambda: frozen(np.zeros((0, PARTS))))
+    """(rows, PARTS) variance of the edges' blur in parts of the photo; NaN where too few are."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,7 +63,7 @@ def sharpness_of(picture: Float32Array, usable: BoolArray, noise_grey: float) ->
     blur = max(middle - length**2 / 24.0, 0.0)  # a line's variance, over all directions
     return Sharpness(
         edges=len(edges.ratio), blur_px=float(np.sqrt(blur)), motion_px=length, motion_deg=angle,
-        smeared_share=_smeared(edges, picture.shape[1], middle),
+        parts=_parts(edges, picture.shape),
     )  # fmt: skip
 
 
@@ -104,11 +107,31 @@ def _motion(edges: _Edges) -> tuple[float, float]:
     return float(np.sqrt(24.0 * np.hypot(level, aslant))), float(np.degrees(np.arctan2(aslant, level)) / 2.0 % 180.0)
 
 
-def _smeared(edges: _Edges, width: int, middle: float) -> float:
-    """Return the share of parts with edges whose edges are wider than the photo's: drops or dirt on the lens."""
-    side = width / TILES
-    number = (edges.row // side * TILES + edges.column // side).astype(int)
+def _parts(edges: _Edges, size: tuple[int, ...]) -> FloatArray:
+    side = size[1] / PARTS
+    row, column = (edges.row // side).astype(int), (edges.column // side).astype(int)
+    parts = np.full((int(size[0] // side) + 1, PARTS), np.nan)
+    number = row * PARTS + column
     order = np.argsort(number, kind="stable")
-    groups = np.split(edges.ratio[order], np.flatnonzero(np.diff(number[order])) + 1)
-    variances = [_variance(float(np.median(group))) for group in groups if len(group) >= FEWEST_IN_PART]
-    return float(np.mean([one > middle + SMEARED_PX**2 for one in variances])) if variances else 0.0
+    for own in np.split(order, np.flatnonzero(np.diff(number[order])) + 1):
+        if len(own) >= FEWEST_IN_PART:
+            parts[row[own[0]], column[own[0]]] = _variance(float(np.median(edges.ratio[own])))
+    return frozen(parts)
+
+
+def smeared_shares(left: Sharpness, right: Sharpness) -> tuple[float, float]:
+    """Return the share of either photo's parts whose edges are wider than the same things' in the other.
+
+    Drops and dirt lie on one lens. What is soft in itself, or out of the depth of field, is so in both photos.
+    """
+    return _smeared(left.parts, right.parts), _smeared(right.parts[:, ::-1], left.parts[:, ::-1])
+
+
+def _smeared(own: FloatArray, other: FloatArray) -> float:
+    if not own.size or own.shape != other.shape:
+        return 0.0
+    shifted = [np.pad(other, ((0, 0), (k, 0)), constant_values=np.nan)[:, :PARTS] for k in range(NEAREST_PARTS)]
+    there = np.max(np.where(np.isnan(shifted), -np.inf, shifted), axis=0)
+    compared = np.isfinite(own) & np.isfinite(there)
+    wider = compared & (own > there + SMEARED_PX**2)
+    return float(wider.sum() / max(int(compared.sum()), 1))
