@@ -31,7 +31,7 @@ MOST_CLIPPED = 0.02
 """Share of the photo. The clean photos of building sites have none."""
 LEAST_STOPS = -3.5
 """Under mid-grey. Then the texture of concrete, some 5 % of its light, is one of the file's 256 levels."""
-MOST_NOISE_GREY = 3.0
+MOST_NOISE_GREY = 4.0
 """Concrete's own texture is some 2 to 5 grey levels."""
 MOST_ROUNDED_GREY = 2.0
 """The lower end of the same."""
