@@ -79,6 +79,16 @@ class Reason(StrEnum):
     PHOTOS_OVERLAP = "photos overlap too little"
     PHOTOS_OF_OTHER_STATION = "photos of another station"
     PHOTOS_OF_OTHER_DAY = "photos of another day"
+    # The state of a station's photos: the cause of what else is refused there.
+    PHOTO_CLIPPED = "photo clipped"
+    PHOTO_DARK = "photo dark"
+    PHOTO_GRAINY = "photo grainy"
+    PHOTO_COMPRESSED = "photo compressed"
+    PHOTO_HAZY = "photo hazy"
+    PHOTO_TINTED = "photo in coloured light"
+    PHOTO_MOVED = "photo moved"  # while it was exposed
+    PHOTO_UNSHARP = "photo unsharp"
+    PHOTO_SMEARED = "photo smeared"  # unsharp in parts: drops, dirt on the lens
     # A station that could not be worked on.
     STATION_FAILED = "station failed"  # an exception says why
     STATION_MEMORY = "station out of memory"
@@ -110,6 +120,7 @@ class Reason(StrEnum):
     INSTANCE_WITHOUT_SURFACE = "instance without a surface"  # a network sees it, the depth doesn't
     INSTANCE_WITHOUT_DEPTH = "instance without depth"  # method: paper
     INSTANCE_WITHOUT_FACE = "instance without a face"
+    SURFACE_TOO_FAR = "surface too far for the rig"
     FACE_NARROW = "face too narrow"
     FACE_UNCERTAIN = "face too uncertain"
     # Places of stations.
@@ -210,6 +221,7 @@ class Reason(StrEnum):
     STANDS_OFF = "stands off the design"
     STARTER_BARS = "may be starter bars"
     SURFACE_UNCLEAR = "surface unclear"
+    OTHER_COLOUR = "of another colour"  # than the visit's concrete: counted or not
     PAST_OUTLINE = "goes on past its outline"
     AREAS_APART = "areas apart"
     PAST_DESIGN = "goes on past the design"
@@ -271,6 +283,15 @@ REVISIONS = frozenset(
     }
 )
 """Codes of what a revision did to the design."""
+
+
+PHOTO_FAULTS = frozenset(
+    {
+        *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_COMPRESSED, Reason.PHOTO_HAZY),
+        *(Reason.PHOTO_TINTED, Reason.PHOTO_MOVED, Reason.PHOTO_UNSHARP, Reason.PHOTO_SMEARED),
+    }
+)
+"""Codes of the state of a station's photos."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

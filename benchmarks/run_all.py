@@ -54,6 +54,7 @@ CASES = (
     Case(script="site/site.py", quick="--quick --check", packages=RENDERER),
     Case(script="faces/faces.py", packages=RENDERER),
     Case(script="networks/networks.py", slow="", packages=RENDERER),
+    Case(script="site/light.py", packages=RENDERER),
     Case(script="site/crash.py", quick="--quick --check"),
     Case(script="site/speed.py", slow=""),
     Case(script="site/cost.py", slow=""),
@@ -71,6 +72,9 @@ CASES = (
     Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
     Case(script="real/photos.py", slow="", data="photos"),
     Case(script="real/rigs.py", slow="", data="rigs"),
+    Case(script="real/planes.py", slow="", data="stereo"),
+    Case(script="real/repeats.py", slow="", data="stereo"),
+    Case(script="real/whole_runs.py", slow="", data="stereo"),
     Case(script="house/structure.py", quick="--check"),
     Case(script="house/core_numbers.py", quick="", slow=""),
 )

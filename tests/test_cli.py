@@ -260,6 +260,24 @@ def test_what_is_wrong_with_the_whole_visit_is_said_once_and_quiet_or_not(capsys
     assert f"visit {report.visit_date}: rig: refined from 900 matches" in told and "A1/2" not in told
 
 
+def test_what_is_wrong_with_the_photos_of_a_station_that_counts_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    report = sample_report()
+    (counts, *_) = sorted(report.placed)
+    dark = [
+        Rejection(
+            code=Reason.PHOTO_DARK,
+            subject=Subject(kind=SubjectKind.STATION, name=name),
+            values={"stops": -4.5, "limit_stops": -3.5},
+        )
+        for name in (counts, "elsewhere")
+    ]
+    warn_of_visit(
+        Visit(date=report.visit_date, stations=()), replace(report, rejections=tuple(dark)), Screen(quiet=True)
+    )
+    said = capsys.readouterr().err
+    assert f"station {counts}: its photos are too dark" in said and "elsewhere" not in said
+
+
 def test_a_wrong_project_file_is_an_error_with_every_mistake(tmp_path: Path) -> None:
     wrong = plain()
     wrong["nam"] = wrong.pop("name")

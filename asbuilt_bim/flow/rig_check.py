@@ -9,7 +9,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
+from asbuilt_bim.codes import PHOTO_FAULTS, Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
@@ -18,7 +18,7 @@ from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
-from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_doubt, rig_rejection
 
 Outcome = StationMeasurement | RejectedStation
 MeasureAgain = Callable[[Sequence[str], StereoRig], Mapping[str, Outcome]]
@@ -64,10 +64,8 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
         records.append(_record(verdict, refined=False))
         if verdict.state == "knocked":
             found.update({name: _refused(found[name], verdict) for name in names})
-        elif verdict.state == "doubtful":
-            warnings.append(rig_rejection(Reason.RIG_MOVED, RIG, verdict, names))
-        elif verdict.state == "undetermined":
-            warnings.append(rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, names))
+        doubt = rig_doubt(verdict, names)
+        warnings += [doubt] if doubt is not None else []
     notes += [_knocked_between(before, after) for before, after in pairwise(verdicts)]
     return WatchedVisit(
         outcomes=tuple(found[outcome.station] for outcome in outcomes),
@@ -98,8 +96,14 @@ def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square
     reason = scale_rejection(_subject(outcome), verdict, rig, square_m)
     picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
     return RejectedStation(
-        station=outcome.station, rejections=(reason,), picture=picture, health=outcome.health, scale=outcome.scale
-    )
+        station=outcome.station, rejections=(*_photo_faults(outcome), reason), picture=picture, health=outcome.health,
+        scale=outcome.scale,
+    )  # fmt: skip
+
+
+def _photo_faults(outcome: Outcome) -> tuple[Rejection, ...]:
+    """Return what is wrong with a station's photos: it may be the cause of the rest, and is named first."""
+    return tuple(one for one in outcome.rejections if one.code in PHOTO_FAULTS)
 
 
 def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tuple[RigVerdict, list[str]]]:
@@ -122,21 +126,18 @@ def _still_knocked(
     verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
     bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
     refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
-    doubts = [
-        rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, verdict.stations, refined=True)
-        for verdict in verdicts
-        if verdict.state == "undetermined"
-    ]
-    return refused, "not refined" if refused else "refined", tuple(doubts)
+    doubts = [rig_doubt(verdict, verdict.stations, refined=True) for verdict in verdicts]
+    told = tuple(doubt for doubt in doubts if doubt is not None)
+    return refused, "not refined" if refused else "refined", told
 
 
 def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
     """Return a station's rejection by its visit's verdict; what else was wrong with it stays."""
     own = outcome.rejections if isinstance(outcome, RejectedStation) else ()
-    others = tuple(rejection for rejection in own if rejection.code not in SIGNS_OF_KNOCK)
+    others = tuple(one for one in own if one.code not in SIGNS_OF_KNOCK | PHOTO_FAULTS)
     return RejectedStation(
         station=outcome.station,
-        rejections=(rig_rejection(Reason.RIG_KNOCKED, _subject(outcome), verdict), *others),
+        rejections=(*_photo_faults(outcome), rig_rejection(Reason.RIG_KNOCKED, _subject(outcome), verdict), *others),
         picture=outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg),
         health=outcome.health,
         scale=None,  # a knock moves lengths too: its scale says nothing more

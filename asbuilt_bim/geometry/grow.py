@@ -28,13 +28,27 @@ class GrowOptions:
     """What counts as an upright surface."""
 
     least_rise_m: float = 0.35  # a kerb or a sole plate is lower, a poured lift is higher
-    least_disparity_px: float = 5.0  # beyond (50 m for the usual rig) a pixel of disparity is 10 m
     mode_sigma_px: float = 0.12  # scatter of a column's mean disparity, smoothing of the matcher included
+    rig_sigma_px: float = 0.15  # disparity that a calibrated rig may err by in common (yaw of 0.008 degrees)
+    most_sigma_share: float = 0.20  # sigma of an area over it, beyond which its number says nothing
     piece_penalty: float = 30.0  # a corner must explain 30 units of chi-square: 5 sigma
     straight_deg: float = 8.0  # pieces that meet at less are one plane: the matcher bends at depth edges
     one_plane_px: float = 0.25  # and within this at their seam: a step of 5 cm at 7 m shows as 0.25 px
     corner_deg: float = 20.0  # two faces of one body meet at more: corners are square, chamfers 45 degrees
     touch_px: float = 0.8  # pieces meet where their lines pass each other within this
+
+    @property
+    def least_disparity_px(self) -> float:
+        """Return the disparity from which a plane's area can be known at all.
+
+        Depth is Z = f b / d, and an area grows with Z squared: its sigma over itself is 2 sigma_d / d. sigma_d holds
+        what the pixels scatter by and what the rig errs by.
+        """
+        return 2.0 * float(np.hypot(self.mode_sigma_px, self.rig_sigma_px)) / self.most_sigma_share
+
+    def reach_m(self, f_px: float, baseline_m: float) -> float:
+        """Return the distance up to which a rig measures surfaces: where their disparity is the least one."""
+        return f_px * baseline_m / self.least_disparity_px
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

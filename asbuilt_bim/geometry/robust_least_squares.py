@@ -87,8 +87,11 @@ def reweighted_linear(
     weights: FloatArray | None = None,
     loss: Loss = tukey,
     ridge: FloatArray | float = _RIDGE,
+    rounds: int = _ROUNDS,
 ) -> Fit:
     """Fit `design @ parameters = target` (N, P), (N,), and weigh points by how far they are off, until that settles.
+
+    It is left after `rounds`, settled or not.
 
     `sigma` is the least that a point errs by; the scale of all of them is estimated, and never under 1. `weights` (N,)
     say what points count before that, 1 / sigma^2 where they aren't given. `ridge`, for all parameters or for each
@@ -97,7 +100,7 @@ def reweighted_linear(
     least = np.broadcast_to(np.asarray(sigma, dtype=np.float64), target.shape)
     own = 1.0 / np.square(least) if weights is None else weights
     trust, converged = np.ones(len(target)), False
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         weighted = design * (own * trust)[:, None]
         normal = weighted.T @ design
         normal.flat[:: len(normal) + 1] += ridge * max(float(np.sum(own * trust)), _RIDGE)

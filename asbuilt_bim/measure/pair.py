@@ -18,8 +18,8 @@ from asbuilt_bim.measure.station import (
 )
 from asbuilt_bim.vision.masks.given import photo_from_rectified
 from asbuilt_bim.vision.masks.segment import Instance
-from asbuilt_bim.vision.stereo.rig_health import judge, refined_rig
-from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
+from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge, refined_rig
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_doubt, rig_rejection
 from asbuilt_bim.vision.target.find import TargetSighting
 
 
@@ -76,15 +76,17 @@ def measure_photos(
         raise MeasureError(missing)
     chosen = options if options.target.required else replace(options, least_markers_without_target=0)
     found = measure_in_detail(photos, rig, chosen, models=models)
-    health = found.measurement.health if isinstance(found, StationDetail) else found.health
-    verdict = judge([health], rig) if refine and health is not None else None
+    verdict, refined = _verdict(found, rig), False
     notes: tuple[Rejection, ...] = ()
-    if health is not None and verdict is not None and verdict.state in ("doubtful", "knocked"):
-        rig = refined_rig(rig, verdict, health.camera)
-        found = measure_in_detail(photos, rig, chosen, models=models)
+    if verdict is not None and refine and verdict.state in ("doubtful", "knocked"):
         notes = (rig_rejection(Reason.RIG_REFINED, RIG, verdict),)
+        rig, refined = _refined(found, rig, verdict), True
+        found = measure_in_detail(photos, rig, chosen, models=models)
+        verdict = _verdict(found, rig)
     if isinstance(found, RejectedStation):
         raise MeasureError(f"{photos.name}: the pair can't be measured", found.rejections)
+    if verdict is not None:
+        notes += _doubts(verdict, photos.name, refined=refined)
     rejections = (*notes, *found.measurement.rejections)
     if models.segmenter is not None:
         rejections = (*rejections, *_unmeasured(found, photos.name))
@@ -92,6 +94,34 @@ def measure_photos(
         detail=found, rig=rig, options=chosen, left_name=photos.left.name, right_name=photos.right.name,
         rejections=rejections,
     )  # fmt: skip
+
+
+def _health(found: StationDetail | RejectedStation) -> StationHealth | None:
+    return found.measurement.health if isinstance(found, StationDetail) else found.health
+
+
+def _verdict(found: StationDetail | RejectedStation, rig: StereoRig) -> RigVerdict | None:
+    """Judge the rig by this pair, as a run judges that of a visit; None where too few matches say anything of it."""
+    health = _health(found)
+    return None if health is None else judge([health], rig)
+
+
+def _refined(found: StationDetail | RejectedStation, rig: StereoRig, verdict: RigVerdict) -> StereoRig:
+    health = _health(found)
+    return rig if health is None else refined_rig(rig, verdict, health.camera)
+
+
+def _doubts(verdict: RigVerdict, name: str, *, refined: bool) -> tuple[Rejection, ...]:
+    """Return what a run would warn of at this pair.
+
+    Raises:
+        MeasureError: a run would refuse it: the rig was knocked.
+    """
+    if verdict.state == "knocked":
+        knocked = rig_rejection(Reason.RIG_KNOCKED, about(SubjectKind.STATION, name), verdict)
+        raise MeasureError(f"{name}: the pair can't be measured", (knocked,))
+    doubt = rig_doubt(verdict, (name,), refined=refined)
+    return () if doubt is None else (doubt,)
 
 
 def dominating(face: MeasuredFace, *, calibration_known: bool) -> str:

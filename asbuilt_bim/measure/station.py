@@ -3,11 +3,15 @@
 import time
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from asbuilt_bim.camera.photo.quality import StationQuality, clipped, photo_faults, quality_of
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.measure.clipped import ends_clipped, unclipped
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
@@ -22,6 +26,7 @@ from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
 from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.bars import without_bars
+from asbuilt_bim.vision.scene.far_surface import far_surface
 from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
@@ -106,6 +111,7 @@ class StationMeasurement:
     )
     health: StationHealth | None = None  # of the rig; None where too few matches say anything of it
     scale: ScaleEvidence | None = None  # what target and markers show of the rig's scale
+    quality: StationQuality | None = None  # of its photos; what is wrong with them stands in `rejections`, first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -150,25 +156,28 @@ def measure_in_detail(
     if isinstance(pair, RejectedStation):
         return pair
     timer.done("read")
+    quality = quality_of(pair, photos.left.data, photos.right.data)
+    faults = photo_faults(quality, photos.name)
     checked = check_rig(pair, worked)
     if checked.rejections:
         return RejectedStation(
-            station=photos.name, rejections=checked.rejections, picture=pair.left, health=checked.health
+            station=photos.name, rejections=(*faults, *checked.rejections), picture=pair.left, health=checked.health
         )
     timer.done("check")
-    target, reasons = find_target(pair, options.target)
+    target, found = find_target(pair, options.target)
+    reasons = (*faults, *found)
     markers = find_markers(pair, options.marker_family)
     scale = scale_evidence(pair, target, markers, options.target)
     timer.done("target and markers")
     least = options.least_markers_without_target
-    refused = without_scale(photos.name, target, reasons, markers, required=options.target.required, least=least)
+    refused = without_scale(photos.name, target, found, markers, required=options.target.required, least=least)
     if refused:
         return RejectedStation(
-            station=photos.name, rejections=refused, picture=pair.left, health=checked.health, scale=scale
+            station=photos.name, rejections=(*faults, *refused), picture=pair.left, health=checked.health, scale=scale
         )
     seen = _Sighted(
         photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
-        reasons=reasons,
+        reasons=reasons, quality=quality,
     )  # fmt: skip
     return _measure(seen, options, models, timer)
 
@@ -185,6 +194,7 @@ class _Sighted:
     target: TargetSighting | None
     markers: tuple[MarkerSighting, ...]
     reasons: tuple[Rejection, ...]
+    quality: StationQuality
 
 
 def _measure(
@@ -192,7 +202,7 @@ def _measure(
 ) -> StationDetail | RejectedStation:
     pair, target = seen.pair, seen.target
     stereo = depth_map(pair, models.matcher or options.matcher)
-    sky = find_sky(pair, stereo)
+    sky, blind = find_sky(pair, stereo), clipped(pair.left)
     timer.done("stereo")
     wanted = depth_method(options.method, options.depth)
     depth = area_depth(pair, stereo, target, models.relative_depth, wanted, options.inversion)
@@ -202,36 +212,39 @@ def _measure(
     if depth is not stereo:
         timer.done("depth network")
     scene = read_scene(pair, stereo if options.method == "paper" else depth, options.geometric.scene)
+    far = far_surface(scene, sky, options.geometric.scene.grow, pair.name)
     marks = marks_mask(pair.valid_left.shape, seen.markers, target)
     if options.method != "paper":
         scene = without_bars(scene, pair, marks)
     bars = scene.labels == scene.bars_label
     agreed = _instances(pair, scene, stereo, options, models)
-    instances = without_boards([without_sky(one, sky | bars) for one in agreed.instances], marks)
+    instances = without_boards([without_sky(one, sky | blind | bars) for one in agreed.instances], marks)
     timer.done("instances")
     if options.method == "paper":
         found = paper_faces(pair, depth, instances, options.faces)
     else:
         found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks)
+    faces = ends_clipped(found.faces, blind)
     timer.done("faces")
-    reference = pack(stereo, sky, occluder_free_disparity(pair, sky))
+    reference = pack(unclipped(stereo, blind), sky, np.where(blind, np.nan, occluder_free_disparity(pair, sky)))
     picture = thumbnail(pair)
     timer.done("pack")
     measurement = StationMeasurement(
         station=seen.photos.name,
         camera=pair.camera,
-        faces=found.faces,
+        faces=faces,
         target=target,
         markers=seen.markers,
         depth_ref=reference,
         vertical=found.up,
-        rejections=(*seen.reasons, *agreed.notes, *found.rejections),
+        rejections=(*seen.reasons, *agreed.notes, *far, *found.rejections),
         seconds=timer.seconds,
         left_digest=seen.photos.left.digest,
         right_digest=seen.photos.right.digest,
         thumbnail_jpeg=picture,
         health=seen.health,
         scale=seen.scale,
+        quality=seen.quality,
     )
     return StationDetail(measurement=measurement, pair=pair, depth=depth, instances=tuple(instances))
 

@@ -34,7 +34,7 @@ class FaceOptions:
     """When a face is worth reporting."""
 
     least_width_px: float = 12.0  # edges of 0.3 px each are 3.5 % of it; narrower is a guess
-    most_sigma_share: float = 0.25  # sigma of area over area; beyond, the number says nothing
+    most_sigma_share: float = 0.20  # sigma of area over area; beyond, a face was seen, and its number says nothing
     least_area_m2: float = 0.03  # a hand's breadth of a column
 
 
@@ -108,7 +108,7 @@ def _add_round(
 
 
 def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejection], options: FaceOptions) -> None:
-    """Keep a face, or name why it isn't kept; crumbs go without a word."""
+    """Keep a face, or say that it was seen and isn't measurable, where and why; crumbs go without a word."""
     if not np.isfinite(face.area_m2) or face.area_m2 < options.least_area_m2:
         return
     station = face.face_id.rsplit("/", 1)[0]
@@ -125,7 +125,19 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
         return
     seen: dict[str, Value] = {"label": face.label, "area_m2": face.area_m2, "distance_m": face.distance_m}
     subject = about(SubjectKind.FACE, own, station)
-    rejections.append(rejected(code, subject, **(seen | values)))
+    rejections.append(rejected(code, subject, **(seen | values | _box_px(face))))
+
+
+def _box_px(face: MeasuredFace) -> dict[str, Value]:
+    """Return what a face's outer ring spans in the rectified left photo: x0, y0, x1, y1, whole pixels.
+
+    A corner far off on a plane seen edge-on may have no pixel; a ring without any gives no box.
+    """
+    ring = face.outline_px[0][np.isfinite(face.outline_px[0]).all(axis=1)]
+    if not len(ring):
+        return {}
+    low, high = np.floor(ring.min(axis=0)), np.ceil(ring.max(axis=0))
+    return {"box_px": (int(low[0]), int(low[1]), int(high[0]), int(high[1]))}
 
 
 def thumbnail(pair: RectifiedPair, most_width_px: int = 1280, quality: int = 85) -> bytes:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
+from asbuilt_bim.codes import PHOTO_FAULTS, Reason, Subject, SubjectKind, Value, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import skew
@@ -32,7 +32,9 @@ def pose_from_markers(
     seen, notes = _sighted(station, survey, options)
     subject = about(SubjectKind.STATION, station.station)
     if len(seen) < options.min_markers:
-        return None, (*notes, _too_few(subject, len(seen), options.min_markers, any_read=bool(station.markers)))
+        unreadable = any(one.code in PHOTO_FAULTS for one in station.rejections)  # then no other family is the cause
+        any_read = bool(station.markers) or unreadable
+        return None, (*notes, _too_few(subject, len(seen), options.min_markers, any_read=any_read))
     agreement = largest_agreement(station.camera, seen, min(options.min_markers, len(seen)))
     if agreement is None:
         return None, (*notes, rejected(Reason.MARKERS_DISAGREE, subject, found=len(seen)))

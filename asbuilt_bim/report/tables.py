@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import date
 
-from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.codes import PHOTO_FAULTS, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, State, StationRecord
 from asbuilt_bim.report.wording.notes import note_words
@@ -141,6 +141,11 @@ def station_of(rejection: Rejection) -> str:
 def of_whole_visit(rejection: Rejection) -> bool:
     """Say whether a rejection is about no station and no face: about the rig, the survey, or the visit."""
     return not station_of(rejection) and rejection.subject.kind not in OF_FACES
+
+
+def bad_photos(report: ProgressReport) -> tuple[Rejection, ...]:
+    """Return what is wrong with the photos of stations that count: their numbers rest on these."""
+    return tuple(one for one in report.rejections if one.code in PHOTO_FAULTS and station_of(one) in report.placed)
 
 
 def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: tuple[Words, ...]) -> StationRow:

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.errors import MeasureError, OptionError
 from asbuilt_bim.flow.measure_pair import measure_pair
 from asbuilt_bim.flow.output.measurement import check_place, save_measurement
@@ -114,7 +115,12 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
             "the image plane; it states no uncertainty."
         )
     elif not found.calibration_known:
-        screen.say("The rig file holds no covariance: no sigma below holds the calibration's part.")
+        screen.say(
+            "The rig file holds no covariance: the sigmas below take it to be good to 0.02 degrees and 0.2 px of lens."
+        )
+    of_rig = [rejection for rejection in found.rejections if rejection.subject.kind is SubjectKind.RIG]
+    for rejection in of_rig:  # before the areas that rest on it
+        screen.warn(plain(str(words_of(rejection))))
     rows = face_rows(found)
     if screen.width >= TABLE_WIDTH:
         table = Table()
@@ -127,7 +133,7 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
         for number, label, kind, width, height, area, source, seen, flatness, distance in rows:
             screen.say(f"face {number} ({label}, {kind}): {area}, {width} x {height}, {seen}")
             screen.say(f"  sigma from {source}, flatness {flatness}, {distance} away")
-    for rejection in found.rejections:
+    for rejection in (one for one in found.rejections if one not in of_rig):
         screen.warn(plain(str(words_of(rejection))))
     if not rows:
         screen.error("not one face was measured")

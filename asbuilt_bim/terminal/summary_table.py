@@ -12,7 +12,7 @@ from asbuilt_bim.codes import Note, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import verdict
-from asbuilt_bim.report.tables import of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.tables import bad_photos, of_whole_visit, station_of, storey_names
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import percent, percent_range, plain
@@ -149,6 +149,11 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
         screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
     if len(whole) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
+    bad = bad_photos(report)
+    for rejection in bad[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
+    if len(bad) > MAX_NOTES:
+        screen.warn(f"visit {day}: and {len(bad) - MAX_NOTES} more photos of the kind; the report names them all")
     names = [station.name for station in visit.stations]
     rejected = left_out(names, report)
     for name, reasons in rejected.items():

@@ -34,7 +34,7 @@ def laser_lines(folder: Path) -> list[Line]:
     """Compare the matcher, and planes refined on the pixels, with the laser of an ETH3D two-view folder."""
     pair, truth = _read(folder)
     ours, _ = SemiGlobalMatcher(nearest_m=1.0).match(pair)
-    plain = _plain_sgbm(pair)
+    plain = plain_sgbm(pair)
     regions = _planar_regions(pair, truth, ours, plain)
     off, refined, plain_off = (np.array([one for one in column if np.isfinite(one)]) for column in regions.T[:3])
     n, pixels = len(off), int(np.isfinite(truth).sum())
@@ -149,7 +149,7 @@ def _refined(levels: Pictures, rays: FloatArray, tile: tuple[slice, slice], q: F
     return float(middle @ (fit.q_px - q)) if fit is not None else float("nan")
 
 
-def _plain_sgbm(pair: RectifiedPair) -> Float32Array:
+def plain_sgbm(pair: RectifiedPair) -> Float32Array:
     """Match as OpenCV's own example does: 8 x 8 costs, no refinement, 128 disparities."""
     engine = cv2.StereoSGBM.create(
         minDisparity=0, numDisparities=128, blockSize=5, P1=200, P2=800, disp12MaxDiff=1, uniquenessRatio=10,
@@ -158,6 +158,11 @@ def _plain_sgbm(pair: RectifiedPair) -> Float32Array:
     grey_images = [np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)) for image in (pair.left, pair.right)]
     fixed = np.asarray(engine.compute(grey_images[0], grey_images[1]))
     return np.where(fixed > 0, fixed / 16.0, np.nan).astype(np.float32)
+
+
+def plain_disparity(pair: RectifiedPair) -> Float32Array:
+    """Match plainly, and keep what lies in the left photo: rectifying leaves black round it."""
+    return np.where(pair.valid_left, plain_sgbm(pair), np.nan).astype(np.float32)
 
 
 def _read(folder: Path) -> tuple[RectifiedPair, Float32Array]:

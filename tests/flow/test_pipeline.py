@@ -101,8 +101,8 @@ def test_the_same_inputs_give_the_same_result_measured_again_or_taken_from_the_c
     assert anew.from_cache == 0
     for one, other in zip(anew.reports[0].elements, result.reports[0].elements, strict=True):
         assert one.state == other.state
-        assert one.built_area_m2 == pytest.approx(other.built_area_m2, abs=1e-6)  # threads sum in another order
-        assert one.as_built_area_m2 == pytest.approx(other.as_built_area_m2, abs=1e-6)
+        assert one.built_area_m2 == pytest.approx(other.built_area_m2, abs=1e-4)  # threads sum in another order
+        assert one.as_built_area_m2 == pytest.approx(other.as_built_area_m2, abs=1e-4)
 
 
 def test_another_option_is_measured_anew(project: Project, cache: Cache, result: RunResult) -> None:

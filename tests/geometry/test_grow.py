@@ -144,3 +144,37 @@ def test_three_exact_points_give_their_circle() -> None:
     angle = np.array([0.1, 1.0, 2.2])
     found = fit_circle(2.0 + 0.5 * np.cos(angle), 7.0 + 0.5 * np.sin(angle), np.ones(3))
     assert found == pytest.approx((2.0, 7.0, 0.5), abs=1e-9)
+
+
+def facade(disparity_px: float) -> LevelledMap:
+    """Return a facade that fills the upper half of the photo at a disparity; nothing else was measured."""
+    view = level_view(UP, F)
+    _, y, forward = view.coordinates(pixel_rays(W, H, F, 318.0, 241.0))
+    d = np.where((y < 0) & (y > -200), disparity_px, np.nan) * forward
+    return level_map_of(d + np.random.default_rng(5).normal(0.0, 0.03, d.shape))
+
+
+def test_the_least_disparity_is_where_twice_its_sigma_is_a_fifth_of_it() -> None:
+    options = GrowOptions()
+    least = options.least_disparity_px
+    sigma_px = np.hypot(options.mode_sigma_px, options.rig_sigma_px)
+    near, far = ((F * B / (least + step)) ** 2 for step in (-0.5 * sigma_px, 0.5 * sigma_px))
+    middle = (F * B / least) ** 2
+    assert (near - far) / middle == pytest.approx(options.most_sigma_share, rel=0.02)  # of an area, by a sigma of depth
+    assert options.reach_m(F, B) == pytest.approx(F * B / least)
+    assert options.reach_m(2.0 * F, 3.0 * B) == pytest.approx(6.0 * options.reach_m(F, B))
+
+
+@pytest.mark.parametrize("disparity_px", [4.5, 2.5])
+def test_a_facade_that_a_narrow_rig_sees_at_few_pixels_of_disparity_is_grown(disparity_px: float) -> None:
+    level = facade(disparity_px)
+    upright, _ = upright_pixels(level)
+    pieces = grow_pieces(level, upright, GrowOptions())
+    widest = max(pieces, key=lambda piece: piece.x1_px - piece.x0_px)
+    assert widest.x1_px - widest.x0_px > 500.0
+    assert widest.offset_px == pytest.approx(disparity_px, abs=0.1)
+
+
+def test_a_facade_beyond_the_reach_is_not_grown() -> None:
+    level = facade(1.5)
+    assert grow_pieces(level, upright_pixels(level)[0], GrowOptions()) == []

@@ -11,6 +11,7 @@ from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -18,7 +19,8 @@ from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
-from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces, thumbnail
+from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, _judge, measure_faces, thumbnail
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map, grey
@@ -166,6 +168,37 @@ def test_what_is_too_narrow_is_named_and_left_out() -> None:
     named = {one.subject.name for one in narrow}
     assert len(named) == len(narrow)
     assert named.isdisjoint(face.face_id for face in kept.faces)
+
+
+def test_a_face_whose_sigma_is_over_a_fifth_of_its_area_is_seen_and_not_measurable_and_has_its_place() -> None:
+    _, pair, _ = site()
+    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
+    assert FaceOptions().most_sigma_share == 0.20
+    usual = measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), FaceOptions())
+    strict = FaceOptions(most_sigma_share=1e-6)  # no face is as sure as that
+    kept = measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), strict)
+    assert not kept.faces
+    seen = [one for one in kept.rejections if one.code is Reason.FACE_UNCERTAIN]
+    assert len(seen) >= len(usual.faces)
+    boxes = [one.values["box_px"] for one in seen]
+    for face in usual.faces:  # its box is the one of the face that would have been measured
+        low, high = face.outline_px[0].min(axis=0), face.outline_px[0].max(axis=0)
+        assert (*np.floor(low).astype(int), *np.ceil(high).astype(int)) in boxes
+    assert all(isinstance(value, int) for box in boxes for value in box)  # type: ignore[union-attr]
+    text = str(words_of(seen[0]))
+    assert "seen, not measurable" in text and "m²" not in text and "limit 0 %" in text
+
+
+@pytest.mark.parametrize(("lost", "box"), [(1, (10, 20, 91, 61)), (4, None)])
+def test_a_face_with_corners_that_no_pixel_shows_is_named_by_the_box_of_the_others(
+    lost: int, box: tuple[int, ...] | None
+) -> None:
+    face = measured(site()[1]).faces[0]
+    ring = np.array([[5.0, 5.0], [10.4, 20.0], [90.2, 60.5], [50.0, 30.0]])
+    ring[:lost] = np.nan
+    rejections: list[Rejection] = []
+    _judge(replace(face, outline_px=(ring,)), [], rejections, FaceOptions(most_sigma_share=1e-6))
+    assert rejections[0].values.get("box_px") == box
 
 
 def test_the_thumbnail_is_a_jpeg_without_exif() -> None:

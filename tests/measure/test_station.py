@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import cv2
@@ -7,8 +8,8 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
-from asbuilt_bim.codes import Reason
-from asbuilt_bim.measure.depth_reference import unpack
+from asbuilt_bim.codes import PHOTO_FAULTS, Reason
+from asbuilt_bim.measure.depth_reference import unpack, unpack_occluder_free
 from asbuilt_bim.measure.station import (
     MeasureOptions,
     RejectedStation,
@@ -126,3 +127,45 @@ def test_one_photo_given_twice_is_named_as_that_and_not_as_a_knocked_rig() -> No
     assert isinstance(found, RejectedStation)
     assert [one.code for one in found.rejections] == [Reason.PHOTO_TWICE]
     assert found.health is None
+
+
+def spoilt(how: Callable[[np.ndarray], np.ndarray]) -> StationPhotos:
+    pair = site()[1]
+    return StationPhotos(name="S1", left=photo("a.png", how(pair.left)), right=photo("b.png", how(pair.right)))
+
+
+def test_a_refused_station_names_the_state_of_its_photos_before_what_follows_from_it() -> None:
+    blurred = spoilt(lambda image: cv2.GaussianBlur(image, (0, 0), 4.0))
+    found = measure_station(blurred, rig_of(site()[1]), MeasureOptions())
+    assert isinstance(found, RejectedStation)
+    assert found.rejections[0].code is Reason.PHOTO_UNSHARP
+    assert len(found.rejections) > 1
+
+
+def test_a_station_that_counts_keeps_the_state_of_its_photos(station: StationMeasurement) -> None:
+    assert station.quality is not None and not any(one.code in PHOTO_FAULTS for one in station.rejections)
+    bleached = spoilt(lambda image: np.where(np.arange(image.shape[1])[:, None] < 200, 255, image).astype(np.uint8))
+    found = measure_station(bleached, rig_of(site()[1]), FREE)
+    assert isinstance(found, StationMeasurement)
+    assert found.quality is not None and found.quality.left.white_share > 0.1
+    assert found.rejections[0].code is Reason.PHOTO_CLIPPED
+
+
+def test_clipped_white_is_neither_sky_nor_any_depth(station: StationMeasurement) -> None:
+    before, _, scale = unpack(station.depth_ref)
+    sky = np.repeat(np.repeat(before == 0.0, scale, axis=0), scale, axis=1)[:600, :800]
+    assert sky.mean() > 0.02
+
+    def overexposed(image: np.ndarray) -> np.ndarray:
+        height, width = image.shape[:2]
+        return np.where(sky[:height, :width, None], 255, image).astype(np.uint8)
+
+    pair = site()[1]
+    photos_ = StationPhotos(name="S1", left=photo("a.png", overexposed(pair.left)), right=photo("b.png", pair.right))
+    found = measure_station(photos_, rig_of(pair), FREE)
+    assert isinstance(found, StationMeasurement)
+    after, _, _ = unpack(found.depth_ref)
+    assert not (after == 0.0).any()
+    assert np.isnan(after[before == 0.0]).mean() > 0.9
+    past = unpack_occluder_free(found.depth_ref)
+    assert past is not None and np.isnan(past[before == 0.0]).mean() > 0.9

@@ -6,6 +6,7 @@ from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.decide import decide_element
 from asbuilt_bim.progress.states.evidence import view_of
+from asbuilt_bim.progress.states.learn_colour import visit_colours
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 
 
@@ -17,7 +18,8 @@ def classify_surface(
     What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
     been built since.
     """
-    views = [view_of(placed, _good_faces(matched, placed.pose.station)) for placed in matched.stations]
+    colours = visit_colours(matched, options)
+    views = [view_of(placed, colours.get(placed.pose.station)) for placed in matched.stations]
     by_face: dict[str, list[FaceMatch]] = {}
     for match in matched.matches:
         by_face.setdefault(match.design_face, []).append(match)
@@ -30,7 +32,3 @@ def classify_surface(
             continue
         states.extend(decide_element(element, views, by_face, earlier, options))
     return tuple(states)
-
-
-def _good_faces(matched: MatchResult, station: str) -> list[str]:
-    return [match.face_id for match in matched.matches if match.station == station]

@@ -1,12 +1,15 @@
-"""Whether what stands there has the colour of concrete: timber, rusty steel, bricks, plants and paint haven't."""
+"""Tints, and what each says of concrete: as it scatters round what a visit shows, against anything of any colour."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.photo.chroma import is_grey
+from asbuilt_bim.camera.photo.quality import clipped
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station import StationMeasurement
 
 DARK = 12.0
@@ -16,59 +19,100 @@ BLACK = 16.0
 """CIE Lab's lightness is 16 too low to go with (a, b): only (a, b) / (lightness + 16) stays the same in weaker light.
 By lightness alone, concrete in deep shade would look twice as tinted as in the sun."""
 
-OTHER_COLOUR = 0.18
-"""Distance in (a, b) / (lightness + 16) from the station's concrete. Concrete in sun and shade differs by 0.15 at most;
-fresh timber, formwork ply and rust lie 0.25 to 0.8 away, bricks 0.4, plants 0.3 and more."""
+SCATTER = 0.06
+"""Of concrete round its visit's tint, (a, b) / (lightness + 16), one sigma: sun and shade differ by 0.15 at most."""
 
-MOST_TINT = 0.12
-"""A station's concrete is taken as grey where it looks more tinted than the light of a day can make it."""
+ANY_TINT = 0.8
+"""Timber, ply, rust, bricks, plants and paint lie anywhere within this of grey: fresh timber, formwork ply and rust
+0.25 to 0.8 away, bricks 0.4, plants 0.3 and more. With `SCATTER` both are as likely at 0.18 from the concrete."""
+
+OF_ANOTHER = 0.05
+"""One face of concrete in twenty is of another colour than its visit's: stained, painted, faced. So colour alone is
+worth 20 to 1 against, at most."""
 
 BLUR_PX = 5
 """A colour is the mean over this many pixels of the picture: JPEG stores chroma at half its resolution."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Palette:
+    """The tints (k, 2) that concrete has at a station, and the sigma with which it scatters round each."""
+
+    tints: FloatArray
+    sigma: float
+
+    def log_odds(self, tints: FloatArray) -> FloatArray:
+        """Return log p(tint | concrete) / p(tint | anything) of tints (N, 2); NaN where a tint is."""
+        away = np.linalg.norm(tints[:, None, :] - self.tints, axis=-1).min(axis=1)
+        peak = ANY_TINT**2 / (2.0 * self.sigma**2)
+        odds: FloatArray = np.log((1.0 - OF_ANOTHER) * peak * np.exp(-0.5 * (away / self.sigma) ** 2) + OF_ANOTHER)
+        return odds
+
+    def with_tints(self, more: FloatArray) -> "Palette":
+        """Return it with more tints (k, 2) that are held to be concrete, too."""
+        return Palette(tints=np.concatenate([self.tints, more]), sigma=self.sigma) if len(more) else self
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceTint:
+    """A face's median tint (2,), and the share of its pixels that haven't the colour of concrete."""
+
+    tint: FloatArray
+    other_share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConcreteColour:
-    """A station's picture as (a, b) / (lightness + 16) (h, w, 2), NaN where too dark; what concrete looks like (2,).
+    """A station's picture as tints (h, w, 2), NaN where too dark or clipped, what concrete looks like, and its faces.
 
     `scale` is picture pixels per rectified pixel.
     """
 
     tint: Float32Array
-    concrete: FloatArray
+    palette: Palette
+    faces: Mapping[str, FaceTint]
     scale: float
 
-    def fits(self, pixels: FloatArray) -> BoolArray:
-        """Say which rectified pixels (N, 2) could be concrete; dark ones and those out of the frame could."""
+    def fits(self, pixels: FloatArray, more: FloatArray) -> BoolArray:
+        """Say which rectified pixels (N, 2) could be concrete, of `more` tints (k, 2) as well.
+
+        Dark ones and those out of the frame could.
+        """
         height, width = self.tint.shape[:2]
         with np.errstate(invalid="ignore"):
             at = np.floor((pixels + 0.5) * self.scale)
             inside = np.all((at >= 0) & (at < [width, height]), axis=1)
         column, row = np.where(inside[:, None], at, 0).astype(int).T
-        away = np.linalg.norm(self.tint[row, column] - self.concrete, axis=1)
-        could: BoolArray = ~inside | ~(away > OTHER_COLOUR)
+        odds = self.palette.with_tints(more).log_odds(self.tint[row, column].astype(np.float64))
+        could: BoolArray = ~inside | ~(odds < 0.0)
         return could
 
 
-def concrete_colour(station: StationMeasurement, matched: Iterable[str]) -> ConcreteColour | None:
-    """Learn what concrete looks like at a station from its matched faces (ids); None where there is no picture."""
-    data = np.frombuffer(station.thumbnail_jpeg, dtype=np.uint8)
-    image = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
-    if image is None:
-        return None
-    soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
-    lab = cv2.cvtColor(soft, cv2.COLOR_BGR2Lab)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        tint = np.where(lab[..., :1] >= DARK, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
-    scale = image.shape[1] / station.camera.width_px
-    mask = np.zeros(image.shape[:2], dtype=np.uint8)
-    wanted = set(matched)
-    for face in station.faces:
-        if face.face_id in wanted:
-            rings = [np.round((ring + 0.5) * scale - 0.5).astype(np.int32) for ring in face.outline_px]
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TintedPicture:
+    """A station's picture as tints (h, w, 2), and picture pixels per rectified pixel."""
+
+    tint: Float32Array
+    scale: float
+
+    @staticmethod
+    def of(station: StationMeasurement) -> "TintedPicture | None":
+        """Read a station's picture; None where there is none, or none with colour."""
+        data = np.frombuffer(station.thumbnail_jpeg, dtype=np.uint8)
+        image = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
+        if image is None or is_grey(np.asarray(image, dtype=np.uint8)):
+            return None
+        soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
+        lab = cv2.cvtColor(soft, cv2.COLOR_BGR2Lab)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shown = (lab[..., :1] >= DARK) & ~clipped(np.asarray(image, dtype=np.uint8))[..., None]
+            tint = np.where(shown, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
+        return TintedPicture(tint=tint, scale=image.shape[1] / station.camera.width_px)
+
+    def of_faces(self, faces: Iterable[MeasuredFace]) -> FloatArray:
+        """Return the tints (N, 2) of all pixels of faces that are light enough."""
+        mask = np.zeros(self.tint.shape[:2], dtype=np.uint8)
+        for face in faces:
+            rings = [np.round((ring + 0.5) * self.scale - 0.5).astype(np.int32) for ring in face.outline_px]
             cv2.fillPoly(mask, rings, 255)
-    own = tint[(mask > 0) & np.isfinite(tint[..., 0])]
-    concrete = np.median(own, axis=0).astype(np.float64) if len(own) else np.zeros(2)
-    if np.linalg.norm(concrete) > MOST_TINT:
-        concrete = np.zeros(2)
-    return ConcreteColour(tint=tint, concrete=concrete, scale=scale)
+        return self.tint[(mask > 0) & np.isfinite(self.tint[..., 0])].astype(np.float64)

@@ -203,7 +203,23 @@ def _notes(
         notes.append(noted(Reason.PARTLY_HIDDEN, element))
     if 0.1 <= gone_m2 < GONE_M2:
         notes.append(noted(Reason.GONE_LITTLE, element, area_m2=gone_m2))
-    return [*notes, *(_not_counted(match, options) for match in matches if match not in votes.spoken)]
+    tinted = [match for match in matches if match.face_id in votes.other_colour]
+    unclear = [match for match in matches if match not in votes.spoken and match not in tinted]
+    notes += [_of_another_colour(match, votes) for match in tinted]
+    return [*notes, *(_not_counted(match, options) for match in unclear)]
+
+
+def _of_another_colour(match: FaceMatch, votes: Votes) -> Note:
+    """Say of a measured face that it has another colour than the visit's concrete, and whether it was counted."""
+    seen = votes.other_colour[match.face_id]
+    return noted(
+        Reason.OTHER_COLOUR,
+        about(SubjectKind.FACE, match.face_id, match.station),
+        area_m2=match.area_m2,
+        share=seen.other_share,
+        tint=(float(seen.tint[0]), float(seen.tint[1])),
+        counted=match in votes.spoken,
+    )
 
 
 def _not_counted(match: FaceMatch, options: ProgressOptions) -> Note:

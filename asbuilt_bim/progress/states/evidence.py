@@ -1,6 +1,5 @@
 """What one station's depth says of points of the design's surface: there, seen through, hidden, or nothing."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -8,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rotate, unit
 from asbuilt_bim.match.score import point_sigma_m
 from asbuilt_bim.measure.depth_reference import unpack, unpack_occluder_free
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.colour import ConcreteColour, concrete_colour
+from asbuilt_bim.progress.states.colour import ConcreteColour
 from asbuilt_bim.register.pose import PlacedStation, StationPose
 from asbuilt_bim.vision.stereo.occluder_free import OCCLUDER_FREE_SIGMA_PX
 
@@ -33,6 +32,9 @@ EVEN_PX = 5.0
 FRAME = 0.02
 """Of the width, which a lens's distortion bends a rectified photo's border in. What stands so far left that the right
 photo doesn't show it can only be taken for something farther, by a look that doesn't ask how sure it is."""
+
+
+NO_TINTS = frozen(np.zeros((0, 2)))
 
 
 class Verdict(IntEnum):
@@ -86,8 +88,8 @@ class Evidence:
     surely_through: BoolArray
 
 
-def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
-    """Read a placed station's depth reference, and learn the colour of concrete from its matched faces (ids)."""
+def view_of(placed: PlacedStation, colour: ConcreteColour | None = None) -> StationView:
+    """Read a placed station's depth reference; `colour` is what concrete looks like there, where that is known."""
     disparity, sigma, scale = unpack(placed.measurement.depth_ref)
     return StationView(
         pose=placed.pose,
@@ -96,12 +98,20 @@ def view_of(placed: PlacedStation, matched: Iterable[str] = ()) -> StationView:
         sigma_px=sigma,
         scale=scale,
         occluder_free_px=unpack_occluder_free(placed.measurement.depth_ref),
-        colour=concrete_colour(placed.measurement, matched),
+        colour=colour,
     )
 
 
-def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options: ProgressOptions) -> Evidence:
+def judge(
+    view: StationView,
+    points_m: FloatArray,
+    normals: FloatArray,
+    options: ProgressOptions,
+    tints: FloatArray = NO_TINTS,
+) -> Evidence:
     """Ask a station about world points (N, 3) of design surface with outward normals (N, 3).
+
+    `tints` (k, 2) are concrete's as well: those of faces that lie where only concrete does.
 
     Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one for each pixel
     of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose.
@@ -132,7 +142,7 @@ def judge(view: StationView, points_m: FloatArray, normals: FloatArray, options:
             through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
             even[asked] = past.range_px <= EVEN_PX
         if view.colour is not None:
-            tinted[asked] = ~view.colour.fits(pixels[asked])
+            tinted[asked] = ~view.colour.fits(pixels[asked], tints)
     near = verdict == Verdict.NEAR
     verdict[near & tinted] = Verdict.OTHER
     verdict[near & ~tinted & (options.sigmas * common > options.max_blur_m)] = Verdict.NOT_MEASURED

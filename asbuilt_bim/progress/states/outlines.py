@@ -1,6 +1,7 @@
 """Which outlines of measured faces may count as built concrete: not formwork, starter bars or a neighbour's side."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +16,17 @@ from asbuilt_bim.progress.states.evidence import Evidence, Verdict
 from asbuilt_bim.progress.states.sample_grid import Indices, share_along, share_around
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Speaking:
+    """A station's matches that may count as built concrete, each with the samples in its outline.
+
+    `tinted` are those that don't, for their colour alone, by face id: the share that hasn't the colour of concrete.
+    """
+
+    matches: list[tuple[FaceMatch, Indices]]
+    tinted: dict[str, float]
+
+
 def speaking(
     element: BimElement,
     samples: CellSamples,
@@ -22,13 +34,13 @@ def speaking(
     evidence: Evidence,
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
-) -> list[tuple[FaceMatch, Indices]]:
-    """Return a station's matches that may count as built concrete, each with the samples in its outline.
+) -> Speaking:
+    """Return a station's matches that may count as built concrete.
 
     An outline doesn't count where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
     have, or where most of it hasn't the colour of concrete.
     """
-    found: list[tuple[FaceMatch, Indices]] = []
+    found = Speaking(matches=[], tinted={})
     for index, face in enumerate(element.faces):
         own = np.flatnonzero(samples.face == index)
         for match in by_face.get(face.face_id, ()) if len(own) else ():
@@ -37,8 +49,11 @@ def speaking(
             covered = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
             if len(covered) == 0 or np.mean(evidence.own[covered] == Verdict.NEAR) < options.solid_share:
                 continue
-            if np.mean(evidence.tinted[covered]) <= options.tinted_share:
-                found.append((match, covered))
+            tinted = float(np.mean(evidence.tinted[covered]))
+            if tinted <= options.tinted_share:
+                found.matches.append((match, covered))
+            else:
+                found.tinted[match.face_id] = tinted
     return found
 
 

@@ -1,7 +1,7 @@
 """What every station says of every sample of an element's surface, put together: weights for built and for open."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,8 +10,10 @@ from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.evidence import StationView, Verdict, judge
-from asbuilt_bim.progress.states.outlines import outlined_samples, speaking, standing_off
+from asbuilt_bim.progress.states.belief import OtherColour, weigh_colour
+from asbuilt_bim.progress.states.colour import FaceTint
+from asbuilt_bim.progress.states.evidence import NO_TINTS, StationView, Verdict, judge
+from asbuilt_bim.progress.states.outlines import Speaking, outlined_samples, speaking, standing_off
 from asbuilt_bim.progress.states.trust import WIDER_THAN_A_BAR, WIDER_THAN_A_COLUMN, large_enough, seen_through, trusted
 
 SECOND_LOOK = 0.3
@@ -29,6 +31,7 @@ class Votes:
     decided_by: dict[str, BoolArray]
     before: BoolArray  # something stands before it, at one station at least
     spoken: tuple[FaceMatch, ...]  # the matches that were taken for concrete
+    other_colour: Mapping[str, FaceTint]  # faces of another colour than concrete's, by id: counted, or left out for it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,6 +43,7 @@ class _StationVotes:
     open: FloatArray
     hidden: BoolArray
     spoken: tuple[FaceMatch, ...]
+    tinted: Mapping[str, FaceTint]
 
 
 def gather(
@@ -51,7 +55,11 @@ def gather(
 ) -> Votes:
     """Ask every station about every sample; a side that is measured to be built overrules one hardly seen open."""
     nothing = np.zeros(len(samples.points_m))
-    by_station = {view.pose.station: _asked(view, element, samples, by_face, options) for view in views}
+    colours = {view.pose.station: view.colour for view in views if view.colour is not None}
+    own = [match for face in element.faces for match in by_face.get(face.face_id, ())]
+    other = weigh_colour(own, colours, options)
+    tints = other.tints if other is not None and other.believed else NO_TINTS
+    by_station = {view.pose.station: _asked(view, element, samples, by_face, tints, options) for view in views}
     built = sum((one.built for one in by_station.values()), nothing)
     firm = sum((one.firm for one in by_station.values()), nothing)
     opened = sum((one.open for one in by_station.values()), nothing)
@@ -62,6 +70,7 @@ def gather(
         decided_by={station: decided for station, decided in decided_by.items() if decided.any()},
         before=np.any([nothing > 0.0, *(one.hidden for one in by_station.values())], axis=0),
         spoken=tuple(match for one in by_station.values() for match in one.spoken),
+        other_colour=_other_colour(by_station.values(), other),
     )
 
 
@@ -70,6 +79,7 @@ def _asked(
     element: BimElement,
     samples: CellSamples,
     by_face: Mapping[str, Sequence[FaceMatch]],
+    tints: FloatArray,
     options: ProgressOptions,
 ) -> _StationVotes:
     """Ask one station; a matched outline counts for its samples where depth doesn't contradict.
@@ -80,9 +90,9 @@ def _asked(
     station = view.pose.station
     height = samples.points_m[:, 2] - element.vertices_m[:, 2].min(initial=np.inf)
     least_wide = WIDER_THAN_A_COLUMN if element.kind == "wall" else WIDER_THAN_A_BAR
-    evidence = judge(view, samples.points_m, samples.normals, options)
+    evidence = judge(view, samples.points_m, samples.normals, options, tints)
     speak = speaking(element, samples, station, evidence, by_face, options)
-    outlined, sigma = outlined_samples(samples, speak, evidence, options)
+    outlined, sigma = outlined_samples(samples, speak.matches, evidence, options)
     near, before_it = trusted(samples, evidence, height, bool(outlined.any()), options, least_wide)
     near &= ~standing_off(element, samples, station, by_face, options)
     hidden = (evidence.verdict == Verdict.BEFORE) | (evidence.verdict == Verdict.OTHER) | before_it
@@ -100,8 +110,26 @@ def _asked(
         firm=np.where(there & outlined, weight, 0.0),
         open=np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0),
         hidden=hidden,
-        spoken=tuple(match for match, _ in speak),
+        spoken=tuple(match for match, covered in speak.matches if there[covered].any()),
+        tinted=_tinted(view, speak),
     )
+
+
+def _tinted(view: StationView, speak: Speaking) -> dict[str, FaceTint]:
+    """Return a station's faces that were left out for their colour alone, by their id."""
+    faces = view.colour.faces if view.colour is not None else {}
+    known = {face_id: share for face_id, share in speak.tinted.items() if face_id in faces}
+    return {face_id: replace(faces[face_id], other_share=share) for face_id, share in known.items()}
+
+
+def _other_colour(stations: Iterable[_StationVotes], other: OtherColour | None) -> dict[str, FaceTint]:
+    """Return the faces of another colour than concrete's, by id: those left out, and those counted all the same."""
+    found: dict[str, FaceTint] = {}
+    for one in stations:
+        counted = {match.face_id for match in one.spoken}
+        found |= {face_id: face for face_id, face in (other.faces if other else {}).items() if face_id in counted}
+        found |= one.tinted
+    return found
 
 
 def mistaken(samples: CellSamples, firm: FloatArray, opened: FloatArray) -> BoolArray:

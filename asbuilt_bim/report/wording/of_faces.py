@@ -5,7 +5,8 @@ from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
-_FACE = " ({label}, {area_m2:m2} at {distance_m:.1f} m)"
+_FACE = " ({label} at {distance_m:.1f} m)"
+_SEEN = "seen, not measurable"
 _NEARER = "photograph it from nearer, or more from the front"
 
 
@@ -43,7 +44,7 @@ def _uncertain(values: Values) -> Words:
     known = "sigma_share" in values
     return Words(
         part=fill("face {name}" + _FACE, values),
-        reason="too uncertain",
+        reason=f"{_SEEN}: too uncertain",
         value=fill("sigma {sigma_share:.0%} of its area", values) if known else "sigma unknown",
         limit=fill("{limit_share:.0%}", values),
         remedy=_NEARER,
@@ -71,9 +72,15 @@ FACES: Table = {
         remedy="take another depth: stereo, fused or paper",
     ),
     Reason.INSTANCE_WITHOUT_FACE: _without_face,
+    Reason.SURFACE_TOO_FAR: Words(
+        part="surface over {share:.0%} of the photo",
+        reason="a surface at about {distance_m:.0f} m is beyond what this rig measures",
+        limit="{limit_m:.0f} m",
+        remedy="photograph it from nearer, or with a wider baseline",
+    ),
     Reason.FACE_NARROW: Words(
         part="face {name}" + _FACE,
-        reason="too narrow",
+        reason=f"{_SEEN}: too narrow",
         value="{width_px:.1f} px",
         limit="{limit_px:g} px",
         remedy=_NEARER,

@@ -1,11 +1,17 @@
 """Sentences on surfaces, elements and stations."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.template import Template, filled
 from asbuilt_bim.report.wording.values import percent
 
+HUES = (
+    (30.0, "red"), (65.0, "red-brown"), (82.0, "yellow-brown"), (105.0, "yellow"), (190.0, "green"), (300.0, "blue"),
+    (345.0, "purple"), (360.0, "red"),
+)  # fmt: skip
+"""What CIE Lab's hues are called, each up to an angle in degrees."""
 _SEEN = "{coverage:%} of it was seen, "
 
 
@@ -42,6 +48,23 @@ def _other_size(note: Note) -> str:
     return filled(text, note)
 
 
+def _other_colour(note: Note) -> str:
+    tint = note.values["tint"]
+    colour = colour_word(*(float(part) for part in tint)) if isinstance(tint, tuple) else "of another colour"
+    seen = (
+        f"{{share:%}} of a face of {{area_m2:m²}} in photo {{subject.station}} is {colour}, this visit's concrete isn't"
+    )
+    if note.values["counted"]:
+        return filled(f"{seen}. It lies where the design has concrete and was counted: check the picture", note)
+    return filled(f"{seen}, so it was not counted. To count any colour, set options.progress.tinted_share to 1", note)
+
+
+def colour_word(a: float, b: float) -> str:
+    """Return what people call a tint of CIE Lab's a and b: `red-brown`."""
+    hue_deg = math.degrees(math.atan2(b, a)) % 360.0
+    return next(word for most_deg, word in HUES if hue_deg <= most_deg)
+
+
 def _not_used(note: Note) -> str:
     stations = note.values["stations"]
     count = len(stations) if isinstance(stations, tuple) else 1
@@ -54,6 +77,7 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.STANDS_OFF: _stands_off,
     Reason.STARTER_BARS: "{area_m2:m²} in photo {subject.station} may be starter bars and was not counted",
     Reason.SURFACE_UNCLEAR: "{area_m2:m²} in photo {subject.station} was unclear and not counted",
+    Reason.OTHER_COLOUR: _other_colour,
     Reason.PAST_OUTLINE: "Photo {subject.station}: concrete goes on {more_m2:m²} past the {area_m2:m²} outlined",
     Reason.AREAS_APART: "Photo {subject.station} gives {area_m2:.3f} m², over {sigmas:.0f} sigma from the mean of "
     "{mean_m2:.3f} m²",

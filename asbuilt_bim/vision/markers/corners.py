@@ -14,6 +14,7 @@ SIGMA_UNREFINED_PX = 0.3
 """Of corners as the detector gives them, where no edge could be followed."""
 _LEAST_SCATTER_PX = 0.02
 _CLOSE_CAUCHY = partial(cauchy, reach=2.0)  # printed edges are straight: what is off lies close
+_ROUNDS = 4  # more move a corner by thousandths of a pixel
 _FEWEST_POINTS = 6
 _LARGEST_MOVE_PX = 3.0
 
@@ -64,7 +65,9 @@ def _side(light: Float32Array, start: FloatArray, end: FloatArray, reach: float)
     if len(seen) < max(_FEWEST_POINTS, 0.5 * count):
         return None
     height = (seen - start) @ outward
-    fit = reweighted_linear(np.stack([np.ones_like(at), at], axis=-1), height, _LEAST_SCATTER_PX, loss=_CLOSE_CAUCHY)
+    fit = reweighted_linear(
+        np.stack([np.ones_like(at), at], axis=-1), height, _LEAST_SCATTER_PX, loss=_CLOSE_CAUCHY, rounds=_ROUNDS
+    )
     level, slope = fit.parameters
     ends = start + np.array([[0.0], [1.0]]) * (end - start) + (level + np.array([[-0.5], [0.5]]) * slope) * outward
     normal = np.array([ends[1, 1] - ends[0, 1], ends[0, 0] - ends[1, 0]])

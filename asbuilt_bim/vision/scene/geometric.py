@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from asbuilt_bim.camera.photo.chroma import is_grey
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
 from asbuilt_bim.geometry.grow import Piece
@@ -134,10 +135,12 @@ def _size(scene: Scene, piece: Piece, rows: IndexArray, columns: IndexArray) -> 
 
 
 def neutral_of(pair: RectifiedPair) -> FloatArray | None:
-    """Return what the greyer half of the photo averages to (3,), mean 1; None where the photo is all but black.
+    """Return what the greyer half of the photo averages to (3,), mean 1; None where it is black or has no colour.
 
     A warm evening then doesn't turn walls to wood.
     """
+    if is_grey(pair.left):
+        return None
     small = (
         cv2.resize(pair.left, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA).reshape(-1, 3).astype(np.float64)
     )
@@ -150,7 +153,10 @@ def neutral_of(pair: RectifiedPair) -> FloatArray | None:
 
 
 def _concrete_score(pair: RectifiedPair, mask: BoolArray, neutral: FloatArray | None, most_chroma: float) -> float:
-    """Return 0..1: how grey the mask's pixels are against the photo's own neutral (3,); 0 is no concrete."""
+    """Return 0..1: how grey the mask's pixels are against the photo's own neutral (3,); 0 is no concrete.
+
+    A photo without colour says nothing of that: 0.5.
+    """
     spots = np.flatnonzero(mask)
     pixels = pair.left.reshape(-1, 3)[spots[:: max(1, len(spots) // 4000)]].astype(np.float64)
     if neutral is None or len(pixels) < 20:

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from asbuilt_bim.camera.photo.quality import white
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
@@ -81,7 +82,7 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     sky, near = sky | smeared, near & ~_grown(smeared)
     # untextured pixels were kept off edges by the window's half: give that back, not over what was measured
     like = np.abs(picture - _local_level(mean, sky, 31)) < 3.0 * MOST_TEXTURE_GREY
-    back: BoolArray = sky | (_grown(sky) & valid & ~near & like & cold)
+    back: BoolArray = (sky | (_grown(sky) & valid & ~near & like & cold)) & ~_grown(white(pair.left))
     return back
 
 

@@ -34,6 +34,15 @@ def rig_rejection(
     return rejected(code, subject, **values)
 
 
+def rig_doubt(verdict: RigVerdict, stations: Sequence[str], *, refined: bool = False) -> Rejection | None:
+    """Return the warning on a rig that was used all the same; None where it is sound, or knocked."""
+    if verdict.state == "doubtful" and not refined:  # a refined rig has been moved to where its photos show it
+        return rig_rejection(Reason.RIG_MOVED, RIG, verdict, stations)
+    if verdict.state == "undetermined":
+        return rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, stations, refined=refined)
+    return None
+
+
 def turn_values(verdict: RigVerdict) -> dict[str, Value]:
     """Return the right camera's turn about x, y and z with its sigmas."""
     sigma = np.sqrt(np.diag(verdict.covariance)[:3])

@@ -38,6 +38,8 @@ SAMPLES: Values = {
     "text": "Mauer",
     "offset_m": -0.12,
     "years": (1950, 2200),
+    "tint": (0.2, 0.26),
+    "counted": True,
 }
 
 
