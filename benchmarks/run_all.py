@@ -72,6 +72,7 @@ CASES = (
     Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
     Case(script="real/photos.py", slow="", data="photos"),
     Case(script="real/rigs.py", slow="", data="rigs"),
+    Case(script="real/depth.py", quick="--check", slow="", data="stereo"),
     Case(script="real/planes.py", slow="", data="stereo"),
     Case(script="real/repeats.py", slow="", data="stereo"),
     Case(script="real/whole_runs.py", slow="", data="stereo"),

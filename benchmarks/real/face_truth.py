@@ -34,7 +34,7 @@ WITHIN = {1: 0.6827, 2: 0.9545}
 REJECT_AT = 0.05
 COVERED_SHARE = 0.5
 """Of a region: a face that covers less of it didn't find it."""
-NOT_MEASURABLE = frozenset({Reason.FACE_UNCERTAIN})
+NOT_MEASURABLE = frozenset({Reason.FACE_UNCERTAIN, Reason.FACE_NARROW, Reason.SURFACE_TOO_FAR})
 """What says of something seen that it can't be measured."""
 
 
@@ -170,20 +170,21 @@ def plain_regions(found: PairMeasurement) -> list[Region]:
 def said_of(found: PairMeasurement, shape: tuple[int, ...], *, rectified: bool = False) -> list[BoolArray]:
     """Return where (H, W) the program said "seen and not measurable", in the original left photo or the rectified one.
 
-    A rejection tells its place in `outline_px`, x and y by turns, in pixels of the original left photo. One without it
-    can't be held against a place, so it doesn't count.
+    A rejection tells its place in `box_px` (x0, y0, x1, y1) of the rectified photo. One without it can't be held
+    against a place, so it doesn't count.
     """
     rings = [ring for one in found.rejections if (ring := _ring_of(one)) is not None]
-    if rectified:
-        rings = [found.detail.pair.camera.project(found.rig.left.rays(ring)) for ring in rings]
+    if not rectified:
+        rings = [found.rig.left.project(found.detail.pair.camera.rays(ring)) for ring in rings]
     return [filled([ring], shape) for ring in rings]
 
 
 def _ring_of(one: Rejection) -> FloatArray | None:
-    numbers = one.values.get("outline_px")
-    if one.code not in NOT_MEASURABLE or not isinstance(numbers, tuple) or len(numbers) < 6:
+    box = one.values.get("box_px")
+    if one.code not in NOT_MEASURABLE or not isinstance(box, tuple) or len(box) != 4:
         return None
-    return np.array(numbers, dtype=np.float64).reshape(-1, 2)
+    x0, y0, x1, y1 = box
+    return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], dtype=np.float64)
 
 
 def area_on(plane: Plane, rings: Sequence[FloatArray]) -> float:

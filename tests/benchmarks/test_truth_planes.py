@@ -118,15 +118,15 @@ def test_a_region_is_found_where_the_program_says_that_it_cant_measure_it_there(
     assert region_case("scene", region, [], []).became == "missed"
 
 
-def test_a_rejection_says_where_only_if_it_tells_its_outline() -> None:
+def test_a_rejection_says_where_only_if_it_tells_its_box() -> None:
     face, seen = about(SubjectKind.FACE, "A/x1", "A"), dict[str, Value](label="wall", area_m2=1.0, distance_m=4.0)
     uncertain = dict[str, Value](**seen, limit_share=0.25)
     narrow = dict[str, Value](**seen, width_px=8.0, limit_px=12.0)
-    ring = dict[str, Value](outline_px=(0.0, 0.0, 9.0, 0.0, 9.0, 9.0))
-    told = _ring_of(rejected(Reason.FACE_UNCERTAIN, face, **(uncertain | ring)))
-    assert told is not None and told.tolist() == [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]
+    box = dict[str, Value](box_px=(0, 2, 9, 8))
+    told = _ring_of(rejected(Reason.FACE_UNCERTAIN, face, **(uncertain | box)))
+    assert told is not None and told.tolist() == [[0.0, 2.0], [9.0, 2.0], [9.0, 8.0], [0.0, 8.0]]
     assert _ring_of(rejected(Reason.FACE_UNCERTAIN, face, **uncertain)) is None
-    assert _ring_of(rejected(Reason.FACE_NARROW, face, **(narrow | ring))) is None
+    assert _ring_of(rejected(Reason.FACE_NARROW, face, **(narrow | box))) is not None
 
 
 def test_the_scale_in_a_pfms_header_is_no_factor(tmp_path: Path) -> None:

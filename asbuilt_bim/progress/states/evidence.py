@@ -197,7 +197,7 @@ def _ring(
     inside = np.all((around >= 0) & (around < [width, height]), axis=-1)
     column, row = np.clip(around[..., 0], 0, width - 1), np.clip(around[..., 1], 0, height - 1)
     measured = np.where(inside, view.disparity_px[row, column], np.nan).astype(np.float64)
-    noise = np.hypot(view.sigma_px[row, column], options.rig_sigma_px)
+    noise = view.sigma_px[row, column].astype(np.float64)  # what the rig errs by in common is in it
     rays = view.camera.rays(np.stack([column, row], axis=-1) * float(view.scale) + 0.5 * (view.scale - 1))
     rays[:, 0] = view.camera.rays(pixels)  # its own pixel is judged at the sample itself
     along = np.einsum("nki,ni->nk", rays, facing)

@@ -20,8 +20,8 @@ MOST_TEXTURE_GREY = 3.0
 """Standard deviation in a window: sensor noise and a gradient; concrete has pores."""
 LEAST_LIGHT = 0.55
 """Sky is among the brightest in a photo by day: at least this share of its 98th percentile."""
-FAR_DISPARITY_PX = 4.0
-"""What was matched nearer than this (65 m for the usual rig) is a thing."""
+FAR_M, FAR_SIGMAS = 65.0, 3.0
+"""What was matched nearer than this is a thing, where its disparity is surely more than none."""
 LEAST_PIXELS = 400
 LEAST_SPREAD_GREY, MOST_SPREAD_GREY = 1.5, 4.0
 """How far a sky scatters about its own gradient: less is no camera's; more, as clouds do, vouches for nothing else."""
@@ -71,7 +71,9 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     if not valid.any():
         return np.zeros_like(valid)
     light = float(np.quantile(picture[valid], 0.98))
-    near = depth.valid & (depth.disparity_px > FAR_DISPARITY_PX)
+    usual_px = float(np.median(depth.sigma_px[depth.valid])) if depth.valid.any() else 0.0
+    far_px = max(depth.f_px * depth.baseline_m / FAR_M, FAR_SIGMAS * usual_px)
+    near = depth.valid & (depth.disparity_px > far_px)
     calm = (spread < MOST_TEXTURE_GREY) & (mean > LEAST_LIGHT * light)
     cold = (blue >= red - 4.0) & (blue >= green - 6.0)
     colour = np.stack([blue, green, red], axis=-1)

@@ -7,13 +7,30 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
 from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
 from asbuilt_bim.vision.stereo.warp import right_at, warp_right
 
 SIXTEENTHS = 16.0
 NEAREST_M = 1.5
 """Nothing that is measured stands nearer than an arm and a board."""
+
+PRIOR_SIGMA_PX = 0.25
+"""How far off the matcher's own answer is where it is right: it counts in sixteenths, and prefers whole pixels."""
+LEAST_COMMON_PX = 0.05
+"""What rectified photos leave at least: each pixel's own noise smoothed over its neighbours."""
+ROUGH_SHARE, ROUGH_WINDOW_PX = 1.3, 9
+"""A pixel errs by so many times what its window scatters. These and the prior are fitted by `real/depth.py --fit`."""
+CARRIED_SHARE = 0.015
+"""Of how far matching carries a disparity over an even place, from where the photos say more than it does: its error.
+
+On renderings 0.4 to 0.7 px over 32 to 64 px. So nothing is known amid a wall of bare paint.
+"""
+MOST_MOVED_PX = 0.75
+"""No pixel is moved further from the answer given; of a network's, no more is known."""
+ALIKE_PX = 4.0
+"""Neighbouring residuals are correlated over about 2 x 2 px."""
 
 
 class StereoMatcher(Protocol):
@@ -31,16 +48,17 @@ class StereoMatcher(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SemiGlobalMatcher:
-    """Semi-global matching, then a Gauss-Newton step per pixel that takes the pixel-locking out.
+    """Semi-global matching as a prior, and the photos' evidence in a window about each pixel: their posterior.
 
-    The left border is padded so that the near things at the photo's left edge are measured as well.
+    On an even wall the photos say nothing of a pixel, and what matching carried there from its texture stands. The left
+    border is padded so that the near things at the photo's left edge are measured as well.
     """
 
     nearest_m: float = NEAREST_M
     block_px: int = 5  # smallest window that bridges the pores of concrete
-    refine_window_px: int = 9  # 81 pixels give 0.05 px on concrete; wider smears narrow columns
+    refine_window_px: int = 5  # wider smears narrow columns
     refine_steps: int = 2  # the second moves by under 0.05 px
-    most_sigma_px: float = 1.0  # beyond, the match is a guess of the smoothness term: sky, white board
+    most_sigma_px: float = 1.0  # beyond, the match is a guess of the smoothness term
     speckle_px: int = 120  # a patch of 11 x 11 px that agrees with nothing around it is noise
     name: str = "semi-global"
 
@@ -48,7 +66,7 @@ class SemiGlobalMatcher:
         """Return disparity and sigma in pixels, float32 (H, W); NaN disparity where nothing was measured."""
         left, right = grey(pair.left), grey(pair.right)
         raw = self._semi_global(left, right, pair)
-        return _polished(pair, raw, left, right, (self.refine_window_px, self.refine_steps), self.most_sigma_px)
+        return _polished(pair, raw, (left, right), self, PRIOR_SIGMA_PX)
 
     def _semi_global(self, left: Float32Array, right: Float32Array, pair: RectifiedPair) -> Float32Array:
         camera = pair.camera
@@ -72,7 +90,7 @@ def semi_global(
     area = block_px**2
     engine = cv2.StereoSGBM.create(
         minDisparity=0, numDisparities=steps, blockSize=block_px, P1=8 * area, P2=32 * area, disp12MaxDiff=1,
-        preFilterCap=63, uniquenessRatio=5, speckleWindowSize=speckle_px, speckleRange=2,
+        preFilterCap=63, uniquenessRatio=10, speckleWindowSize=speckle_px, speckleRange=2,
         mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
     )  # fmt: skip
     padded = [
@@ -88,9 +106,8 @@ def semi_global(
 
 def disparity_sigma(pair: RectifiedPair, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
     """Polish another's disparity (H, W), NaN where there is none, on the photos; return it with its sigma in pixels."""
-    matcher = SemiGlobalMatcher()
-    window = (matcher.refine_window_px, matcher.refine_steps)
-    return _polished(pair, disparity_px, grey(pair.left), grey(pair.right), window, matcher.most_sigma_px)
+    matcher = SemiGlobalMatcher(refine_window_px=9, refine_steps=4)
+    return _polished(pair, disparity_px, (grey(pair.left), grey(pair.right)), matcher, MOST_MOVED_PX)
 
 
 def depth_map(pair: RectifiedPair, matcher: StereoMatcher) -> DepthMap:
@@ -117,16 +134,20 @@ def grey(image: np.ndarray) -> Float32Array:
 def _polished(
     pair: RectifiedPair,
     raw: Float32Array,
-    left: Float32Array,
-    right: Float32Array,
-    window: tuple[int, int],
-    most_sigma_px: float,
+    greys: tuple[Float32Array, Float32Array],
+    matcher: SemiGlobalMatcher,
+    prior_sigma_px: float,
 ) -> tuple[Float32Array, Float32Array]:
-    """Refine a matcher's disparity in a window (px, steps), and drop what stays a guess or leaves the right photo."""
+    """Refine a matcher's disparity, and drop what stays a guess or leaves the right photo."""
     measured = np.isfinite(raw) & pair.valid_left & lands_inside(raw, pair.valid_right)
     start = np.where(measured, raw, 0.0).astype(np.float32)
-    refined, sigma = _refine(left, right, start, measured, *window)
-    measured &= (sigma < most_sigma_px) & lands_inside(refined, pair.valid_right)
+    refined, posterior = _refine(*greys, start, measured, matcher, prior_sigma_px)
+    common = max(LEAST_COMMON_PX, rows_apart_px(*greys, refined, measured))
+    carried = CARRIED_SHARE * carried_px(posterior, prior_sigma_px)
+    sigma = np.sqrt(
+        posterior**2 + carried**2 + np.float32(common) ** 2 + (ROUGH_SHARE * _roughness(refined, measured)) ** 2
+    )
+    measured &= (sigma < matcher.most_sigma_px) & lands_inside(refined, pair.valid_right)
     disparity = np.where(measured, refined, np.float32(np.nan)).astype(np.float32)
     return disparity, np.where(measured, sigma, np.float32(np.inf)).astype(np.float32)
 
@@ -156,29 +177,79 @@ def _exposed(left: Float32Array, right: Float32Array, start: Float32Array, measu
 
 
 def _refine(
-    left: Float32Array, right: Float32Array, start: Float32Array, measured: BoolArray, window: int, steps: int
+    left: Float32Array,
+    right: Float32Array,
+    start: Float32Array,
+    measured: BoolArray,
+    matcher: SemiGlobalMatcher,
+    prior_sigma_px: float,
 ) -> tuple[Float32Array, Float32Array]:
-    """Move each disparity to the minimum of its window's squared difference; sigma from gradient and residual."""
+    """Return each disparity's most likely value and its sigma, given another's answer and both photos.
+
+    The prior is that answer, give or take its sigma. The evidence is the window's squared difference, whose noise is
+    the residual's own.
+    """
+    window = matcher.refine_window_px
     disparity = start.copy()
     left_flat, right_flat = left, _exposed(left, right, start, measured)
-    size = (window, window)
     weight = measured.astype(np.float32)
-    count = np.maximum(cv2.boxFilter(weight, cv2.CV_32F, size, normalize=False), 1.0)
-    residual_mean = np.zeros_like(start)
-    steepness = np.ones_like(start)
-    for _ in range(steps):
+    count = np.maximum(_summed(weight, window), 1.0)
+    prior = np.float32(prior_sigma_px**-2)
+    evidence = np.zeros_like(start)
+    for _ in range(matcher.refine_steps):
         warped, slope = warp_right(right_flat, disparity)
         difference = (left_flat - warped) * weight
         # moving d by +e samples the right photo e further left: the warped value changes by -slope * e
-        top = cv2.boxFilter(-slope * difference, cv2.CV_32F, size, normalize=False)
-        steepness = np.asarray(cv2.boxFilter(slope * slope * weight, cv2.CV_32F, size, normalize=False), np.float32)
-        squares = cv2.boxFilter(difference * difference, cv2.CV_32F, size, normalize=False)
-        residual_mean = np.asarray(squares / count, dtype=np.float32)
-        disparity += np.clip(top / (steepness + 4.0 * count), -0.5, 0.5)
-    disparity = np.asarray(np.clip(disparity, np.maximum(start - 0.75, 0.05), start + 0.75), dtype=np.float32)
-    # what the sensor's noise alone adds to the gradient is no evidence: half the residual's variance, per pixel
-    grain = float(np.median(residual_mean[measured])) if measured.any() else 1.0
-    evidence = np.maximum(steepness - 0.5 * 0.5 * (grain + 1.0) * count, 1e-3)
-    # neighbouring residuals are correlated over about 2 px, hence the factor 2
-    sigma = 2.0 * np.sqrt((residual_mean + 1.0) / evidence)
-    return disparity, np.clip(np.hypot(sigma, 0.05), 0.05, 4.0).astype(np.float32)
+        top = _summed(-slope * difference, window)
+        residual = _summed(difference * difference, window) / count
+        noise = ALIKE_PX * (residual + 1.0)
+        steepness = _summed(slope * slope * weight, window)
+        step = (top / noise + (start - disparity) * prior) / (steepness / noise + prior)
+        disparity += np.clip(step, -0.5, 0.5)
+        # what the sensor's noise alone adds to the gradient is no evidence: half the residual's variance, per pixel
+        grain = float(np.median(residual[measured])) if measured.any() else 1.0
+        textured = np.maximum(steepness - np.float32(0.25 * (grain + 1.0)) * count, np.float32(0.0))
+        evidence = np.asarray(textured / noise, dtype=np.float32)
+    low, high = np.maximum(start - MOST_MOVED_PX, 0.05), start + MOST_MOVED_PX
+    disparity = np.asarray(np.clip(disparity, low, high), dtype=np.float32)
+    return disparity, np.asarray(1.0 / np.sqrt(evidence + prior), dtype=np.float32)
+
+
+def carried_sigma_px(left: Float32Array, right: Float32Array, disparity_px: Float32Array) -> Float32Array:
+    """Return what matching's own answer (H, W), NaN where there is none, errs by for how far it was carried."""
+    measured = np.isfinite(disparity_px)
+    start = np.where(measured, disparity_px, np.float32(0.0)).astype(np.float32)
+    _, posterior = _refine(left, right, start, measured, SemiGlobalMatcher(refine_steps=1), PRIOR_SIGMA_PX)
+    return np.asarray(CARRIED_SHARE * carried_px(posterior, PRIOR_SIGMA_PX), dtype=np.float32)
+
+
+def carried_px(posterior_px: Float32Array, prior_sigma_px: float) -> Float32Array:
+    """Return how far each pixel (H, W) is from the next one of which the photos say more than the prior."""
+    told = posterior_px < prior_sigma_px * np.sqrt(0.5)
+    return np.asarray(cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
+
+
+def _roughness(disparity: Float32Array, measured: BoolArray) -> Float32Array:
+    """Return how far the disparities of a window scatter about their plane, root mean square (H, W).
+
+    Where it is large a depth edge runs through, or matching guesses: which of its values is the pixel's isn't known.
+    """
+    reach = ROUGH_WINDOW_PX // 2
+    along, ones = np.arange(-reach, reach + 1.0), np.ones(ROUGH_WINDOW_PX)
+    weight = measured.astype(np.float64)  # a sum of squares less another one: float32 leaves 0.1 px of 200
+    values = np.where(measured, disparity, 0.0).astype(np.float64)
+
+    def moment(image: FloatArray, across: FloatArray, down: FloatArray) -> FloatArray:
+        return np.asarray(cv2.sepFilter2D(image, cv2.CV_64F, across, down), dtype=np.float64)
+
+    count = np.maximum(moment(weight, ones, ones), 1.0)
+    mean = moment(values, ones, ones) / count
+    left = moment(values * values, ones, ones) - count * mean * mean
+    for across, down in ((along, ones), (ones, along)):
+        slope = moment(values, across, down) - mean * moment(weight, across, down)
+        left -= slope * slope / np.maximum(moment(weight, across * across, down * down), 1.0)
+    return np.sqrt(np.maximum(left, 0.0) / count).astype(np.float32)
+
+
+def _summed(values: Float32Array, window: int) -> Float32Array:
+    return np.asarray(cv2.boxFilter(values, cv2.CV_32F, (window, window), normalize=False), dtype=np.float32)

@@ -10,14 +10,22 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.scene.sky import coloured_like
-from asbuilt_bim.vision.stereo.matching import NEAREST_M, disparity_steps, grey, lands_inside, semi_global
+from asbuilt_bim.vision.stereo.matching import (
+    NEAREST_M,
+    carried_sigma_px,
+    disparity_steps,
+    grey,
+    lands_inside,
+    semi_global,
+)
 
 THIN_RAD = 0.01
 """What looks thinner than this is taken out: a bar of 25 mm from 2.5 m on. A column of 0.3 m looks so at 30 m."""
 SMALLER = 2
 """The photos are halved first: no more detail is asked for, and it takes a quarter of the time."""
 OCCLUDER_FREE_SIGMA_PX = 0.5
-"""Of these disparities, in pixels of full size: a quarter of a halved pixel, since nothing polishes them."""
+"""Of these disparities, in pixels of full size: a quarter of a halved pixel, since nothing polishes them.
+What was carried over an even place by more is left out: a plain wall shows nothing past it."""
 
 
 def occluder_free_disparity(pair: RectifiedPair, sky: BoolArray) -> Float32Array:
@@ -30,7 +38,9 @@ def occluder_free_disparity(pair: RectifiedPair, sky: BoolArray) -> Float32Array
     width = max(3, round(THIN_RAD * camera.f_px / SMALLER) | 1)
     left, right = (_closed(_halved(grey(photo)), width) for photo in (pair.left, pair.right))
     most = camera.f_px * camera.baseline_m / NEAREST_M / SMALLER
-    found = np.float32(SMALLER) * semi_global(left, right, disparity_steps(most, left.shape[1]))
+    found = semi_global(left, right, disparity_steps(most, left.shape[1]))
+    found[carried_sigma_px(left, right, found) > OCCLUDER_FREE_SIGMA_PX / SMALLER] = np.nan
+    found *= np.float32(SMALLER)
     size = (camera.width_px, camera.height_px)
     full = np.asarray(cv2.resize(found, size, interpolation=cv2.INTER_NEAREST), dtype=np.float32)
     known = np.isfinite(full) & pair.valid_left & lands_inside(full, pair.valid_right)

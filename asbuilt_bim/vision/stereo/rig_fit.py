@@ -109,7 +109,7 @@ def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatAr
     centres = middle * DISTANCE_M + np.array(_PLACES) * span
     xy = centres[:, None, :] + corners[None]
     points = np.concatenate([xy, np.full((*xy.shape[:2], 1), DISTANCE_M)], axis=-1)
-    left, right = _seen(points, correction_rad, camera)
+    left, right = seen_by(points, correction_rad, camera)
     disparity = np.maximum(left[..., 0] - right[..., 0], 1e-6)
     depth = camera.baseline_m / disparity
     rays = np.concatenate([left, np.ones((*left.shape[:2], 1))], axis=-1)
@@ -140,7 +140,7 @@ def row_effect_px(correction_rad: FloatArray, camera: RectifiedCamera) -> float:
     across = np.array([-0.25, 0.0, 0.25])
     grid = np.stack(np.meshgrid(across * camera.width_px, across * camera.height_px), axis=-1).reshape(1, -1, 2)
     rays = np.concatenate([grid / camera.f_px, np.ones((1, grid.shape[1], 1))], axis=-1)
-    left, right = _seen(rays * DISTANCE_M, correction_rad, camera)
+    left, right = seen_by(rays * DISTANCE_M, correction_rad, camera)
     return float(camera.f_px * np.abs(left[..., 1] - right[..., 1]).max())
 
 
@@ -194,7 +194,7 @@ def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: Rectifie
     return by_differences(misfit, numbers, np.repeat([_STEP_PX, STEP_RAD], [8, 6]))
 
 
-def _seen(points_m: FloatArray, correction: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
+def seen_by(points_m: FloatArray, correction: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:
     """Return x/z and y/z (..., 2) of points (..., 3) in the rectified left frame, in both photos as they are."""
     eye = camera.baseline_m * unit(np.array([1.0, correction[3], correction[4]]))
     right = (points_m - eye) @ rotation_from_vector(correction[:3]).T
