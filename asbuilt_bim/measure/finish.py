@@ -17,6 +17,7 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.outline.edge_evidence import is_notched, is_open
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 from asbuilt_bim.measure.outline.occlusion import how_seen
+from asbuilt_bim.measure.outline.profile import unsettled_px
 from asbuilt_bim.measure.planes.face_hypotheses import FaceHypothesis
 from asbuilt_bim.measure.sigma.area import image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
@@ -70,7 +71,7 @@ def finish_face(
         area_m2=float(area),
         area_sigma_calibration_m2=float(calibration_m2),
         area_sigma_image_m2=_image_sigma(
-            settled, camera, is_whole=not (open_edge or seen.cut_by_frame or seen.occluded)
+            bench, settled, is_whole=not (open_edge or seen.cut_by_frame or seen.occluded)
         ),
         covariance=frozen(plane_covariance(settled.q_px, settled.covariance, frame, centroid, camera)),
         width_m=float(high[0] - low[0]),
@@ -114,16 +115,22 @@ def plane_covariance(
     return carried
 
 
-def _image_sigma(settled: Settled, camera: RectifiedCamera, *, is_whole: bool) -> float:
-    sides = settled.outline.edges
-    edges = [(0.5 * (e.line.start + e.line.stop), e.line.length_px, _side_sigma_px(e, is_whole)) for e in sides]
+def _image_sigma(bench: Workbench, settled: Settled, *, is_whole: bool) -> float:
+    sides, camera = settled.outline.edges, bench.pair.camera
+    edges = [(0.5 * (e.line.start + e.line.stop), e.line.length_px, _side_sigma_px(bench, e, settled.q_px, is_whole))
+             for e in sides]  # fmt: skip
     around = sum(float(np.linalg.norm(np.diff(r, axis=0, append=r[:1]), axis=1).sum()) for r in settled.outline.rings)
     free = max(0.0, around - sum(length for _, length, _ in edges))
     return image_sigma_m2(settled.outline.rings, edges, free, settled.q_px, settled.covariance, camera)
 
 
-def _side_sigma_px(edge: FaceEdge, is_whole: bool) -> float:
-    return PROVEN_SIGMA_PX if is_whole and edge.source == "mask" else edge.sigma_px
+def _side_sigma_px(bench: Workbench, edge: FaceEdge, q_px: FloatArray, is_whole: bool) -> float:
+    """Return how far a side may lie off: where only a mask draws it, the face may end anywhere up to what isn't it."""
+    if edge.source != "mask":
+        return edge.sigma_px
+    if is_whole:
+        return PROVEN_SIGMA_PX
+    return float(np.hypot(edge.sigma_px, unsettled_px(bench, edge.line, q_px) / np.sqrt(12.0)))
 
 
 def _flatness(bench: Workbench, settled: Settled) -> float:

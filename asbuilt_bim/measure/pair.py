@@ -49,7 +49,7 @@ class PairMeasurement:
 
     @property
     def calibration_known(self) -> bool:
-        """Say whether the rig knows how sure it is; where not, no sigma holds the calibration's part."""
+        """Say whether the rig knows how sure it is; where not, sigmas hold what such a rig is trusted to."""
         return bool(self.rig.covariance.any())
 
     def instance_of(self, face: MeasuredFace) -> Instance:
@@ -125,10 +125,10 @@ def _doubts(verdict: RigVerdict, name: str, *, refined: bool) -> tuple[Rejection
 
 
 def dominating(face: MeasuredFace, *, calibration_known: bool) -> str:
-    """Return what an area's sigma comes from most: `calibration`, `image`, or that the calibration's isn't known."""
-    if not calibration_known:
-        return "image (calibration unknown)"
-    return "calibration" if face.area_sigma_calibration_m2 > face.area_sigma_image_m2 else "image"
+    """Return what an area's sigma comes from most: `calibration`, one that is only assumed, or `image`."""
+    if face.area_sigma_calibration_m2 <= face.area_sigma_image_m2:
+        return "image"
+    return "calibration" if calibration_known else "calibration (assumed)"
 
 
 def seen(face: MeasuredFace, method: Method) -> str:

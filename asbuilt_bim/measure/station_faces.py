@@ -17,6 +17,7 @@ from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.planes.adjust import Adjusted, EdgeSight, Touch, adjust_planes
 from asbuilt_bim.measure.planes.face_hypotheses import (
     FaceHypothesis,
+    contradiction,
     face_hypotheses,
     outline_faces,
     pieces_of,
@@ -65,11 +66,16 @@ def measure_faces(
         planes, covariances, down = found.q_px, found.covariance, found.down
         hypotheses = outline_faces(bench, hypotheses, planes, found.joint)
     settled = [
-        Settled(hypothesis=hypothesis, q_px=planes[i], covariance=covariances[i], outline=hypothesis.outline)
+        Settled(
+            hypothesis=hypothesis,
+            q_px=planes[i],
+            covariance=covariances[i] + contradiction(planes[i], covariances[i], hypothesis.mask, bench),
+            outline=hypothesis.outline,
+        )
         for i, hypothesis in enumerate(hypotheses)
         if hypothesis.outline is not None
     ]
-    calibration = calibration_sigmas_m2([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera)
+    calibration = calibration_sigmas_m2([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera, bench.rows_px)
     faces: list[MeasuredFace] = []
     rejections: list[Rejection] = []
     for one, sigma in zip(settled, calibration, strict=True):

@@ -14,6 +14,7 @@ from asbuilt_bim.vision.markers.find import MarkerSighting
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.scene.read import Scene
 from asbuilt_bim.vision.stereo.matching import grey
+from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
 from asbuilt_bim.vision.target.find import TargetSighting
 
 FRAME_MARGIN_PX = 4
@@ -38,6 +39,7 @@ class Workbench:
     marks: BoolArray  # (H, W) print on boards: holds no plane and no edge
     frame: BoolArray  # (H, W) within a few px of where the left photo ends
     disparity_px: Float32Array  # (H, W) as measured, NaN where not
+    rows_px: float  # how far rows lie apart over the frame: columns do as much
     samples: Mapping[int, tuple[FloatArray, FloatArray]]  # of each flat piece: some pixels' rays (N, 3), disparity (N,)
 
 
@@ -53,6 +55,7 @@ def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None)
         marks=marks if marks is not None else np.zeros(pair.valid_left.shape, dtype=bool),
         frame=_frame(pair.valid_left),
         disparity_px=scene.level.disparity_px.astype(np.float32),
+        rows_px=rows_apart_px(left, right, scene.level.disparity_px.astype(np.float32), scene.level.measured),
         samples=samples_of(scene),
     )
 

@@ -95,7 +95,7 @@ def load_twin(folder: Path, rig: StereoRig | None = None) -> TwinPair:
 
 
 def true_rig(truth: dict[str, Any]) -> StereoRig:
-    """Return the rig as it was drawn, without a covariance."""
+    """Return the rig as it was drawn: known all but exactly, where zeros would mean that nobody knows."""
     left, right = (
         Intrinsics(
             K=np.array(c["K"]), distortion=np.array(c["distortion"]), width_px=c["width_px"], height_px=c["height_px"]
@@ -103,7 +103,7 @@ def true_rig(truth: dict[str, Any]) -> StereoRig:
         for c in (truth["rig"]["left"], truth["rig"]["right"])
     )
     pose = np.array(truth["rig"]["right_from_left"])
-    return StereoRig(left=left, right=right, right_from_left=pose, covariance=np.zeros((14, 14)))
+    return StereoRig(left=left, right=right, right_from_left=pose, covariance=1e-18 * np.eye(14))
 
 
 def read_twin(twin: TwinPair) -> Read:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px
 from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.outline.fit import FaceEdge
+from asbuilt_bim.measure.outline.profile import unsettled_px
 from asbuilt_bim.measure.outline.steps import straight_region
 from asbuilt_bim.measure.planes.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.sigma.area import (
@@ -23,6 +26,7 @@ from asbuilt_bim.measure.sigma.area import (
     image_sigma_m2,
     rings_area_m2,
 )
+from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera
 
@@ -142,8 +146,25 @@ def test_a_yaw_of_two_tenths_of_a_degree_is_what_was_measured_of_it() -> None:
     assert sigma / rings_area_m2(outline[0], outline[1], CAMERA) == pytest.approx(2 * 1.745 / 25.0, rel=0.05)
 
 
-def test_an_unknown_covariance_gives_no_calibration_sigma() -> None:
-    assert calibration_sigmas_m2([([square_px(60.0)], facing(5.0))], rig_with({}), CAMERA).tolist() == [0.0]
+def test_a_rig_of_unknown_covariance_is_trusted_to_its_usual_yaw_and_lenses() -> None:
+    # 0.02 degrees of yaw and 0.2 px of lens: some 0.26 px of 25, twice that of the area
+    outline = ([square_px(60.0)], facing(5.0))
+    share = calibration_sigmas_m2([outline], rig_with({}), CAMERA)[0] / rings_area_m2(*outline, CAMERA)
+    assert 2 * 0.17 / 25.0 < share < 2 * 0.4 / 25.0
+
+
+def test_a_rig_of_unknown_covariance_leaves_more_open_of_what_is_farther() -> None:
+    near, far = calibration_sigmas_m2(
+        [([square_px(60.0)], facing(5.0)), ([square_px(60.0)], facing(10.0))], rig_with({}), CAMERA
+    )
+    assert far / near > 6.0  # four times the area, twice the share of the disparity
+
+
+def test_a_tilt_of_a_face_seen_from_the_front_counts_by_how_it_bends_the_area() -> None:
+    square, q = [square_px(50.0)], facing(5.0)
+    tilted = image_sigma_m2(square, [], 0.0, q, np.diag([(0.3 * q[2]) ** 2, 0.0, 0.0]), CAMERA)
+    # area grows by 1 / cos: of a tilt whose tangent is 0.3, by half its square; the root of three times that
+    assert tilted / rings_area_m2(square, q, CAMERA) == pytest.approx(np.sqrt(3.0) * 0.5 * 0.3**2, rel=0.15)
 
 
 def upright_q(angle: float, offset: float) -> np.ndarray:
@@ -304,9 +325,29 @@ def test_a_damaged_depth_reference_is_named() -> None:
         unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))
 
 
+Q_FLAT = np.array([0.0, 0.0, 20.0])
+LEFT_SIDE = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
+
+
+def bench_beside(beside_px: float, from_column: int) -> Workbench:
+    """Return what a workbench shows of a wall 20 px deep in disparity, with something else left of a column."""
+    disparity = np.full((480, 640), 20.0)
+    disparity[:, :from_column] = beside_px
+    measured = np.isfinite(disparity)
+    level = SimpleNamespace(disparity_px=disparity, measured=measured, sigma_px=np.full(disparity.shape, 0.3))
+    scene = SimpleNamespace(level=level, labels=np.zeros(disparity.shape, np.int16))
+    return SimpleNamespace(scene=scene, pair=SimpleNamespace(camera=CAMERA))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(("beside_px", "column", "past_px"), [(10.0, 98, 3.0), (np.nan, 100, 48.0), (20.4, 100, 48.0)])
+def test_a_side_is_unsettled_up_to_what_is_surely_not_the_face(beside_px: float, column: int, past_px: float) -> None:
+    assert unsettled_px(bench_beside(beside_px, column), LEFT_SIDE, Q_FLAT) == pytest.approx(past_px, abs=1.0)
+
+
 def test_a_side_that_the_mask_alone_shows_is_surer_where_the_face_is_proven_to_end() -> None:
-    line = Line(start=np.array([100.0, 100.0]), stop=np.array([100.0, 200.0]))
-    rows = [("mask", 3.0, 3.0, PROVEN_SIGMA_PX), ("frame", 3.0, 3.0, 3.0), ("photo", 0.1, 0.1, 0.1)]
+    bench, lost_px = bench_beside(10.0, 76), float(np.hypot(3.0, 24.0 / np.sqrt(12.0)))
+    rows = [("mask", 3.0, lost_px, PROVEN_SIGMA_PX), ("frame", 3.0, 3.0, 3.0), ("photo", 0.1, 0.1, 0.1)]
     for source, sigma_px, open_px, whole_px in rows:
-        edge = FaceEdge(line=line, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
-        assert (_side_sigma_px(edge, False), _side_sigma_px(edge, True)) == (open_px, whole_px)
+        edge = FaceEdge(line=LEFT_SIDE, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
+        assert _side_sigma_px(bench, edge, Q_FLAT, False) == pytest.approx(open_px, abs=0.3)
+        assert _side_sigma_px(bench, edge, Q_FLAT, True) == pytest.approx(whole_px)

@@ -248,8 +248,8 @@ def covariance_problems(rig: StereoRig) -> list[str]:
         i = wide[0]
         return [
             f"covariance: row {i} ({PARAMETERS[i]}) says ±{sigmas[i]:.3g} {units[i]}, limit {limits[i]:.3g} "
-            f"{units[i]}: that is no calibration; calibrate again, or leave covariance out (then no sigma "
-            "holds the rig's part)"
+            f"{units[i]}: that is no calibration; calibrate again, or leave covariance out (then the rig "
+            "is trusted to 0.02 degrees and 0.2 px of lens)"
         ]
     scale = np.where(sigmas > 0, sigmas, 1.0)
     shares = rig.covariance / np.outer(scale, scale)

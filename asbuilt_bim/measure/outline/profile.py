@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.measure.outline.edges import Line
+from asbuilt_bim.measure.outline.edges import Line, pixel_plane
 from asbuilt_bim.measure.workbench import Workbench
 
 IntArray = NDArray[np.intp]
@@ -17,6 +17,8 @@ ON_EDGE_PX = 3.0
 LEAST_RUN_PX, LEAST_RUN_SHARE = 10.0, 0.03
 """What holds along less of an outline is its border's noise."""
 UNKNOWN_SIGMA_PX = 4.0
+UNSETTLED_PX, SURE_SIGMAS = tuple(np.arange(1.0, 49.0)), 3.0
+"""How far past a side is looked for what isn't the face; a face that goes on further isn't measured at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,6 +51,19 @@ def outwards(
             sigma_px=np.nan_to_num(level.sigma_px[y, x], nan=UNKNOWN_SIGMA_PX, posinf=UNKNOWN_SIGMA_PX),
             label=labels[y, x],
         )
+
+
+def unsettled_px(bench: Workbench, line: Line, q_px: FloatArray) -> float:
+    """Return how far past a side nothing is seen that isn't the face: depth lost, or not surely off its plane."""
+    count = max(2, int(line.length_px / 2.0))
+    points = line.start + ((np.arange(count) + 0.5) / count)[:, None] * (line.stop - line.start)
+    normals = np.broadcast_to(line.normal, points.shape)
+    ended, reach = np.zeros(count, dtype=bool), np.full(count, UNSETTLED_PX[-1])
+    for seen in outwards(bench, points, normals, pixel_plane(q_px, bench.pair.camera), UNSETTLED_PX):
+        other = ~seen.inside | (seen.measured & (np.abs(seen.step_px) > SURE_SIGMAS * seen.sigma_px))
+        reach[other & ~ended] = seen.off_px
+        ended |= other
+    return float(np.mean(reach))
 
 
 def walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -25,6 +25,7 @@ LEAST_SHARE = 0.3
 LEAST_PIXELS = 150
 MATCHER_BLOCK_PX = 150.0
 """Pixels of a matcher's answer that err together: its window and its smoothness."""
+MOST_DENSE, LEAST_DENSE = 8_000, 30
 MATCHER_MISS_PX = 24.0
 """How far a border may be missed: left of it lies a strip that the right photo doesn't show."""
 EDGE_PX = 6.0
@@ -255,6 +256,26 @@ def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
     carried_px = LEAK_PX + SLANT_PX * abs(float(fit.q_px[0])) / f_px
     leak = (carried_px / width) ** 2 * (np.outer(across, across) + 0.25 * np.diag([0.0, 0.0, 1.0]))
     return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
+
+
+def contradiction(q_px: FloatArray, covariance: FloatArray, mask: BoolArray, bench: Workbench) -> FloatArray:
+    """Return what is left open (3, 3) where dense depth shows another plane on the same pixels than the photos do.
+
+    The two err differently: one takes a round or a mixed surface for the plane of its best texture, the other smooths.
+    Beyond what their own sigmas explain, either may be right.
+    """
+    level = bench.scene.level
+    rows, columns = nonzero(shrunk(mask, 2) & level.measured & ~bench.marks)
+    step = max(1, len(rows) // MOST_DENSE)
+    rows, columns = rows[::step], columns[::step]
+    if len(rows) < LEAST_DENSE:
+        return np.zeros((3, 3))
+    dense, scatter = fit_q(level.rays[rows, columns], level.disparity_px[rows, columns], level.sigma_px[rows, columns])
+    apart = dense - q_px
+    chi2 = float(apart @ np.linalg.solve(covariance + scatter * MATCHER_BLOCK_PX / step, apart))
+    open_share = max(0.0, 1.0 - 3.0 / max(chi2, 1e-9))
+    left_open: FloatArray = 0.5 * open_share * np.outer(apart, apart)
+    return left_open
 
 
 def _near(bench: Workbench, hypothesis: FaceHypothesis, most_px: float, box: Box) -> BoolArray:

@@ -102,7 +102,7 @@ def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: Ste
     rectified = level @ view.level_from_rectified
     ring = rectified[:, :2] / rectified[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
     plane = chord_plane(bench, fit.circle)
-    sigma = float(calibration_sigmas_m2([([ring], plane)], rig, camera)[0])
+    sigma = float(calibration_sigmas_m2([([ring], plane)], rig, camera, bench.rows_px)[0])
     return area_m2 * sigma / rings_area_m2([ring], plane, camera)
 
 

@@ -9,6 +9,8 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import apply, rotation_from_vector, vector_from_rotation
+from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS, seen_by
+from asbuilt_bim.vision.stereo.rig_health import UNKNOWN_CALIBRATION_RAD, UNKNOWN_LENS_PX
 
 
 def polygon_area(points_m: FloatArray) -> float:
@@ -49,10 +51,11 @@ def image_sigma_m2(
     `edges`: middle (2,) px, length px and sigma px of each straight side; `free_px` is the length without a line.
     """
     area = rings_area_m2(rings_px, q_px, camera)
-    size = float(np.linalg.norm(q_px))
-    steps = 1e-5 * size * np.eye(3)
-    slope = np.array([(rings_area_m2(rings_px, q_px + step, camera) - area) / (1e-5 * size) for step in steps])
-    variance = float(slope @ covariance @ slope)
+    values, vectors = np.linalg.eigh(covariance)
+    variance = 0.0
+    for step in (vectors * np.sqrt(np.maximum(values, 0.0))).T:
+        more, less = (rings_area_m2(rings_px, q_px + sign * step, camera) for sign in (1.0, -1.0))
+        variance += _squared_m4(more, less, area)
     for middle, length, sigma in edges:
         variance += (length * sigma * area_per_pixel_m2(middle, q_px, camera)) ** 2
     # a ragged border errs by a pixel over runs of about 8, each on its own, and by half a pixel all along
@@ -61,16 +64,39 @@ def image_sigma_m2(
     return float(np.sqrt(max(variance, 0.0)))
 
 
+def _squared_m4(more: float, less: float, area: float) -> float:
+    """Return an area's mean squared error by one number that errs by a sigma: what +1 and -1 sigma make of the area.
+
+    A face seen from the front only grows by a tilt, whichever way: the slope there is none, and the bend is all. Of a
+    normal error the bend's square has three times the weight.
+    """
+    return (0.5 * (more - less)) ** 2 + 3.0 * (0.5 * (more + less) - area) ** 2
+
+
 def calibration_sigmas_m2(
-    outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]], rig: StereoRig, camera: RectifiedCamera
+    outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]],
+    rig: StereoRig,
+    camera: RectifiedCamera,
+    rows_px: float = 0.0,
 ) -> FloatArray:
-    """Return each area's sigma (n,) from the rig's covariance; zeros where the rig doesn't know it.
+    """Return each area's sigma (n,) from the rig's covariance, or from what a rig without one is trusted to.
 
     `outlines`: rings (rectified px) and q (3,) of each face. The outline's points are seen at fixed places in both
-    photos; each of the rig's 14 numbers is moved by its sigma and the points are triangulated again.
+    photos; each of the rig's 14 numbers is moved by its sigma and the points are triangulated again. `rows_px`, what
+    this pair's rows lie apart, is left by the lenses along the rows, too.
     """
-    if not outlines or not np.any(rig.covariance):
-        return np.zeros(len(outlines))
+    if not outlines:
+        return np.zeros(0)
+    is_known = bool(np.any(rig.covariance))
+    turn_rad = np.zeros(5) if is_known else UNKNOWN_CALIBRATION_RAD
+    lens_px = rows_px if is_known else max(UNKNOWN_LENS_PX, rows_px)
+    sigmas = np.array([_by_disparity_m2(rings, q, camera, turn_rad, lens_px) for rings, q in outlines])
+    return np.hypot(sigmas, _by_covariance_m2(outlines, rig, camera)) if is_known else sigmas
+
+
+def _by_covariance_m2(
+    outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]], rig: StereoRig, camera: RectifiedCamera
+) -> FloatArray:
     steps = np.sqrt(np.maximum(np.diag(rig.covariance), 1e-20))
     areas = np.zeros((len(outlines), len(steps)))
     nominal = _rig_numbers(rig)
@@ -90,6 +116,51 @@ def calibration_sigmas_m2(
     return sigmas
 
 
+def _by_disparity_m2(
+    rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera, turn_rad: FloatArray, lens_px: float
+) -> float:
+    """Return an area's sigma by what a turn (5,) and the lenses leave of disparity over the frame."""
+    modes = [left_of_disparity_px(ring, q_px, camera, turn_rad, lens_px) for ring in rings_px]
+    area, variance = rings_area_m2(rings_px, q_px, camera), 0.0
+    for k in range(modes[0].shape[1]):
+        moved = [
+            [
+                polygon_area(_on_plane(ring, q_px, camera, sign * mode[:, k]))
+                for ring, mode in zip(rings_px, modes, strict=True)
+            ]
+            for sign in (1.0, -1.0)
+        ]
+        more, less = (outer - sum(holes) for outer, *holes in moved)
+        variance += _squared_m4(more, less, area)
+    return float(np.sqrt(variance))
+
+
+def left_of_disparity_px(
+    pixels: FloatArray, q_px: FloatArray, camera: RectifiedCamera, turn_rad: FloatArray, lens_px: float
+) -> FloatArray:
+    """Return what a rig leaves of disparity at pixels (N, 2) of a plane, (N, 24 and more) in px.
+
+    Each column is one independent error of one sigma: the turn's five numbers where they aren't zero, and the lenses'
+    at each cell of the frame, between which they change smoothly.
+    """
+    columns = [lens_px * _hats(pixels, camera)]
+    points = _on_plane(pixels, q_px, camera)
+    for turn in np.diag(turn_rad)[turn_rad > 0.0]:
+        left, right = seen_by(points, turn, camera)
+        columns.append((camera.f_px * (left[:, 0] - right[:, 0]) - _rays(pixels, camera) @ q_px)[:, None])
+    return np.concatenate(columns, axis=1)
+
+
+def _hats(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
+    """Return (N, cells): how much of each cell's value a pixel has, linear between the cells' middles."""
+    weights = []
+    for along, count, size in zip(pixels.T, LENS_CELLS, (camera.width_px, camera.height_px), strict=True):
+        at = np.clip((along + 0.5) * count / size - 0.5, 0.0, count - 1.0)
+        weights.append(np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0))
+    hats: FloatArray = (weights[1][:, :, None] * weights[0][:, None, :]).reshape(len(pixels), -1)
+    return hats
+
+
 def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     rays = np.ones((*pixels.shape[:-1], 3))
     rays[..., 0] = (pixels[..., 0] - camera.cx_px) / camera.f_px
@@ -97,9 +168,11 @@ def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     return rays
 
 
-def _on_plane(ring: FloatArray, q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
+def _on_plane(
+    ring: FloatArray, q_px: FloatArray, camera: RectifiedCamera, more_px: FloatArray | float = 0.0
+) -> FloatArray:
     rays = _rays(ring, camera)
-    disparity = np.maximum(rays @ q_px, 1e-3)
+    disparity = np.maximum(rays @ q_px + more_px, 1e-3)
     points: FloatArray = rays * (camera.f_px * camera.baseline_m / disparity)[:, None]
     return points
 
