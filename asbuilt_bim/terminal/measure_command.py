@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from asbuilt_bim.camera.rig_formats.reader import read_rig
-from asbuilt_bim.codes import SubjectKind
-from asbuilt_bim.errors import MeasureError, OptionError
+from asbuilt_bim.codes import Reason, SubjectKind
+from asbuilt_bim.errors import MeasureError, OptionError, Rejection
 from asbuilt_bim.flow.measure_pair import measure_pair
 from asbuilt_bim.flow.output.measurement import check_place, save_measurement
 from asbuilt_bim.measure.depth_source import Method, depth_method
@@ -24,6 +24,7 @@ from asbuilt_bim.vision.stereo.depth import DepthMethod
 from asbuilt_bim.vision.stereo.depth_paper import Inversion
 
 TABLE_WIDTH = 124
+MOST_UNMEASURED = 3  # faces named one by one: a terminal of thirty warnings is read by nobody
 FAILED = 1
 """The exit code where there is no face: the pictures say what was seen, and that is no measurement."""
 
@@ -85,6 +86,14 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
     return 0 if found.faces else FAILED
 
 
+def _largest_first(rejections: list[Rejection]) -> tuple[list[Rejection], int]:
+    """Return what to name one by one, the largest few of the faces that can't be measured among it; how many more."""
+    unmeasured = [one for one in rejections if one.code in (Reason.FACE_UNCERTAIN, Reason.FACE_NARROW)]
+    largest = sorted(unmeasured, key=lambda one: -float(str(one.values.get("area_m2", 0.0))))[:MOST_UNMEASURED]
+    rest = [one for one in rejections if one not in unmeasured]
+    return [*rest, *largest], len(unmeasured) - len(largest)
+
+
 def _classes(given: tuple[str, ...]) -> dict[int, InstanceClass]:
     """Read `1=wall` and the like.
 
@@ -133,7 +142,11 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
         for number, label, kind, width, height, area, source, seen, flatness, distance in rows:
             screen.say(f"face {number} ({label}, {kind}): {area}, {width} x {height}, {seen}")
             screen.say(f"  sigma from {source}, flatness {flatness}, {distance} away")
-    for rejection in (one for one in found.rejections if one not in of_rig):
+    others = [one for one in found.rejections if one not in of_rig]
+    named, more = _largest_first(others)
+    for rejection in named:
         screen.warn(plain(str(words_of(rejection))))
+    if more:
+        screen.warn(f"{more} smaller surfaces were seen and can't be measured, either; measure.json names them")
     if not rows:
         screen.error("not one face was measured")

@@ -16,14 +16,15 @@ from jsonschema import Draft202012Validator
 import asbuilt_bim
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.cli import app
-from asbuilt_bim.codes import Reason, SubjectKind
-from asbuilt_bim.errors import MeasureError, RigError
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import MeasureError, RigError, rejected
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
 from asbuilt_bim.report.drawings.figures import face_line, figures
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.storage.schemas import schema
+from asbuilt_bim.terminal.measure_command import _largest_first
 from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.stereo.rig_health import judge
 from tests.camera.virtual import rig as virtual_rig
@@ -274,3 +275,18 @@ def test_a_wrong_command_line_is_named(folder: Path, more: list[str], code: int,
 def test_one_photo_given_as_both_is_named_before_anything_is_measured(folder: Path) -> None:
     with pytest.raises(MeasureError, match="is given as the left and as the right photo"):
         asbuilt_bim.measure_pair(folder / "left.png", folder / "left.png", folder / "rig.yaml")
+
+
+def test_the_terminal_names_the_largest_unmeasured_surfaces_and_counts_the_rest() -> None:
+    sizes = [0.2, 3.0, 1.0, 7.0, 0.4]
+    faces = [
+        rejected(
+            Reason.FACE_UNCERTAIN, about(SubjectKind.FACE, f"A/x{k}", "A"), label="wall", area_m2=size, distance_m=4.0,
+            limit_share=0.2,
+        )
+        for k, size in enumerate(sizes)
+    ]  # fmt: skip
+    other = rejected(Reason.RIG_REFINED, about(SubjectKind.RIG))
+    named, more = _largest_first([*faces, other])
+    assert [one.values.get("area_m2") for one in named] == [None, 7.0, 3.0, 1.0]
+    assert more == 2
