@@ -286,7 +286,7 @@ def test_the_terminal_names_the_largest_unmeasured_surfaces_and_counts_the_rest(
         )
         for k, size in enumerate(sizes)
     ]  # fmt: skip
-    other = rejected(Reason.RIG_REFINED, about(SubjectKind.RIG))
+    other = rejected(Reason.DEPTH_WITHOUT_TARGET, about(SubjectKind.STATION, "A"))
     named, more = _largest_first([*faces, other])
     assert [one.values.get("area_m2") for one in named] == [None, 7.0, 3.0, 1.0]
     assert more == 2
