@@ -24,7 +24,6 @@ class GeometricOptions:
     column_width_m: float = 1.05  # in-situ columns are cast up to 1.0 m; a wider thing is a wall
     least_width_m: float = 0.12  # a thinner upright is a prop, a tube or a board
     least_height_m: float = 0.30  # a kerb is lower; the first lift of a wall is higher
-    most_distance_m: float = 15.0  # beyond, a pixel is 14 mm and a disparity step 0.1 px is 9 cm
     most_chroma: float = 0.42  # (max - min) / max of BGR: concrete keeps under 0.25, plywood and brick over 0.4
     scene: SceneOptions = field(default_factory=SceneOptions)
 
@@ -62,11 +61,10 @@ def piece_groups(pieces: tuple[Piece, ...]) -> list[list[int]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Size:
-    """One piece's size in metres, and its distance."""
+    """One piece's size in metres."""
 
     width_m: float
     height_m: float
-    distance_m: float
 
 
 def instance_of_pieces(
@@ -80,7 +78,7 @@ def instance_of_pieces(
     """Return a group of pieces as an instance, None where it hasn't a wall's or a column's size, place and colour.
 
     `neutral` (3,) is the photo's own, of `neutral_of`.
-    An `opinion` stands for colour and distance; of a slender thing it decides the class too, which size can't tell.
+    An `opinion` stands for colour; of a slender thing it decides the class too, which size can't tell.
     """
     sizes: list[_Size] = []
     mask = np.zeros(scene.labels.shape, dtype=bool)
@@ -96,7 +94,7 @@ def instance_of_pieces(
         mask[rows, columns] = True
         circle = scene.pieces[number].circle
         round_column |= circle is not None and circle.radius_m < 0.5 * options.column_width_m
-    if not sizes or (opinion is None and min(size.distance_m for size in sizes) > options.most_distance_m):
+    if not sizes:
         return None
     if sum(size.width_m for size in sizes) < options.least_width_m:
         return None
@@ -130,7 +128,6 @@ def _size(scene: Scene, piece: Piece, rows: IndexArray, columns: IndexArray) -> 
     low, high = np.quantile(drop, [0.02, 0.98])
     return _Size(
         width_m=float(np.linalg.norm(plan[1] - plan[0])), height_m=float(high - low),
-        distance_m=float(np.linalg.norm(plan.mean(axis=0))),
     )  # fmt: skip
 
 

@@ -121,10 +121,10 @@ def test_what_the_network_knows_to_be_something_else_is_no_instance(
     assert at(found.instances, COLUMN) is not None
 
 
-def test_the_networks_word_stands_for_colour_and_distance_but_not_for_size(
+def test_the_networks_word_stands_for_colour_but_not_for_size(
     pair: RectifiedPair, scene: Scene, alone: list[Instance]
 ) -> None:
-    strict = GeometricOptions(most_chroma=1e-6, most_distance_m=0.1)
+    strict = GeometricOptions(most_chroma=1e-6)
     assert segment_scene(pair, scene, strict) == []
     network = FakeNetwork([said(mask_at(alone, WALL), "wall")])
     found = both(pair, scene, network, strict).instances
