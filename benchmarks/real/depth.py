@@ -24,6 +24,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, frozen
 from asbuilt_bim.vision.stereo import matching
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, disparity_steps
+from benchmarks.real.laser_truth import plain_sgbm
 from benchmarks.real.scenes import SCENES
 from benchmarks.real.shots import Shot
 from benchmarks.real.truth_planes import upright_regions
@@ -31,6 +32,7 @@ from benchmarks.table import Line, line, options, report, told
 
 NEAREST_M = 1.0
 """The playground's nearest things; the program's own 1.5 m would lose them."""
+FILTER_CAP = 63
 WITHIN_ONE, WITHIN_TWO = (0.60, 0.76), 0.90
 MOST_BIAS_PX = 0.1
 BAD_PX = 1.0
@@ -91,16 +93,10 @@ def _as_it_is(shot: Shot) -> RectifiedPair:
     )
 
 
-def plain_sgbm(pair: RectifiedPair) -> Float32Array:
+def plain(pair: RectifiedPair) -> Float32Array:
     """Match as OpenCV does by itself, with as many disparities as the program looks through."""
     steps = disparity_steps(pair.camera.f_px * pair.camera.baseline_m / NEAREST_M, pair.camera.width_px)
-    engine = cv2.StereoSGBM.create(
-        minDisparity=0, numDisparities=steps, blockSize=5, P1=200, P2=800, disp12MaxDiff=1, preFilterCap=63,
-        uniquenessRatio=10, speckleWindowSize=100, speckleRange=2,
-    )  # fmt: skip
-    left, right = (np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)) for image in (pair.left, pair.right))
-    fixed = np.asarray(engine.compute(left, right))
-    return np.where(fixed > 0, fixed / 16.0, np.nan).astype(np.float32)
+    return plain_sgbm(pair, steps, FILTER_CAP)
 
 
 def figures(found: Float32Array, truth: Float32Array, sigma: Float32Array | None = None) -> Figures:
@@ -121,14 +117,14 @@ def figures(found: Float32Array, truth: Float32Array, sigma: Float32Array | None
 def case_lines(case: Case) -> list[Line]:
     """Judge the program's disparity of one set."""
     disparity, sigma = SemiGlobalMatcher(nearest_m=NEAREST_M).match(case.pair)
-    ours, plain = figures(disparity, case.truth_px, sigma), figures(plain_sgbm(case.pair), case.truth_px)
+    ours, theirs = figures(disparity, case.truth_px, sigma), figures(plain(case.pair), case.truth_px)
     low, high = WITHIN_ONE
     n, name = ours.answered, case.name
     return [
-        line(f"{name}: pixels with depth", f"{ours.coverage:.1%}", f">= {plain.coverage:.1%}, SGBM's", n,
-             ours.coverage >= plain.coverage),
-        line(f"{name}: off by over 1 px, of those given", f"{ours.bad:.2%}", f"<= {plain.bad:.2%}, SGBM's", n,
-             ours.bad <= plain.bad),
+        line(f"{name}: pixels with depth", f"{ours.coverage:.1%}", f">= {theirs.coverage:.1%}, SGBM's", n,
+             ours.coverage >= theirs.coverage),
+        line(f"{name}: off by over 1 px, of those given", f"{ours.bad:.2%}", f"<= {theirs.bad:.2%}, SGBM's", n,
+             ours.bad <= theirs.bad),
         line(f"{name}: pixels within 1 sigma", f"{ours.within_one:.1%}", f"{low:.0%} to {high:.0%}", n,
              low <= ours.within_one <= high),
         line(f"{name}: pixels within 2 sigma", f"{ours.within_two:.1%}", f">= {WITHIN_TWO:.0%}", n,
@@ -173,11 +169,11 @@ def fit_lines(all_cases: list[Case]) -> list[Line]:
 def _shortfall(case: Case) -> float:
     """Return by how much the worst of the four lines is missed, in shares; below 0 where all hold."""
     disparity, sigma = SemiGlobalMatcher(nearest_m=NEAREST_M).match(case.pair)
-    ours, plain = figures(disparity, case.truth_px, sigma), figures(plain_sgbm(case.pair), case.truth_px)
+    ours, theirs = figures(disparity, case.truth_px, sigma), figures(plain(case.pair), case.truth_px)
     low, high = WITHIN_ONE
     return max(
-        plain.coverage - ours.coverage,
-        ours.bad - plain.bad,
+        theirs.coverage - ours.coverage,
+        ours.bad - theirs.bad,
         low - ours.within_one,
         ours.within_one - high,
         WITHIN_TWO - ours.within_two,

@@ -149,11 +149,11 @@ def _refined(levels: Pictures, rays: FloatArray, tile: tuple[slice, slice], q: F
     return float(middle @ (fit.q_px - q)) if fit is not None else float("nan")
 
 
-def plain_sgbm(pair: RectifiedPair) -> Float32Array:
-    """Match as OpenCV's own example does: 8 x 8 costs, no refinement, 128 disparities."""
+def plain_sgbm(pair: RectifiedPair, disparities: int = 128, filter_cap: int = 0) -> Float32Array:
+    """Match as OpenCV's own example does: 5 x 5 costs, no refinement."""
     engine = cv2.StereoSGBM.create(
-        minDisparity=0, numDisparities=128, blockSize=5, P1=200, P2=800, disp12MaxDiff=1, uniquenessRatio=10,
-        speckleWindowSize=100, speckleRange=2,
+        minDisparity=0, numDisparities=disparities, blockSize=5, P1=200, P2=800, disp12MaxDiff=1,
+        preFilterCap=filter_cap, uniquenessRatio=10, speckleWindowSize=100, speckleRange=2,
     )  # fmt: skip
     grey_images = [np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)) for image in (pair.left, pair.right)]
     fixed = np.asarray(engine.compute(grey_images[0], grey_images[1]))

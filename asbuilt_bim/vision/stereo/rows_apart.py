@@ -3,10 +3,9 @@
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
+from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS
 from asbuilt_bim.vision.stereo.warp import right_at
 
-CELLS = (6, 4)
-"""Of the frame: what a lens or a turn leaves changes over about a quarter of the photo."""
 LEAST_KNOWN = 0.2
 LEAST_STEEPNESS_GREY2 = 500.0
 """A cell with less structure across its rows, or less depth, says nothing."""
@@ -45,7 +44,7 @@ def _down(image: Float32Array) -> Float32Array:
 
 def _cells(image: Float32Array) -> list[tuple[slice, slice]]:
     height, width = image.shape
-    across, down = CELLS
+    across, down = LENS_CELLS
     return [
         (slice(i * height // down, (i + 1) * height // down), slice(j * width // across, (j + 1) * width // across))
         for i in range(down)
