@@ -20,6 +20,7 @@ from asbuilt_bim.measure.outline.fit import FaceEdge
 from asbuilt_bim.measure.outline.profile import unsettled_px
 from asbuilt_bim.measure.outline.steps import straight_region
 from asbuilt_bim.measure.planes.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
+from asbuilt_bim.measure.planes.face_hypotheses import contradiction
 from asbuilt_bim.measure.sigma.area import (
     area_per_pixel_m2,
     calibration_sigmas_m2,
@@ -351,3 +352,20 @@ def test_a_side_that_the_mask_alone_shows_is_surer_where_the_face_is_proven_to_e
         edge = FaceEdge(line=LEFT_SIDE, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
         assert _side_sigma_px(bench, edge, Q_FLAT, False) == pytest.approx(open_px, abs=0.3)
         assert _side_sigma_px(bench, edge, Q_FLAT, True) == pytest.approx(whole_px)
+
+
+@pytest.mark.parametrize(("tilt_px", "is_open"), [(0.0, False), (30.0, True)])
+def test_another_plane_that_dense_depth_shows_is_left_open_and_the_same_one_is_not(
+    tilt_px: float, is_open: bool
+) -> None:
+    rows, columns = np.indices((200, 300))
+    rays = np.stack(
+        [(columns - 150.0) / CAMERA.f_px, (rows - 100.0) / CAMERA.f_px, np.ones(rows.shape)], axis=-1
+    )  # fmt: skip
+    known, own = np.ones(rows.shape, dtype=bool), np.array([0.0, 0.0, 20.0])
+    dense = rays @ (own + np.array([tilt_px, 0.0, 0.0]))
+    level = SimpleNamespace(rays=rays, disparity_px=dense, sigma_px=np.full(rows.shape, 0.2), measured=known)
+    bench = SimpleNamespace(scene=SimpleNamespace(level=level), marks=~known)
+    found = contradiction(own, np.diag([1.0, 1.0, 1e-4]), known, bench)  # type: ignore[arg-type]
+    assert (found[0, 0] > 0.4 * tilt_px**2) == is_open
+    assert np.all(found == 0.0) != is_open
