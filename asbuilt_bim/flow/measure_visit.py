@@ -26,7 +26,7 @@ from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.codec import plain_digest
-from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
+from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
 PICTURE_WIDTH_PX = 1280
@@ -78,6 +78,7 @@ def options_of(project: Project) -> MeasureOptions:
     return replace(measure, target=target, marker_family=project.markers.family)
 
 
+@one_thread()
 def measure_job(job: StationJob) -> Outcome:
     """Measure one station; whatever goes wrong inside rejects it by name. Runs in a worker process.
 

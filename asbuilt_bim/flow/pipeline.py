@@ -33,6 +33,7 @@ from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
+from asbuilt_bim.scale.executor import one_thread
 from asbuilt_bim.schedule.read import scheduled
 
 
@@ -77,6 +78,7 @@ def monitor(
     )
 
 
+@one_thread()
 def run_project(project: Project, place: Workplace, progress: Progress) -> RunResult:
     """Run every visit of a project in the order of dates, each with the history of those before.
 

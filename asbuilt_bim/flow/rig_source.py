@@ -18,6 +18,7 @@ from asbuilt_bim.project.file import BoardsFile
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.wording.reasons import reason_list
 from asbuilt_bim.scale.cache import Cache, digest_of
+from asbuilt_bim.scale.executor import one_thread
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
 
@@ -62,6 +63,7 @@ def project_board(boards: BoardsFile) -> Board:
     )
 
 
+@one_thread()
 def calibrate_pairs(
     pairs: Sequence[tuple[Photo, Photo]], board: Board, lens: LensModel, cache: Cache, progress: Progress
 ) -> Calibration:

@@ -123,9 +123,9 @@ def cases(sites: list[tuple[Path, str]], quick: bool, times: int, stations: int)
     return found
 
 
+@one_thread()
 def run_case(case: Case) -> Outcome:
     """Degrade a visit's photos in a copy of the site, and run the program on it."""
-    one_thread()
     truth = json.loads((case.site / "truth.json").read_text(encoding="utf-8"))["visits"][case.visit]
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-") as scratch:
         found, surfaces = _run(_degraded(case, Path(scratch) / "site"))

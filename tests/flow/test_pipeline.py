@@ -3,16 +3,18 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about
-from asbuilt_bim.flow.measure_visit import Workplace, measure_job, options_of, picture_name
+from asbuilt_bim.flow.measure_visit import Workplace, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
+from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import result_document, write_result
 from asbuilt_bim.scale.cache import Cache
@@ -54,6 +56,12 @@ def heard() -> Heard:
 @pytest.fixture(scope="module")
 def result(project: Project, cache: Cache, heard: Heard) -> RunResult:
     return run_project(project, Workplace(workers=2, cache=cache), heard)
+
+
+def timeless(report: ProgressReport) -> dict[str, Any]:
+    """Return a result without how long its stations took."""
+    document = result_document(report)
+    return document | {"stations": [{**row, "seconds": None} for row in document["stations"]]}
 
 
 def test_each_visit_has_a_report_and_knows_the_ones_before(result: RunResult, project: Project) -> None:
@@ -99,10 +107,7 @@ def test_the_same_inputs_give_the_same_result_measured_again_or_taken_from_the_c
     assert [result_document(r) for r in again.reports] == [result_document(r) for r in result.reports]
     anew = run_project(replace(project, visits=project.visits[:1]), Workplace(workers=1), Heard())
     assert anew.from_cache == 0
-    for one, other in zip(anew.reports[0].elements, result.reports[0].elements, strict=True):
-        assert one.state == other.state
-        assert one.built_area_m2 == pytest.approx(other.built_area_m2, abs=1e-4)  # threads sum in another order
-        assert one.as_built_area_m2 == pytest.approx(other.as_built_area_m2, abs=1e-4)
+    assert timeless(anew.reports[0]) == timeless(result.reports[0])  # one process, or a pool of two: to the last digit
 
 
 def test_another_option_is_measured_anew(project: Project, cache: Cache, result: RunResult) -> None:
@@ -118,7 +123,7 @@ def test_an_error_of_the_programs_own_rejects_one_station_by_name(
     def broken(*_: object, **__: object) -> None:
         raise IndexError("out of range")
 
-    monkeypatch.setitem(measure_job.__globals__, "measure_station", broken)
+    monkeypatch.setattr("asbuilt_bim.flow.measure_visit.measure_station", broken)
     bad, good = project.visits[0].stations
     visit = replace(project.visits[0], stations=(replace(bad, name="new to the cache"), good))
     report = run_project(replace(project, visits=(visit,)), Workplace(workers=1, cache=cache), Heard()).reports[0]

@@ -8,20 +8,21 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import pytest
+from threadpoolctl import threadpool_info
 
 from asbuilt_bim.errors import MissingExtraError
-from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
+from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 
 
 def square(number: int) -> int:
     return number * number
 
 
-def threads(number: int) -> tuple[str, int]:
-    import cv2
-
-    return os.environ["OMP_NUM_THREADS"], cv2.getNumThreads()
+@one_thread()
+def threads(number: int) -> set[int]:
+    return {cv2.getNumThreads(), *(int(library["num_threads"]) for library in threadpool_info())}
 
 
 def die_on_three(number: int) -> int:
@@ -62,10 +63,13 @@ def test_a_pool_does_every_job_once_and_draws_them_only_as_it_goes() -> None:
     assert max(ahead) <= 2
 
 
-def test_workers_hold_their_libraries_to_one_thread_and_this_process_keeps_its_own() -> None:
-    before = os.environ.get("OMP_NUM_THREADS")
-    assert {d.result for d in run_jobs(threads, iter([1, 2]), workers=2)} == {("1", 1)}
-    assert os.environ.get("OMP_NUM_THREADS") == before
+@pytest.mark.parametrize("workers", [1, 2])
+def test_work_is_held_to_one_thread_whatever_the_machine_says(workers: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "4")
+    before = cv2.getNumThreads()
+    assert [d.result for d in run_jobs(threads, iter([1, 2]), workers=workers)] == [{1}, {1}]
+    assert os.environ["OMP_NUM_THREADS"] == "4"
+    assert cv2.getNumThreads() == before
 
 
 def test_a_worker_that_dies_costs_its_own_job_only() -> None:
