@@ -171,6 +171,7 @@ class Reason(StrEnum):
     ELEMENT_UNUSABLE = "element can't be used"
     ELEMENT_TOO_LONG = "element too long"
     NO_UPRIGHT_FACE = "no upright face"
+    ELEMENT_TWICE = "element twice"  # two elements in one place
     NO_STOREY = "no storey"
     NOT_IN_TASKS = "in no task"
     NOT_IN_COST_LINES = "in no cost line"
@@ -235,6 +236,9 @@ class Reason(StrEnum):
     SEEN_WITH_FOOT = "seen with its foot"
     FOOT_NOT_SEEN = "foot not seen"
     PHOTOS_DISAGREE = "photos disagree"
+    DISPLACED = "displaced"  # it stands beside its design
+    DISPLACED_WITH_OTHERS = "displaced with others"  # as most of its storey, or as an earlier visit found
+    DISPLACED_ACCEPTED = "displaced and accepted"
 
     # On visits and revisions of the design.
     STATIONS_NOT_USED = "stations not used"

@@ -1,12 +1,13 @@
 """The whole flow on one screen: photos and an IFC file in, one report a visit out."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from functools import reduce
 
 from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.bim.twins import once_each
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
@@ -16,6 +17,7 @@ from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.match.displaced import displaced, moved_design
 from asbuilt_bim.match.survey_shift import survey_shift
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
@@ -59,12 +61,21 @@ def monitor(
     history: VisitHistory,
     day: date,
     options: Options,
+    accept_moved: Collection[str] = (),
 ) -> ProgressReport:
-    """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals."""
+    """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
+
+    Elements that stand beside their design decide nothing, unless `accept_moved` names them: then they count there.
+    """
     placement = register(tuple(measured), survey, options.register)
     matched = match_faces(placement, design, options.match)
+    beside = displaced(matched, design, history.moves_m)
+    accepted = {key: replace(one, accepted=True) for key, one in beside.items() if key in accept_moved}
+    if accepted:
+        design = moved_design(design, {key: one.move_m for key, one in accepted.items()})
+        matched = match_faces(placement, design, options.match)
     adjusted = adjust_with_design(matched, design, options.match)
-    surfaces = classify_surface(adjusted, design, history, options.progress)
+    surfaces = classify_surface(adjusted, design, history, options.progress, beside.keys() - accepted.keys())
     placed = {station.measurement.station for station in placement.stations}
     return summarise(
         surfaces,
@@ -75,6 +86,7 @@ def monitor(
         rejections=(*rejections, *placement.rejections, *survey_shift(matched, design)),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
+        displaced=beside | accepted,
     )
 
 
@@ -90,7 +102,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     """
     timer = StepTimer(time.perf_counter)
     refuse_missing(project)
-    design = read_design(project.ifc, project.scope)
+    design = once_each(read_design(project.ifc, project.scope))
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
@@ -109,7 +121,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         seen = measure_visit(visit, project, rig, place, progress, survey)
         timer.done("measure")
         rejections = (*stray, *seen.rejections)
-        report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options)
+        day, options = visit.date, project.options
+        report = monitor(seen.measured, rejections, survey, design, history, day, options, project.accept_moved)
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
         names = [station.name for station in visit.stations if station.name not in report.placed]

@@ -61,6 +61,7 @@ MARKS: tuple[Mark, ...] = (
     Mark(name="ElementsComplete", kind="count", meaning="elements in the state complete"),
     Mark(name="ElementsPart", kind="count", meaning="elements in the state part"),
     Mark(name="ElementsNotStarted", kind="count", meaning="elements in the state not started"),
+    Mark(name="ElementsDisplaced", kind="count", meaning="elements beside their design: none of them counts"),
     Mark(name="ElementsUnknown", kind="count", meaning="elements in the state unknown: never read as not built"),
     Mark(name="OriginalTaskTime", kind="label", meaning="NONE where the task had no task time before"),
     Mark(name="OriginalDataOrigin", kind="label", meaning="task's DataOrigin before it was overwritten"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from asbuilt_bim.bim.model import DesignFace
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
@@ -33,6 +33,7 @@ class VisitHistory:
     unfinished_on: dict[str, date]  # the last visit that saw it unfinished
     last_seen: dict[str, date]
     best_when_seen: dict[str, float]  # the best estimate of the last visit that had one
+    moves_m: dict[str, FloatArray]  # of elements that stand beside their design
 
     def earlier(self, element: str, face: DesignFace, options: ProgressOptions) -> SurfaceState | None:
         """Return what is known of a face: by its id where it stands where it stood, else re-projected in the world.
@@ -52,7 +53,7 @@ class VisitHistory:
 
 
 EMPTY_HISTORY = VisitHistory(
-    visits=(), faces={}, first_built={}, complete_on={}, unfinished_on={}, last_seen={}, best_when_seen={}
+    visits=(), faces={}, first_built={}, complete_on={}, unfinished_on={}, last_seen={}, best_when_seen={}, moves_m={}
 )
 
 
@@ -73,6 +74,7 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
         | {e.global_id: e.unfinished_on for e in report.elements if e.unfinished_on is not None},
         last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
         best_when_seen={e.global_id: e.best_when_seen for e in report.elements if e.best_when_seen is not None},
+        moves_m={e.global_id: frozen(np.array(e.move_m)) for e in report.elements if e.move_m is not None},
     )
 
 

@@ -15,7 +15,8 @@ from asbuilt_bim.vision.masks.segment import InstanceSource
 SHARE_DECIMALS = 9
 """What a result keeps of a share: 1 + 1e-16 of a weighted mean is 1, and of a million m2 a thousandth still shows."""
 
-State = Literal["complete", "part", "not started", "unknown"]
+State = Literal["complete", "part", "not started", "displaced", "unknown"]
+"""`displaced`: it stands beside its design, and nobody has accepted that."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +64,8 @@ class ElementProgress:
     first_built: date | None = None  # the first visit that saw something of it built, of what is still held to stand
     complete_on: date | None = None  # the first visit since which it has been complete
     unfinished_on: date | None = None  # the last visit that saw it unfinished
+    move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
+    accepted: bool = False  # by a person: what is said of it is of where it stands
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +83,7 @@ class GroupProgress:
     design_area_m2: float
     as_built_area_m2: float
     as_built_sigma_m2: float
+    displaced: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

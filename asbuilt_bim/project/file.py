@@ -136,4 +136,5 @@ class ProjectFile:
     scope: str | None = None
     history: tuple[str, ...] = ()  # result.json of earlier runs, whose visits are no longer listed here
     schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV
+    accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
     writers: tuple[str, ...] = ()  # report writers that other packages add

@@ -71,6 +71,7 @@ class Project:
     options: Options
     schedule: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
+    accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
     files: Mapping[str, Path] = field(default_factory=dict)  # by key: all that are named but the photos
 
@@ -161,6 +162,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
+        accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),
         files=checker.files,
     )

@@ -34,6 +34,7 @@ class TaskRow:
     complete: int
     part: int
     not_started: int
+    displaced: int
     unknown: int
     others: int  # made by the task, too, and not measured here
     note: str
@@ -135,6 +136,7 @@ def _task_row(task: TaskProgress) -> TaskRow:
         complete=group.complete,
         part=group.part,
         not_started=group.not_started,
+        displaced=group.displaced,
         unknown=group.unknown,
         others=task.others,
         note=note_words(known.note),

@@ -18,14 +18,15 @@ from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import percent, percent_range, plain
 from asbuilt_bim.terminal.screen import Screen
 
-TABLE_WIDTH = 118
-"""Columns that the table needs; a narrower terminal gets the same in lines."""
+TABLE_WIDTH, DISPLACED_WIDTH = 118, 12
+"""Columns that the table needs, and more where elements are displaced; a narrower terminal gets the same in lines."""
 MAX_NOTES = 4
 
 
 def summary(report: ProgressReport, width: int) -> Table | str:
     """Return storey, elements by state, completion with bounds, coverage, as-built area with sigma."""
-    return _table(report) if width >= TABLE_WIDTH else "\n".join(_lines(report))
+    needed = TABLE_WIDTH + (DISPLACED_WIDTH if report.whole.displaced else 0)
+    return _table(report) if width >= needed else "\n".join(_lines(report))
 
 
 def _title(report: ProgressReport) -> str:
@@ -36,12 +37,10 @@ def _lines(report: ProgressReport) -> list[str]:
     lines = [_title(report)]
     names = storey_names(report)
     for name, group in [*((names[storey.key], storey) for storey in report.storeys), ("whole", report.whole)]:
-        all_, complete, part, none, unknown, completion, coverage, area = (
-            str(cell) for cell in _cells(group, name)[1:]
-        )
-        states = f"{complete} complete, {part} part, {none} not started, {unknown} unknown"
+        counts = ", ".join(f"{count} {state}" for state, count in _counts(group, report).items())
+        completion, coverage, area = (str(cell) for cell in _measures(group))
         lines += [
-            f"{name}: {all_} elements: {states}",
+            f"{name}: {len(group.elements)} elements: {counts}",
             f"  completion {completion}, coverage {coverage}, as-built area {area}",
         ]
     return lines
@@ -50,16 +49,16 @@ def _lines(report: ProgressReport) -> list[str]:
 def _table(report: ProgressReport) -> Table:
     table = Table(title=_title(report), title_justify="left")
     table.add_column("Storey")
-    for name in ("Elements", "complete", "part", "not started", "unknown"):
+    for name in ("Elements", *_counts(report.whole, report)):
         table.add_column(name, justify="right")
     table.add_column("Completion (bounds)", justify="right")
     table.add_column("Coverage", justify="right")
     table.add_column("As-built area", justify="right")
     names = storey_names(report)
     for storey in report.storeys:
-        table.add_row(*_cells(storey, names[storey.key]))
+        table.add_row(*_cells(storey, names[storey.key], report))
     table.add_section()
-    table.add_row(*_cells(report.whole, "whole"), style="bold")
+    table.add_row(*_cells(report.whole, "whole", report), style="bold")
     return table
 
 
@@ -109,18 +108,22 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
     return lines + [f"  left out: {words_of(rejection)}" for rejection in calibration.left_out]
 
 
-def _cells(group: GroupProgress, name: str) -> list[Text]:
-    counts = (group.complete, group.part, group.not_started, group.unknown)
+def _cells(group: GroupProgress, name: str, report: ProgressReport) -> list[Text]:
+    counts = (str(count) for count in _counts(group, report).values())
+    return [Text(name), Text(str(len(group.elements))), *(Text(count) for count in counts), *_measures(group)]
+
+
+def _counts(group: GroupProgress, report: ProgressReport) -> dict[str, int]:
+    """Return the numbers of a group's elements by state; displaced ones have a place only where there are any."""
+    counts = {"complete": group.complete, "part": group.part, "not started": group.not_started}
+    if report.whole.displaced:
+        counts["displaced"] = group.displaced
+    return counts | {"unknown": group.unknown}
+
+
+def _measures(group: GroupProgress) -> list[Text]:
     area = f"{group.as_built_area_m2:.2f} ± {group.as_built_sigma_m2:.2f} m²" if group.as_built_area_m2 > 0 else "none"
-    texts = [
-        name,
-        str(len(group.elements)),
-        *(str(count) for count in counts),
-        completion_text(group.completion),
-        f"{group.completion.coverage * 100:.0f} %",
-        area,
-    ]
-    return [Text(text) for text in texts]
+    return [Text(completion_text(group.completion)), Text(f"{group.completion.coverage * 100:.0f} %"), Text(area)]
 
 
 def _reasons(name: str, report: ProgressReport) -> list[str]:
@@ -154,6 +157,11 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
         screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
     if len(bad) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(bad) - MAX_NOTES} more photos of the kind; the report names them all")
+    beside = [one for one in report.elements if one.state == "displaced"]
+    for one in beside[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(one.name or one.global_id)}: {plain(note_words(one.doubts[0]))}")
+    if len(beside) > MAX_NOTES:
+        screen.warn(f"visit {day}: and {len(beside) - MAX_NOTES} more elements beside their design")
     names = [station.name for station in visit.stations]
     rejected = left_out(names, report)
     for name, reasons in rejected.items():

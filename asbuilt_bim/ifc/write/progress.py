@@ -14,7 +14,8 @@ UNCERTAINTY_SET = "Pset_Uncertainty"
 
 def observed(progress: ElementProgress) -> bool:
     """Say whether anything at all is known of an element: only then does it get our sets."""
-    return progress.completion.coverage > 0.0 or progress.as_built_area_m2 is not None
+    seen = progress.completion.coverage > 0.0 or progress.as_built_area_m2 is not None
+    return seen or progress.state == "displaced"
 
 
 def mark_element(marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport) -> None:
@@ -103,6 +104,7 @@ def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Val
         "ElementsComplete": group.complete,
         "ElementsPart": group.part,
         "ElementsNotStarted": group.not_started,
+        "ElementsDisplaced": group.displaced,
         "ElementsUnknown": group.unknown,
     }
 

@@ -7,9 +7,10 @@ from datetime import date
 import numpy as np
 
 from asbuilt_bim.bim.model import BimElement
-from asbuilt_bim.codes import Reason, SubjectKind, about, each_once, noted
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, each_once, noted
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.match.displaced import Displaced
 from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
@@ -45,8 +46,9 @@ def progress_of(
     visit_date: date,
     history: VisitHistory,
     options: ProgressOptions,
+    displaced: Displaced | None = None,
 ) -> ElementProgress:
-    """Return one element's progress from the states of its faces."""
+    """Return one element's progress from the states of its faces, or that it stands beside its design."""
     cells = cell_states(element, surfaces, options)
     built, opened, conflict = (float(np.sum(one)) for one in (cells.built, cells.open, cells.conflict))
     least, most = float(cells.least.sum()), float(cells.most.sum())
@@ -78,6 +80,12 @@ def progress_of(
         )
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
+    if displaced is not None and displaced.accepted:
+        notes = [_displaced(subject, displaced), *notes]
+    elif displaced is not None:
+        state, stations = "displaced", list(displaced.stations)
+        doubts = [_displaced(subject, displaced)]
+        notes = [*doubts, *notes]
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)
     tilts = [surface.tilt_rad for surface in surfaces if surface.tilt_rad is not None]
     return ElementProgress(
@@ -105,11 +113,35 @@ def progress_of(
         last_seen=visit_date if stations else history.last_seen.get(element.global_id),
         notes=each_once(notes),
         doubts=each_once(doubts),
-        best_when_seen=history.best_when_seen.get(element.global_id) if completion.best is None else completion.best,
+        best_when_seen=_best_when_seen(element, completion, history, displaced),
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
         unfinished_on=visit_date if seen_unfinished else history.unfinished_on.get(element.global_id),
+        move_m=_plain(displaced.move_m) if displaced else None,
+        accepted=displaced is not None and displaced.accepted,
     )
+
+
+def _displaced(subject: Subject, found: Displaced) -> Note:
+    """Say where an element stands instead, and who says so."""
+    x, y, _ = _plain(found.move_m)
+    seen_there = Reason.DISPLACED if found.stations else Reason.DISPLACED_WITH_OTHERS
+    code = Reason.DISPLACED_ACCEPTED if found.accepted else seen_there
+    return noted(code, subject, distance_m=found.distance_m, x_m=x, y_m=y, stations=found.stations)
+
+
+def _plain(move_m: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (round(float(part), 3) + 0.0 for part in move_m)  # never -0.0
+    return x, y, z
+
+
+def _best_when_seen(
+    element: BimElement, completion: Completion, history: VisitHistory, displaced: Displaced | None
+) -> float | None:
+    """Return the best estimate of the last visit that had one; what was said of an empty place is forgotten."""
+    if displaced is not None and not displaced.accepted:
+        return None
+    return history.best_when_seen.get(element.global_id) if completion.best is None else completion.best
 
 
 def _as_last_seen(

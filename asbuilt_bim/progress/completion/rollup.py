@@ -75,6 +75,7 @@ def group(
         part=states.count("part"),
         not_started=states.count("not started"),
         unknown=states.count("unknown"),
+        displaced=states.count("displaced"),
         design_area_m2=sum(element.design_area_m2 for element in members),
         as_built_area_m2=sum(surface.as_built_area_m2 or 0.0 for surface in measured),
         as_built_sigma_m2=float(np.hypot(calibration, image)),

@@ -7,6 +7,7 @@ from datetime import date
 from asbuilt_bim.bim.model import BimModel, Task
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.match.displaced import Displaced
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.completion.earned_value import cost_progress
@@ -33,6 +34,7 @@ def summarise(
     rejections: Sequence[Rejection] = (),
     options: ProgressOptions | None = None,
     unplaced: Sequence[StationMeasurement] = (),
+    displaced: Mapping[str, Displaced] | None = None,
 ) -> ProgressReport:
     """Return the visit's report. Pure: photo paths and provenance are the edge's to fill in.
 
@@ -42,7 +44,8 @@ def summarise(
     by_id = {surface.face_id: surface for surface in surfaces}
     of_element = {e.global_id: [by_id[face.face_id] for face in e.faces] for e in design.elements}
     elements = tuple(
-        progress_of(element, of_element[element.global_id], visit_date, history, limits) for element in design.elements
+        progress_of(e, of_element[e.global_id], visit_date, history, limits, (displaced or {}).get(e.global_id))
+        for e in design.elements
     )
     progress = {element.global_id: element for element in elements}
     by_face: dict[str, list[FaceMatch]] = {}

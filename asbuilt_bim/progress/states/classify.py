@@ -1,5 +1,7 @@
 """Each design face after a visit: what of it is built, what is open, and what is unknown."""
 
+from collections.abc import Collection
+
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.progress.history import VisitHistory
@@ -11,12 +13,16 @@ from asbuilt_bim.progress.surface import SurfaceState, unseen
 
 
 def classify_surface(
-    matched: MatchResult, design: BimModel, history: VisitHistory, options: ProgressOptions
+    matched: MatchResult,
+    design: BimModel,
+    history: VisitHistory,
+    options: ProgressOptions,
+    displaced: Collection[str] = (),
 ) -> tuple[SurfaceState, ...]:
     """Say of each design face what of its exposed surface is built, what is open, and what is unknown.
 
     What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
-    been built since.
+    been built since. Of `displaced` elements, by GlobalId, nothing is known: their own place says nothing of them.
     """
     colours = visit_colours(matched, options)
     views = [view_of(placed, colours.get(placed.pose.station)) for placed in matched.stations]
@@ -27,7 +33,9 @@ def classify_surface(
     states: list[SurfaceState] = []
     for element in design.elements:
         earlier = [history.earlier(element.global_id, face, options) for face in element.faces]
-        if all(face.face_id in unobserved for face in element.faces) and not any(earlier):
+        if element.global_id in displaced or (
+            all(face.face_id in unobserved for face in element.faces) and not any(earlier)
+        ):
             states.extend(unseen(face) for face in element.faces)
             continue
         states.extend(decide_element(element, views, by_face, earlier, options))

@@ -6,12 +6,13 @@ STATE_COLOURS: dict[State, str] = {
     "complete": "#12a878",
     "part": "#f0a202",
     "not started": "#4f8edc",
+    "displaced": "#c2408f",
     "unknown": "#9aa3ad",
 }
 UNMATCHED = "unmatched"
 UNMATCHED_COLOUR = "#c9ced4"
 TARGET_COLOUR = "#ff3b5c"
-ORDER: tuple[State, ...] = ("complete", "part", "not started", "unknown")
+ORDER: tuple[State, ...] = ("complete", "part", "not started", "displaced", "unknown")
 
 
 def element_states(report: ProgressReport) -> dict[str, State]:

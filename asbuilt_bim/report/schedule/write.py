@@ -70,6 +70,7 @@ COLUMNS: dict[str, Callable[[TaskRow], str]] = {
     "Complete": lambda row: str(row.complete),
     "Part": lambda row: str(row.part),
     "NotStarted": lambda row: str(row.not_started),
+    "Displaced": lambda row: str(row.displaced),
     "Unknown": lambda row: str(row.unknown),
     "Note": lambda row: safe_cell(row.note),
 }

@@ -44,6 +44,7 @@ DESIGN_NOTES: Mapping[Reason, Template] = {
     Reason.ELEMENT_UNUSABLE: f"{_ELEMENT} can't be used: {{error}}",
     Reason.ELEMENT_TOO_LONG: f"{_ELEMENT} can't be used: it is {{length_m:.0f}} m long (limit {{limit_m:.0f}} m). "
     "Check the file's length unit",
+    Reason.ELEMENT_TWICE: f"{_ELEMENT} fills the same place as {{name}} ({{first}}): the two count once",
     Reason.NO_UPRIGHT_FACE: f"{_ELEMENT} can't be used: its body has no upright face",
     Reason.NO_STOREY: _no_storey,
     Reason.NOT_IN_TASKS: "walls and columns in no task: {count} of {of}",

@@ -12,6 +12,8 @@ HUES = (
     (345.0, "purple"), (360.0, "red"),
 )  # fmt: skip
 """What CIE Lab's hues are called, each up to an angle in degrees."""
+_OFF = "{distance_m:.2f} m off its design ({x_m:+.2f} m in x, {y_m:+.2f} m in y)"
+_ACCEPT = "Nothing of it counts until accept_moved in the project file lists {subject.name}"
 _SEEN = "{coverage:%} of it was seen, "
 
 
@@ -94,5 +96,9 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.SEEN_WITH_FOOT: f"{_SEEN}with its foot",
     Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
     Reason.PHOTOS_DISAGREE: _disagree,
+    Reason.DISPLACED: f"Built {_OFF}, seen by {{stations:list}}. {_ACCEPT}",
+    Reason.DISPLACED_WITH_OTHERS: f"May be built {_OFF}, as most of its storey, or as an earlier visit found. "
+    f"{_ACCEPT}",
+    Reason.DISPLACED_ACCEPTED: f"Built {_OFF}, and accepted in the project file: it is judged where it stands",
     Reason.STATIONS_NOT_USED: _not_used,
 }

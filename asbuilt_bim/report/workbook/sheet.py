@@ -28,7 +28,9 @@ _KINDS: dict[str, dict[str, Any]] = {
     "count": {"num_format": "0", "align": "right"},
     "date": {"num_format": "yyyy-mm-dd", "align": "left", "indent": 1},
 }
-_STATES = {"complete": "#1b7f5c", "part": "#9a6200", "not started": "#3d5a80", "unknown": "#6b7280"}
+_STATES = {
+    "complete": "#1b7f5c", "part": "#9a6200", "not started": "#3d5a80", "displaced": "#9b2c6e", "unknown": "#6b7280",
+}  # fmt: skip
 _ROLES: dict[str, dict[str, Any]] = {
     "body": {},
     "total": {"bold": True, "top": 1, "top_color": INK, "bg_color": SHADE},

@@ -165,6 +165,7 @@ def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
         group.complete,
         group.part,
         group.not_started,
+        group.displaced,
         group.unknown,
         group.design_area_m2,
         group.as_built_area_m2 if seen else None,

@@ -40,6 +40,8 @@ SAMPLES: Values = {
     "years": (1950, 2200),
     "tint": (0.2, 0.26),
     "counted": True,
+    **dict.fromkeys(("name", "first"), "Mauer"),
+    **dict.fromkeys(("distance_m", "x_m", "y_m"), 0.3),
 }
 
 

@@ -1,0 +1,223 @@
+"""Does an element stand beside its design? Its faces are looked for near by, all of them moved the same way.
+
+A column that stands 0.3 m off leaves its design's place open. Without this look it would be "not started".
+"""
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.cylinder import CylinderFrame
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.match.assign import WHOLE_SHARE
+from asbuilt_bim.match.regions import to_frame
+from asbuilt_bim.match.result import FaceMatch, MatchResult
+from asbuilt_bim.match.score import WorldFace, in_world, plane_offset_sigma_m, point_sigma_m
+from asbuilt_bim.match.survey_shift import BAND_M, COARSE_M, LEAST_MORE, NEAR_M
+from asbuilt_bim.match.upright_planes import PARALLEL_COS
+
+LEAST_M2 = 0.35
+"""So much of its surface has to stand there: less may be a board, a prop, a stack."""
+MORE_THAN_HERE = 2.0
+"""Times as much surface as in its design's place, where a neighbour or clutter may lie on it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Displaced:
+    """An element that stands beside its design: by `move_m` (3,), level, in the world."""
+
+    element: str
+    move_m: FloatArray
+    area_m2: float  # of its faces that were found there; 0 where others of its storey say so, or an earlier visit
+    stations: tuple[str, ...] = ()
+    accepted: bool = False  # by a person: it is judged where it stands
+
+    @property
+    def distance_m(self) -> float:
+        """Return how far off it stands."""
+        return float(np.linalg.norm(self.move_m))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Pair:
+    """A measured face and a face of the element that it may be, were that moved.
+
+    `off_m`: the way from the design's plane along its normal (1,), or of the axis across itself (3,). `outline` is in
+    the design face's (u, v).
+    """
+
+    seen: WorldFace
+    design: DesignFace
+    off_m: FloatArray
+    sigma_m: float
+    outline: Region
+    left: float  # share of the measured face that lies on no other element in its place
+
+
+def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, FloatArray]) -> dict[str, Displaced]:
+    """Return the elements that stand beside their design, by GlobalId; `before` is what earlier visits found.
+
+    An element counts as displaced where its faces, all moved alike, lie on more measured surface than in its place.
+    Where most of a storey's elements have moved alike, so have those of which nothing was measured.
+    """
+    faces = [in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces]
+    in_place = _in_place(matched)
+    here: set[str] = set()
+    found: dict[str, Displaced] = {}
+    for element, near in _nearby(design, faces):
+        pairs = []
+        for seen in near:
+            lies = in_place.get((seen.pose.station, seen.face.face_id), ())
+            left = 1.0 - sum(match.overlap for match in lies if match.element != element.global_id)
+            pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
+        here_m2, _ = _standing(pairs, np.zeros(3), COARSE_M)
+        best = _best_move(pairs, element)
+        if best is not None and best.area_m2 >= max(LEAST_M2, MORE_THAN_HERE * here_m2):
+            found[element.global_id] = best
+        elif here_m2 >= LEAST_M2:
+            here.add(element.global_id)
+    found |= _with_their_storey(design, found, here)
+    known = {e.global_id for e in design.elements}
+    seen_here = here | {match.element for match in matched.matches}
+    for key, move_m in before.items():
+        if key in known and key not in found and key not in seen_here:
+            found[key] = Displaced(element=key, move_m=move_m, area_m2=0.0)
+    return found
+
+
+def moved_design(design: BimModel, moves_m: Mapping[str, FloatArray]) -> BimModel:
+    """Return the design with elements moved to where they stand, by GlobalId."""
+    elements = (_moved(e, moves_m[e.global_id]) if e.global_id in moves_m else e for e in design.elements)
+    return replace(design, elements=tuple(elements))
+
+
+def _moved(element: BimElement, move_m: FloatArray) -> BimElement:
+    there = np.eye(4)
+    there[:3, 3] = move_m
+    back = np.eye(4)
+    back[:3, 3] = -move_m
+    return replace(
+        element,
+        faces=tuple(replace(face, frame=face.frame.moved(there)) for face in element.faces),
+        vertices_m=frozen(element.vertices_m + move_m),
+        axis_from_world=frozen(element.axis_from_world @ back),
+    )
+
+
+def _in_place(matched: MatchResult) -> dict[tuple[str, str], list[FaceMatch]]:
+    """Return the matches of each measured face, by station and id, that lie on a design face in its place."""
+    found: dict[tuple[str, str], list[FaceMatch]] = {}
+    for match in matched.matches:
+        if abs(match.offset_m) <= COARSE_M + 2.0 * match.offset_sigma_m:
+            found.setdefault((match.station, match.face_id), []).append(match)
+    return found
+
+
+def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimElement, list[WorldFace]]]:
+    """Yield the elements with the measured faces whose middles lie within `NEAR_M` of their boxes."""
+    if not faces or not design.elements:
+        return
+    low = np.array([element.vertices_m.min(axis=0) for element in design.elements]) - NEAR_M
+    high = np.array([element.vertices_m.max(axis=0) for element in design.elements]) + NEAR_M
+    middles = np.array([seen.centroid_m for seen in faces])
+    is_near = np.all((middles >= low[:, None]) & (middles <= high[:, None]), axis=2)
+    for index in np.flatnonzero(is_near.any(axis=1)):
+        yield design.elements[index], [faces[int(face)] for face in np.flatnonzero(is_near[index])]
+
+
+def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
+    if left <= 1.0 - WHOLE_SHARE or design.role == "reveal" or not seen.outline:
+        return None
+    if isinstance(seen.frame, PlaneFrame) and isinstance(design.frame, PlaneFrame):
+        normal = design.frame.normal
+        if seen.frame.normal @ normal < PARALLEL_COS:
+            return None
+        off_m = np.atleast_1d(design.frame.plane.distance_m(seen.centroid_m))
+        outline = to_frame(seen.outline, seen.frame, design.frame)
+    elif isinstance(seen.frame, CylinderFrame) and isinstance(design.frame, CylinderFrame):
+        normal = design.frame.axis
+        off_m = seen.frame.origin_m - design.frame.origin_m
+        off_m = off_m - (off_m @ normal) * normal
+        outline = seen.outline
+        if abs(seen.frame.radius_m - design.frame.radius_m) > COARSE_M:
+            return None
+    else:
+        return None
+    if np.linalg.norm(off_m) > NEAR_M or not outline:
+        return None
+    pose_m = float(point_sigma_m(seen.pose, seen.centroid_m, normal))
+    sigma_m = float(np.hypot(pose_m, plane_offset_sigma_m(seen, seen.centroid_m)))
+    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, left=left)
+
+
+def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:
+    """Return the shortest of the moves on which nearly as much measured surface lies as on any."""
+    places = []
+    for move_m in _moves(pairs):
+        if COARSE_M < np.linalg.norm(move_m) <= NEAR_M:
+            area_m2, stations = _standing(pairs, move_m, BAND_M)
+            places.append(Displaced(element=element.global_id, move_m=move_m, area_m2=area_m2, stations=stations))
+    most_m2 = max((place.area_m2 for place in places), default=0.0)
+    enough = [place for place in places if place.area_m2 >= max(WHOLE_SHARE * most_m2, LEAST_M2)]
+    return min(enough, key=lambda place: place.distance_m, default=None)
+
+
+def _moves(pairs: Sequence[_Pair]) -> Iterator[FloatArray]:
+    """Yield moves that one measured face asks for, with one of its ends at the design's; or two across one another."""
+    for pair in pairs:
+        frame = pair.design.frame
+        if isinstance(frame, CylinderFrame):
+            yield pair.off_m
+            continue
+        along = frame.u
+        base_m = pair.off_m[0] * frame.normal
+        yield base_m
+        seen, designed = polygon.bounds(pair.outline), polygon.bounds(pair.design.rings_uv_m)
+        yield base_m + (seen[0] - designed[0]) * along
+        yield base_m + (seen[2] - designed[2]) * along
+        for other in pairs:
+            across = other.design.frame
+            if isinstance(across, PlaneFrame) and abs(across.normal @ frame.normal) < 1.0 - PARALLEL_COS:
+                yield base_m + other.off_m[0] * across.normal
+
+
+def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tuple[float, tuple[str, ...]]:
+    """Return how much measured surface (m2) lies on an element that is moved, and the stations that saw it."""
+    total_m2, stations = 0.0, set()
+    for pair in pairs:
+        frame, face = pair.design.frame, pair.seen.face
+        wanted = move_m @ frame.normal if isinstance(frame, PlaneFrame) else move_m
+        if np.linalg.norm(pair.off_m - wanted) > band_m + 2.0 * pair.sigma_m:
+            continue
+        share = pair.left
+        if isinstance(frame, PlaneFrame):
+            shift = np.array([move_m @ frame.u, move_m @ frame.v])
+            place: Region = tuple(tuple(ring + shift for ring in rings) for rings in pair.design.rings_uv_m)
+            on_it = polygon.intersection(pair.outline, polygon.grown(place, COARSE_M))
+            share = min(share, polygon.area(on_it) / max(polygon.area(pair.outline), 1e-9))
+        if share < WHOLE_SHARE * pair.left:
+            continue
+        total_m2 += share * face.area_m2
+        stations.add(pair.seen.pose.station)
+    return total_m2, tuple(sorted(stations))
+
+
+def _with_their_storey(design: BimModel, found: Mapping[str, Displaced], here: Collection[str]) -> dict[str, Displaced]:
+    """Return the elements of which nothing was measured, where most of those of their storey have moved alike."""
+    added: dict[str, Displaced] = {}
+    for storey in {element.storey for element in design.elements}:
+        members = [element.global_id for element in design.elements if element.storey == storey]
+        moves = [found[key].move_m for key in members if key in found]
+        in_place = sum(key in here for key in members)
+        alike = max(([m for m in moves if np.linalg.norm(m - one) < COARSE_M] for one in moves), key=len, default=[])
+        if len(alike) < LEAST_MORE or len(alike) <= in_place:
+            continue
+        move_m = np.median(alike, axis=0)
+        left = [key for key in members if key not in found and key not in here]
+        added |= {key: Displaced(element=key, move_m=move_m, area_m2=0.0) for key in left}
+    return added

@@ -1,0 +1,142 @@
+"""An element that stands beside its design is found there, and never called not started."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import date
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.match.displaced import Displaced, displaced, moved_design
+from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.progress.completion.summary import summarise
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.report.wording.notes import note_words
+from tests.match.small_site import box, element, looking, measured, model, placement, station
+
+POSE = looking([-3.0, -6.0, 1.6], [3.0, 0.0, 1.4])
+SHAPES = [box(2 * n, 0, 0, 0.4, 0.4, 3) for n in range(4)]
+SITE = [element(f"C{n}", "column", shape) for n, shape in enumerate(SHAPES)]
+Moves = Mapping[int, Sequence[float]]
+
+
+def found(
+    moves: Moves,
+    *,
+    faces: Sequence[int] = (0, 3),
+    high_m: float = 3.0,
+    before: Mapping[str, FloatArray] | None = None,
+    design: Sequence[BimElement] = SITE,
+    seen: Sequence[int] = range(4),
+) -> dict[str, Displaced]:
+    """Return what is found where columns stand by `moves` (by number, metres) beside their design."""
+    stands = moved_design(model(SITE), {f"C{n}": np.asarray(move, float) for n, move in moves.items()})
+    pieces = []
+    for n in seen:
+        for index in faces:
+            frame = stands.elements[n].faces[index].frame
+            assert isinstance(frame, PlaneFrame)
+            pieces.append(measured(f"A1/{n}{index}", POSE, frame, polygon.box(0.0, 0.0, 0.4, high_m)))
+    placed = placement(station("A1", POSE, SHAPES, pieces))
+    return displaced(match_faces(placed, model(design), MatchOptions()), model(design), before or {})
+
+
+@pytest.mark.parametrize(
+    "move", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (-0.2, 0.15, 0.0), (0.15, 0.0, 0.0), (0.0, -0.5, 0.0)]
+)
+def test_a_column_beside_its_design_is_found_with_how_far_it_stands_off(move: tuple[float, float, float]) -> None:
+    (one,) = found({1: move}).values()
+    assert one.element == "C1"
+    np.testing.assert_allclose(one.move_m, move, atol=0.01)
+    assert one.distance_m == pytest.approx(float(np.linalg.norm(move)), abs=0.01)
+    assert one.stations == ("A1",)
+
+
+@pytest.mark.parametrize("move", [(0.0, 0.0, 0.0), (0.02, -0.02, 0.0), (0.04, 0.0, 0.0)])
+def test_what_stands_in_its_place_or_a_few_centimetres_off_is_not_displaced(move: tuple[float, float, float]) -> None:
+    assert found({1: move}) == {}
+
+
+def test_a_small_piece_beside_a_design_is_no_column() -> None:
+    assert found({1: (0.3, 0.0, 0.0)}, high_m=0.4) == {}
+
+
+def test_a_face_of_a_neighbour_in_its_own_place_is_never_taken_for_a_displaced_element() -> None:
+    near = [*SITE, element("N", "column", box(2.5, 0, 0, 0.4, 0.4, 3))]  # 0.5 m beside C1, and not built
+    assert found({}, design=near) == {}
+
+
+def test_elements_that_were_not_measured_follow_most_of_their_storey_that_moved_alike() -> None:
+    all_found = found({n: (0.3, 0.0, 0.0) for n in range(4)}, seen=(0, 1, 2))
+    assert set(all_found) == {"C0", "C1", "C2", "C3"}
+    assert all_found["C3"].area_m2 == 0.0 and all_found["C3"].stations == ()
+    some_stand = found({0: (0.3, 0.0, 0.0), 1: (0.0, 0.3, 0.0), 2: (-0.3, 0.0, 0.0)}, seen=(0, 1, 2))
+    assert set(some_stand) == {"C0", "C1", "C2"}, "each its own way is no move of the storey"
+
+
+def test_what_an_earlier_visit_found_holds_until_the_element_is_seen_again() -> None:
+    before = {"C1": np.array([0.3, 0.0, 0.0])}
+    assert found({}, seen=(0,), before=before)["C1"].area_m2 == 0.0
+    assert found({}, seen=(0, 1), before=before) == {}
+
+
+def report(moves: Moves, accept: Sequence[str] = (), history: VisitHistory = EMPTY_HISTORY) -> ProgressReport:
+    """Return the report of a visit that sees four columns stand by `moves` beside their design."""
+    stands = [
+        tuple(corner + np.asarray(moves.get(n, (0.0, 0.0, 0.0))) for corner in shape) for n, shape in enumerate(SHAPES)
+    ]
+    built = moved_design(model(SITE), {f"C{n}": np.asarray(move, float) for n, move in moves.items()})
+    pieces = [
+        measured(f"A1/{n}{index}", POSE, one.faces[index].frame, polygon.box(0.0, 0.0, 0.4, 3.0))
+        for n, one in enumerate(built.elements)
+        for index in (0, 3)
+    ]
+    placed = placement(station("A1", POSE, stands, pieces))  # type: ignore[arg-type]
+    design, options = model(SITE), ProgressOptions()
+    matched = match_faces(placed, design, MatchOptions())
+    beside = displaced(matched, design, history.moves_m)
+    taken = {key: replace(one, accepted=True) for key, one in beside.items() if key in accept}
+    if taken:
+        design = moved_design(design, {key: one.move_m for key, one in taken.items()})
+        matched = match_faces(placed, design, MatchOptions())
+    surfaces = classify_surface(matched, design, history, options, beside.keys() - taken.keys())
+    return summarise(surfaces, matched, design, history, date(2026, 3, 2), options=options, displaced=beside | taken)
+
+
+def column(of: ProgressReport, name: str) -> ElementProgress:
+    return next(one for one in of.elements if one.global_id == name)
+
+
+def test_a_displaced_column_is_a_state_of_its_own_with_open_bounds_and_is_said_how_far_off() -> None:
+    made = report({1: (0.3, 0.0, 0.0)})
+    one = column(made, "C1")
+    assert one.state == "displaced"
+    assert (one.completion.best, one.completion.lower, one.completion.upper) == (None, 0.0, 1.0)
+    assert one.doubts[0].code == Reason.DISPLACED
+    assert "Built 0.30 m off its design (+0.30 m in x, +0.00 m in y)" in note_words(one.doubts[0])
+    assert (made.whole.displaced, made.whole.complete) == (1, 3)
+
+
+def test_an_accepted_column_is_judged_where_it_stands() -> None:
+    one = column(report({1: (0.3, 0.0, 0.0)}, accept=["C1"]), "C1")
+    assert (one.state, one.accepted) == ("complete", True)
+    assert one.move_m == pytest.approx((0.3, 0.0, 0.0), abs=0.01)
+    assert one.as_built_area_m2 == pytest.approx(2.4, abs=0.01)
+    assert one.notes[0].code == Reason.DISPLACED_ACCEPTED
+
+
+def test_the_history_remembers_where_a_displaced_column_stands() -> None:
+    history = remember(EMPTY_HISTORY, report({1: (0.3, 0.0, 0.0)}))
+    np.testing.assert_allclose(history.moves_m["C1"], (0.3, 0.0, 0.0), atol=0.01)
+    assert "C0" not in history.moves_m
