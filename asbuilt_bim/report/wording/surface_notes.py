@@ -95,4 +95,7 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
     Reason.PHOTOS_DISAGREE: _disagree,
     Reason.STATIONS_NOT_USED: _not_used,
+    Reason.DECIDED_NOTHING: "This visit decided nothing: {cause}",
+    Reason.LATER_VISIT_UNDOES: "The visit of {later} would undo what was seen at this one: check whether their photos "
+    "were exchanged",
 }
