@@ -36,7 +36,8 @@ def _accept(values: Values) -> str:
     """Return what those write into the project file who have looked and let the shift stand."""
     if "about_x_m" not in values:  # in results of before
         return ""
-    keys = [fill("move_m: [{move_x_m:.3f}, {move_y_m:.3f}, {move_z_m:.3f}]", values)]
+    moves = (round(float(str(values[f"move_{axis}_m"])), 3) + 0.0 for axis in "xyz")  # no -0.000
+    keys = [f"move_m: [{', '.join(f'{move:.3f}' for move in moves)}]"]
     turn_deg = math.degrees(float(str(values["turn_rad"])))
     if turn_deg:
         keys += [f"turn_deg: {turn_deg:.3f}", fill("about_m: [{about_x_m:.2f}, {about_y_m:.2f}]", values)]
