@@ -78,7 +78,9 @@ class Reason(StrEnum):
     PHOTOS_ROWS_APART = "photos with rows apart"
     PHOTOS_OVERLAP = "photos overlap too little"
     PHOTOS_OF_OTHER_STATION = "photos of another station"
+    PHOTOS_SAVED_AGAIN = "photos saved again"  # other files that show what another station's show, noise and all
     PHOTOS_OF_OTHER_DAY = "photos of another day"
+    STATION_OF_OTHER_DAY = "station of another day"  # by its visit's PHOTOS_OF_OTHER_DAY
     # The state of a station's photos: the cause of what else is refused there.
     PHOTO_CLIPPED = "photo clipped"
     PHOTO_DARK = "photo dark"
@@ -137,6 +139,7 @@ class Reason(StrEnum):
     POSE_UNCERTAIN = "pose uncertain"
     SURVEY_MIRRORED = "survey mirrored"
     STATION_SURVEY_MIRRORED = "station in a mirrored survey"
+    STATION_SURVEY_REFUSED = "station in a refused survey"
     # Measured against the design.
     FACE_WITHOUT_DESIGN = "face without a design face"  # none in view has its shape and direction
     FACE_PAST_DESIGN = "face past the design"  # matched, but a part lies on no design face
@@ -149,6 +152,10 @@ class Reason(StrEnum):
     SURVEY_SHIFTED_IN_HEIGHT = "survey shifted in height"
     DESIGN_UNLIKE = "design unlike"  # not one measured face fits it
     DESIGN_HARDLY_ALIKE = "design hardly alike"
+    SHIFT_OTHER_THAN_ACCEPTED = "shift other than accepted"
+    # Against the visits before.
+    VISIT_UNDOES = "visit undoes earlier ones"  # what they saw built is open, on a broad front
+    STATION_VISIT_UNDOES = "station in a visit that undoes"
     # Calibration.
     BOARD_NOT_FOUND = "board not found"
     BOARD_PAIR_TWICE = "board pair twice"
@@ -242,6 +249,10 @@ class Reason(StrEnum):
 
     # On visits and revisions of the design.
     STATIONS_NOT_USED = "stations not used"
+    DECIDED_NOTHING = "decided nothing"  # of an element: its visit did not, by the fault that is named
+    LATER_VISIT_UNDOES = "later visit undoes this one"
+    SHIFT_ACCEPTED = "shift accepted"
+    SHIFT_NOT_NEEDED = "shift not needed"  # one is accepted, and none is found
     DESIGN_REMOVED = "removed from the design"
     DESIGN_ADDED = "added to the design"
     DESIGN_RESHAPED = "reshaped in the design"
@@ -250,6 +261,7 @@ class Reason(StrEnum):
 
     # On the rig and its calibration.
     RIG_USED_REFINED = "rig used refined"
+    AREAS_WIDENED = "areas widened"  # their sigma, by what known lengths say of the scale
     RIG_KNOCKED_BETWEEN = "rig knocked between stations"
     CALIBRATION_COVERAGE = "boards cover little"
     CALIBRATION_HOLD_OUT = "views kept back miss"

@@ -11,7 +11,8 @@ from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
-from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, watch_rig, watch_scale
+from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, refused, watch_rig, watch_scale
+from asbuilt_bim.flow.shown_again import Shown, stations_shown_before
 from asbuilt_bim.measure.station import (
     MeasureOptions,
     RejectedStation,
@@ -20,7 +21,7 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.check import other_days, same_photos
+from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -60,6 +61,7 @@ class MeasuredVisit:
     from_cache: int
     rig: tuple[RigRecord, ...] = ()
     rig_notes: tuple[Note, ...] = ()
+    shown: tuple[Shown, ...] = ()  # what the stations of this visit and of those before it showed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,17 +104,23 @@ def measure_visit(
     place: Workplace,
     progress: Progress,
     survey: Sequence[SurveyedMarker] = (),
+    earlier: Sequence[Shown] = (),
 ) -> MeasuredVisit:
     """Measure every station of a visit; results come from the cache where nothing they depend on has changed.
 
     The stations' photos together judge the rig: where it was knocked, the stations are refused, or measured again with
     a refined rig where the project asks for that. Its scale is held against the target, the prints and the survey.
+    Photos of another day, and photos that an `earlier` station has shown, decide nothing.
     """
-    doubled = same_photos(project, visit)
-    own = [station for station in visit.stations if station.name not in doubled]
     taken: dict[str, date] = {}
-    outcomes, known = _measured(own, f"measure {visit.date.isoformat()}", project, rig, place, progress, taken)
-    outcomes |= {name: RejectedStation(station=name, rejections=(reason,)) for name, reason in doubled.items()}
+    step = f"measure {visit.date.isoformat()}"
+    outcomes, known = _measured(visit.stations, step, project, rig, place, progress, taken)
+    for name in of_other_days(visit, taken):
+        outcomes[name] = refused(outcomes[name], of_other_day(name, visit))
+    in_order = [outcomes[station.name] for station in visit.stations]
+    showing = {o.station: o.thumbnail_jpeg for o in in_order if isinstance(o, StationMeasurement)}
+    twins, all_shown = stations_shown_before(visit.date, showing, earlier)
+    outcomes |= {name: refused(outcomes[name], reason) for name, reason in twins.items()}
 
     def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
         stations = [station for station in visit.stations if station.name in names]
@@ -122,7 +130,7 @@ def measure_visit(
     in_order = [outcomes[station.name] for station in visit.stations]
     watched = watch_rig(in_order, rig, again if project.rig.refine else None)
     seen = _gathered(watch_scale(watched, project, rig, survey), known)
-    return replace(seen, rejections=(*other_days(visit, taken), *seen.rejections))
+    return replace(seen, rejections=(*other_days(visit, taken), *seen.rejections), shown=all_shown)
 
 
 def _measured(

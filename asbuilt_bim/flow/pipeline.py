@@ -14,19 +14,20 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.shown_again import Shown
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
-from asbuilt_bim.match.assign import match_faces
-from asbuilt_bim.match.displaced import displaced, moved_design
-from asbuilt_bim.match.survey_shift import survey_shift
+from asbuilt_bim.match.displaced import where_they_stand
+from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.progress.states.undone import undone_front
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
@@ -61,33 +62,52 @@ def monitor(
     history: VisitHistory,
     day: date,
     options: Options,
+    accept_shift: Shift | None = None,
     accept_moved: Collection[str] = (),
 ) -> ProgressReport:
     """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
 
-    Elements that stand beside their design decide nothing, unless `accept_moved` names them: then they count there.
+    What is known to be wrong decides nothing. Where the survey lies beside the design, or the visit would undo what
+    earlier ones saw, not one station counts, and everything is as the visits before left it. Nothing is said of
+    elements that stand beside their design, until a person accepts that: then they are judged where they stand.
     """
     placement = register(tuple(measured), survey, options.register)
-    matched = match_faces(placement, design, options.match)
-    beside = displaced(matched, design, history.moves_m)
-    accepted = {key: replace(one, accepted=True) for key, one in beside.items() if key in accept_moved}
-    if accepted:
-        design = moved_design(design, {key: one.move_m for key, one in accepted.items()})
-        matched = match_faces(placement, design, options.match)
-    adjusted = adjust_with_design(matched, design, options.match)
-    surfaces = classify_surface(adjusted, design, history, options.progress, beside.keys() - accepted.keys())
-    placed = {station.measurement.station for station in placement.stations}
-    return summarise(
+    held = hold_against_design(placement, design, options.match, accept_shift)
+    standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
+    design, beside = standing.design, standing.not_accepted
+    matched = adjust_with_design(standing.matched, design, options.match)
+    surfaces = classify_surface(matched, design, history, options.progress, beside)
+    undone = undone_front(surfaces, design, history, day, options.progress)
+    if undone:
+        undone += refused_stations(matched, Reason.STATION_VISIT_UNDOES)
+        matched = without_stations(matched, design, options.match)
+        surfaces = classify_surface(matched, design, history, options.progress, beside)
+    placed = {station.measurement.station for station in matched.stations}
+    report = summarise(
         surfaces,
-        adjusted,
+        matched,
         design,
         history,
         day,
-        rejections=(*rejections, *placement.rejections, *survey_shift(matched, design)),
+        rejections=(*held.rejections, *undone, *rejections, *placement.rejections),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
-        displaced=beside | accepted,
+        displaced=standing.displaced,
     )
+    return _saying_why(replace(report, notes=(*held.notes, *report.notes)))
+
+
+def _saying_why(report: ProgressReport) -> ProgressReport:
+    """Say of every element why its visit decided nothing, where no station of it counts."""
+    cause = next(iter(report.faults or report.rejections), None)
+    if report.placed or cause is None:
+        return report
+
+    def with_reason(element: ElementProgress) -> ElementProgress:
+        why = noted(Reason.DECIDED_NOTHING, about(SubjectKind.ELEMENT, element.global_id), cause=str(cause.code))
+        return replace(element, notes=(why, *element.notes))
+
+    return replace(report, elements=tuple(with_reason(element) for element in report.elements))
 
 
 @one_thread()
@@ -117,12 +137,14 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     reports: list[ProgressReport] = []
     left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
     pictures: dict[str, bytes] = {}
+    shown: tuple[Shown, ...] = ()
     for visit in project.visits:
-        seen = measure_visit(visit, project, rig, place, progress, survey)
+        seen = measure_visit(visit, project, rig, place, progress, survey, shown)
+        shown = seen.shown
         timer.done("measure")
-        rejections = (*stray, *seen.rejections)
-        day, options = visit.date, project.options
-        report = monitor(seen.measured, rejections, survey, design, history, day, options, project.accept_moved)
+        rejections = (*seen.rejections, *stray)
+        accepted = project.accepted_shift, project.accept_moved
+        report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted)
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
         names = [station.name for station in visit.stations if station.name not in report.placed]
@@ -137,12 +159,23 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         rig=rig,
         calibration=calibration,
         design=design,
-        reports=tuple(reports),
+        reports=_told_of_undoing(reports),
         pictures=pictures,
         seconds=timer.seconds,
         from_cache=known,
         past=past,
     )
+
+
+def _told_of_undoing(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
+    """Say in a visit's report which later visit would undo it: one of the two has the other's photos, maybe."""
+    told: list[ProgressReport] = []
+    for index, report in enumerate(reports):
+        later = [one for one in reports[index + 1 :] if any(r.code is Reason.VISIT_UNDOES for r in one.rejections)]
+        subject = about(SubjectKind.VISIT, report.visit_date.isoformat())
+        notes = [noted(Reason.LATER_VISIT_UNDOES, subject, later=one.visit_date.isoformat()) for one in later]
+        told.append(report if report.nothing_seen else replace(report, notes=(*notes, *report.notes)))
+    return tuple(told)
 
 
 def _left_out_before(past: Sequence[ProgressReport]) -> list[Note]:

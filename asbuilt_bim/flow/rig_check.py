@@ -84,9 +84,31 @@ def watch_scale(
     square_m = project.rig.boards.square_m if project.rig.boards is not None else None
     if not verdict.is_wrong:
         doubt = doubt_rejection(RIG, verdict, rig, square_m)
-        return watched if doubt is None else replace(watched, warnings=(*watched.warnings, doubt))
-    refused = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
-    return replace(watched, outcomes=tuple(refused))
+        return watched if doubt is None else _widened(watched, doubt, verdict)
+    wrong = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
+    return replace(watched, outcomes=tuple(wrong))
+
+
+def _widened(watched: WatchedVisit, doubt: Rejection, verdict: ScaleVerdict) -> WatchedVisit:
+    """Warn of a scale that is off, and let every area's sigma hold what that makes of the area: twice a length's."""
+    share = abs(verdict.ratio**2 - 1.0)
+    widened = noted(Reason.AREAS_WIDENED, about(SubjectKind.RIG), share=share)
+    return replace(
+        watched,
+        outcomes=tuple(_wider(outcome, share) for outcome in watched.outcomes),
+        warnings=(doubt, *watched.warnings),
+        notes=(*watched.notes, widened),
+    )
+
+
+def _wider(outcome: Outcome, share: float) -> Outcome:
+    if isinstance(outcome, RejectedStation):
+        return outcome
+    faces = tuple(
+        replace(face, area_sigma_calibration_m2=float(np.hypot(face.area_sigma_calibration_m2, share * face.area_m2)))
+        for face in outcome.faces
+    )
+    return replace(outcome, faces=faces)
 
 
 def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Outcome:
@@ -94,11 +116,13 @@ def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square
     if outcome.scale is None:
         return outcome
     reason = scale_rejection(_subject(outcome), verdict, rig, square_m)
+    return replace(refused(outcome, reason), health=outcome.health, scale=outcome.scale)
+
+
+def refused(outcome: Outcome, reason: Rejection) -> RejectedStation:
+    """Return a station as refused for one reason, with what is wrong with its photos; it says nothing of the rig."""
     picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
-    return RejectedStation(
-        station=outcome.station, rejections=(*_photo_faults(outcome), reason), picture=picture, health=outcome.health,
-        scale=outcome.scale,
-    )  # fmt: skip
+    return RejectedStation(station=outcome.station, rejections=(*_photo_faults(outcome), reason), picture=picture)
 
 
 def _photo_faults(outcome: Outcome) -> tuple[Rejection, ...]:

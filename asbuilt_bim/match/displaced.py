@@ -14,12 +14,14 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
-from asbuilt_bim.match.assign import WHOLE_SHARE
+from asbuilt_bim.match.assign import WHOLE_SHARE, match_faces
+from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import to_frame
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.match.score import WorldFace, in_world, plane_offset_sigma_m, point_sigma_m
 from asbuilt_bim.match.survey_shift import BAND_M, COARSE_M, LEAST_MORE, NEAR_M
 from asbuilt_bim.match.upright_planes import PARALLEL_COS
+from asbuilt_bim.register.pose import Placement
 
 LEAST_M2 = 0.35
 """So much of its surface has to stand there: less may be a board, a prop, a stack."""
@@ -57,6 +59,37 @@ class _Pair:
     sigma_m: float
     outline: Region
     left: float  # share of the measured face that lies on no other element in its place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Standing:
+    """A visit's matches with the design as it stands: elements that a person accepts beside their design lie there."""
+
+    matched: MatchResult
+    design: BimModel
+    displaced: Mapping[str, Displaced]  # by GlobalId, the accepted ones too
+
+    @property
+    def not_accepted(self) -> set[str]:
+        """Return the GlobalIds of elements that nobody has accepted where they stand."""
+        return {key for key, one in self.displaced.items() if not one.accepted}
+
+
+def where_they_stand(
+    matched: MatchResult,
+    design: BimModel,
+    options: MatchOptions,
+    before: Mapping[str, FloatArray],
+    accept: Collection[str],
+) -> Standing:
+    """Find what stands beside its design. Those of it that `accept` names are moved there, and matched once more."""
+    beside = displaced(matched, design, before)
+    taken = {key: replace(one, accepted=True) for key, one in beside.items() if key in accept}
+    if not taken:
+        return Standing(matched=matched, design=design, displaced=beside)
+    there = moved_design(design, {key: one.move_m for key, one in taken.items()})
+    again = match_faces(Placement(stations=matched.stations, rejections=()), there, options)
+    return Standing(matched=again, design=there, displaced=beside | taken)
 
 
 def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, FloatArray]) -> dict[str, Displaced]:

@@ -53,7 +53,8 @@ SURE_SHARE, SURE_OF_RIVAL = 0.5, 2.0
 """Far off most of all planes fit, or twice as many as anywhere else: by chance neither comes about."""
 HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
 """Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
-clutter among them, half and more. Of under a dozen a few say nothing."""
+clutter among them, half and more. Of under a dozen a few say nothing. What is near by chance is anywhere in these
+10 cm, and a fifth of it within 2 cm. So where most of it is, on as many elements, the rest is clutter before little."""
 TURNS, PEAKS, REFINED = 6, 16, 25  # looked at, the likeliest first
 
 
@@ -74,8 +75,8 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
         on, on_here = (int(lying(at.back(seen), walls, BAND_M)[0].sum()) for at in (place, Placing()))
         if on > on_here:
             fits: dict[str, Value] = {"fits": on, "faces": len(seen.halves_m), "fits_unmoved": on_here}
-            return (_of_survey(Reason.SURVEY_SHIFTED, _moved(place) | fits),)
-        return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, _moved(place) | {"more": ends}),)
+            return (_of_survey(Reason.SURVEY_SHIFTED, _moved(place, origin) | fits),)
+        return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, _moved(place, origin) | {"more": ends}),)
     return _nothing_fits(matched, seen, walls)
 
 
@@ -238,11 +239,12 @@ def _is_apart(one: Placing, other: Placing) -> bool:
     return float(np.linalg.norm(one.move_m - other.move_m)) > NEAR_M or np.cos(turned) < PARALLEL_COS
 
 
-def _moved(place: Placing) -> dict[str, Value]:
-    """Return the turn and move of all that was measured."""
+def _moved(place: Placing, origin: FloatArray) -> dict[str, Value]:
+    """Return the turn of all that was measured, where the turn's axis stands in the world, and the move after it."""
     move = np.append(place.turn @ place.move_m, place.rise_m)
     named: dict[str, Value] = {f"move_{axis}_m": float(part) for axis, part in zip("xyz", move, strict=True)}
-    return named | {"turn_rad": float(place.turn_rad)}
+    axis = {"about_x_m": float(origin[0]), "about_y_m": float(origin[1])}
+    return named | {"turn_rad": float(place.turn_rad)} | axis
 
 
 def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
@@ -250,7 +252,11 @@ def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
     if not matched.matches and count >= LEAST_MORE:
         return (_of_survey(Reason.DESIGN_UNLIKE, {"faces": count}),)
-    fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
+    near, on = (lying(seen, walls, band) for band in (HARDLY_M, BAND_M))
+    fitting, count = int(near[0].sum()), len(seen.halves_m)
     if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
+        return ()
+    elements = {walls.elements[face] for face in on[1][on[0]]}
+    if len(elements) >= LEAST_MORE and on[0].sum() >= SURE_SHARE * fitting:
         return ()
     return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": fitting, "faces": count}),)

@@ -5,7 +5,7 @@ from datetime import date, datetime
 from typing import Literal
 
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
-from asbuilt_bim.codes import Note, SubjectKind
+from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
@@ -14,6 +14,10 @@ from asbuilt_bim.vision.masks.segment import InstanceSource
 
 SHARE_DECIMALS = 9
 """What a result keeps of a share: 1 + 1e-16 of a weighted mean is 1, and of a million m2 a thousandth still shows."""
+
+WHOLE = SubjectKind.SURVEY, SubjectKind.VISIT
+OF_SCALE = Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER
+"""What a rejection is about that puts every number of its visit in doubt."""
 
 State = Literal["complete", "part", "not started", "displaced", "unknown"]
 """`displaced`: it stands beside its design, and nobody has accepted that."""
@@ -314,9 +318,9 @@ class ProgressReport:
         return not self.placed
 
     @property
-    def survey_doubts(self) -> tuple[Rejection, ...]:
-        """Return what puts the whole survey or design in doubt: every number depends on them."""
-        return tuple(rejection for rejection in self.rejections if rejection.subject.kind is SubjectKind.SURVEY)
+    def faults(self) -> tuple[Rejection, ...]:
+        """Return what puts the visit, the survey, the design or the scale in doubt: every number depends on them."""
+        return tuple(one for one in self.rejections if one.subject.kind in WHOLE or one.code in OF_SCALE)
 
     @property
     def knows_nothing(self) -> bool:

@@ -108,6 +108,28 @@ class VisitFile:
 
     date: date
     stations: tuple[StationFile, ...]
+    camera_clock_wrong: bool = False  # the photos' own days don't count
+
+
+Metres = Annotated[float, Within(low=-1e7, high=1e7, unit="m")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurveyShiftFile:
+    """`accept_survey_shift`: how far off the design the survey may lie, since a person has looked at it."""
+
+    move_m: tuple[Metres, Metres, Metres]
+    turn_deg: Annotated[float, Within(low=-180.0, high=180.0, unit="deg")] = 0.0  # counter-clockwise, from above
+    about_m: tuple[Metres, Metres] | None = None  # where the turn's axis stands
+
+    def __post_init__(self) -> None:
+        """Check what only two keys together can say.
+
+        Raises:
+            ValueError: a turn has no axis.
+        """
+        if self.turn_deg and self.about_m is None:
+            raise ValueError("a turn needs about_m, the x and y of its axis; the run that named the shift tells it")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,4 +159,5 @@ class ProjectFile:
     history: tuple[str, ...] = ()  # result.json of earlier runs, whose visits are no longer listed here
     schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV
     accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
+    accept_survey_shift: SurveyShiftFile | None = None
     writers: tuple[str, ...] = ()  # report writers that other packages add

@@ -6,10 +6,22 @@ from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
+import numpy as np
+
 from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.errors import NetworkError, ProjectError
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
-from asbuilt_bim.project.file import BoardsFile, MarkersFile, NetworksFile, ProjectFile, TargetFile, VisitFile
+from asbuilt_bim.project.file import (
+    BoardsFile,
+    MarkersFile,
+    NetworksFile,
+    ProjectFile,
+    SurveyShiftFile,
+    TargetFile,
+    VisitFile,
+)
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import PathChecker, safe_name
@@ -38,6 +50,7 @@ class Visit:
 
     date: date
     stations: tuple[Station, ...]
+    camera_clock_wrong: bool = False  # its photos' own days don't count
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +86,7 @@ class Project:
     history: tuple[Path, ...] = ()  # results of earlier runs
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
+    accepted_shift: Shift | None = None  # of the survey, by a person
     files: Mapping[str, Path] = field(default_factory=dict)  # by key: all that are named but the photos
 
     @property
@@ -164,8 +178,17 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         networks=_networks(written.networks, written.options, checker),
         accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),
+        accepted_shift=_accepted(written.accept_survey_shift),
         files=checker.files,
     )
+
+
+def _accepted(written: SurveyShiftFile | None) -> Shift | None:
+    if written is None:
+        return None
+    axis_m = written.about_m or (0.0, 0.0)
+    turn_rad = float(np.radians(written.turn_deg))
+    return Shift(move_m=frozen(written.move_m), turn_rad=turn_rad, about_m=frozen(axis_m))
 
 
 def _models(written: tuple[str, ...] | str, checker: PathChecker) -> tuple[Path, ...]:
@@ -199,7 +222,7 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         if left == right:
             checker.problems.add(f"{at}.right", f"is the same file as left ({station.left})")
         stations.append(Station(name=station.name, left=left, right=right))
-    return Visit(date=visit.date, stations=tuple(stations))
+    return Visit(date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong)
 
 
 def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> NetworkChoice:
@@ -245,7 +268,7 @@ def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:
 
 
 def _check_photos(visits: list[Visit], problems: Problems) -> None:
-    """A photo belongs to one station; the same picture in two files is found by `check.same_photos`."""
+    """A photo belongs to one station; the same picture in two files is found by `flow/shown_again.py`."""
     seen: dict[Path, str] = {}
     for number, visit in enumerate(visits):
         for index, station in enumerate(visit.stations):

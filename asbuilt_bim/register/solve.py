@@ -52,9 +52,12 @@ def solve_pose(camera: RectifiedCamera, seen: Sequence[Sighted]) -> Solution | N
     The covariance holds picture noise and survey noise, and grows where the residuals say more than the sigmas.
     """
     pose = _start(camera, seen)
-    for _ in range(_NOISE_ROUNDS):
-        pose = None if pose is None else _settled(camera, pose, seen)
-    return None if pose is None else _finish(camera, pose, seen)
+    try:
+        for _ in range(_NOISE_ROUNDS):
+            pose = None if pose is None else _settled(camera, pose, seen)
+        return None if pose is None else _finish(camera, pose, seen)
+    except np.linalg.LinAlgError:  # a marker would lie in the camera's own plane: no photo shows it there
+        return None
 
 
 def _settled(camera: RectifiedCamera, pose: FloatArray, seen: Sequence[Sighted]) -> FloatArray | None:

@@ -29,7 +29,14 @@ from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
-from asbuilt_bim.terminal.summary_table import calibration_lines, summary, time_line, warn_of_design, warn_of_visit
+from asbuilt_bim.terminal.summary_table import (
+    calibration_lines,
+    summary,
+    time_line,
+    warn_of_design,
+    warn_of_faults,
+    warn_of_visit,
+)
 
 INCOMPLETE = 1
 """The exit code where a station was left out and --strict is given, or where every one of the visit's was."""
@@ -94,7 +101,9 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
 
 
 def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
-    """Say what the rig, the design and the visits are to be warned of; return whether a station was left out."""
+    """Say what is wrong with visits, rig and design, the worst first; return whether a station was left out."""
+    for report in result.reports:
+        warn_of_faults(report, screen)
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
             screen.say(line)

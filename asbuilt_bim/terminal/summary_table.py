@@ -141,13 +141,19 @@ def warn_of_design(names: str, notes: Sequence[Note], screen: Screen) -> None:
         screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
 
 
+def warn_of_faults(report: ProgressReport, screen: Screen) -> None:
+    """Say before all else what puts every number of a visit in doubt."""
+    for fault in report.faults:
+        screen.warn(f"KNOWN TO BE WRONG, visit {report.visit_date.isoformat()}: {plain(str(words_of(fault)))}")
+
+
 def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
-    """Say what is wrong with the whole visit (its rig, its scale, the survey) and which stations were left out.
+    """Say what else is wrong with the whole visit, such as its rig, and which stations were left out.
 
     Returns whether one was.
     """
     day = visit.date.isoformat()
-    whole = [rejection for rejection in report.rejections if of_whole_visit(rejection)]
+    whole = [one for one in report.rejections if of_whole_visit(one) and one not in report.faults]
     for rejection in whole[:MAX_NOTES]:
         screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
     if len(whole) > MAX_NOTES:

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import cv2
 import ifcopenshell
 import ifcopenshell.guid
 import pytest
@@ -14,6 +15,8 @@ from asbuilt_bim.flow.measure_visit import Workplace, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
+from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import result_document, write_result
@@ -155,15 +158,76 @@ def test_a_station_left_out_of_an_earlier_visit_is_named_in_the_later_report(pro
     assert Reason.STATIONS_NOT_USED not in codes(reports[0].notes)
 
 
-def test_photos_that_tell_another_day_than_the_visits_are_warned_of_in_its_report(
-    project: Project, cache: Cache
+def test_photos_that_tell_another_day_than_the_visits_decide_nothing(
+    project: Project, cache: Cache, result: RunResult
 ) -> None:
-    visits = tuple(replace(visit, date=visit.date.replace(year=2027)) for visit in project.visits)
+    last = project.visits[1].date
+    visits = (project.visits[0], replace(project.visits[1], date=last.replace(year=2027)))
+    first, second = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    assert timeless(first) == timeless(result.reports[0])
+    told = second.rejections[0]
+    assert told.code is Reason.PHOTOS_OF_OTHER_DAY and told.subject.name == "2027-03-16", "the fault is told first"
+    assert told.values["count"] == len(visits[1].stations) and "2026" in str(told.values["days"])
+    assert second.nothing_seen and second.faults == (told,)
+    assert [e.cells_built for e in second.elements] == [e.cells_built for e in first.elements]
+    for element in second.elements:
+        assert element.notes[0].code is Reason.DECIDED_NOTHING
+        assert element.notes[0].values == {"cause": "photos of another day"}
+        assert (element.cells_open == 0.0 and element.completion.upper == 1.0) or element.state == "complete"
+
+
+def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(
+    project: Project, cache: Cache, result: RunResult
+) -> None:
+    later = replace(project.visits[1], date=project.visits[1].date.replace(year=2027), camera_clock_wrong=True)
+    report = run_project(
+        replace(project, visits=(project.visits[0], later)), Workplace(workers=1, cache=cache), Heard()
+    ).reports[1]
+    assert report.placed == result.reports[1].placed
+    assert [e.state for e in report.elements] == [e.state for e in result.reports[1].elements]
+
+
+def test_a_survey_that_lies_beside_the_design_decides_no_state(
+    project: Project, cache: Cache, result: RunResult, tmp_path: Path
+) -> None:
+    rows = project.survey.read_text(encoding="utf-8").splitlines()
+    moved = [[*row.split(",")[:3], f"{float(row.split(',')[3]) + 0.2:.4f}", row.split(",")[4]] for row in rows[1:]]
+    survey = tmp_path / "moved.csv"
+    survey.write_text("\n".join([rows[0], *(",".join(row) for row in moved)]), encoding="utf-8")
+    other = replace(project, survey=survey, visits=project.visits[1:])
+    (report,) = run_project(other, Workplace(workers=1, cache=cache), Heard()).reports
+    assert report.rejections[0].code is Reason.SURVEY_SHIFTED, "the fault is told first"
+    assert report.knows_nothing and {e.state for e in report.elements} == {"unknown"}
+    assert {(e.completion.best, e.completion.lower, e.completion.upper) for e in report.elements} == {(None, 0.0, 1.0)}
+    assert all(e.notes[0].values == {"cause": "survey shifted"} for e in report.elements)
+    assert all(station.faces for station in report.stations), "what was measured doesn't rest on the survey"
+    accepted = replace(other, accepted_shift=Shift(move_m=frozen([0.0, 0.2, 0.0]), about_m=frozen([0.0, 0.0])))
+    (stands,) = run_project(accepted, Workplace(workers=1, cache=cache), Heard()).reports
+    assert Reason.SHIFT_ACCEPTED in codes(stands.notes) and not stands.faults
+    (alone,) = run_project(
+        replace(project, visits=project.visits[1:]), Workplace(workers=1, cache=cache), Heard()
+    ).reports
+    assert [e.state for e in stands.elements] == [e.state for e in alone.elements]
+
+
+def test_last_visits_photos_saved_again_are_refused_at_the_later_visit_alone(
+    project: Project, cache: Cache, result: RunResult, tmp_path: Path
+) -> None:
+    first, second = project.visits
+    twin, own = first.stations[0], second.stations[0]
+    paths = {}
+    for side in ("left", "right"):
+        picture = cv2.imread(str(getattr(twin, side)))
+        assert picture is not None
+        paths[side] = tmp_path / f"{side}.jpg"
+        cv2.imwrite(str(paths[side]), picture, [cv2.IMWRITE_JPEG_QUALITY, 88])  # as this leaves EXIF out
+    again = replace(own, left=paths["left"], right=paths["right"])
+    visits = (first, replace(second, stations=(again, *second.stations[1:])))
     reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
-    for report, visit in zip(reports, visits, strict=True):
-        (told,) = [r for r in report.rejections if r.code is Reason.PHOTOS_OF_OTHER_DAY]
-        assert told.values["count"] == len(visit.stations) and told.subject.name == visit.date.isoformat()
-        assert "2026" in str(told.values["days"])
+    assert reports[0].placed == result.reports[0].placed, "the rightful one counts"
+    assert own.name not in reports[1].placed
+    (told,) = [r for r in reports[1].rejections if r.code is Reason.PHOTOS_SAVED_AGAIN]
+    assert (told.subject.name, told.values["other"]) == (own.name, twin.name)
 
 
 def test_a_visit_under_history_is_handed_on_with_the_run(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -15,7 +14,7 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.assign import match_faces
-from asbuilt_bim.match.displaced import Displaced, displaced, moved_design
+from asbuilt_bim.match.displaced import Displaced, displaced, moved_design, where_they_stand
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
@@ -93,7 +92,7 @@ def test_what_an_earlier_visit_found_holds_until_the_element_is_seen_again() -> 
 
 def report(moves: Moves, accept: Sequence[str] = (), history: VisitHistory = EMPTY_HISTORY) -> ProgressReport:
     """Return the report of a visit that sees four columns stand by `moves` beside their design."""
-    stands = [
+    boxes = [
         tuple(corner + np.asarray(moves.get(n, (0.0, 0.0, 0.0))) for corner in shape) for n, shape in enumerate(SHAPES)
     ]
     built = moved_design(model(SITE), {f"C{n}": np.asarray(move, float) for n, move in moves.items()})
@@ -102,16 +101,13 @@ def report(moves: Moves, accept: Sequence[str] = (), history: VisitHistory = EMP
         for n, one in enumerate(built.elements)
         for index in (0, 3)
     ]
-    placed = placement(station("A1", POSE, stands, pieces))  # type: ignore[arg-type]
+    placed = placement(station("A1", POSE, boxes, pieces))  # type: ignore[arg-type]
     design, options = model(SITE), ProgressOptions()
     matched = match_faces(placed, design, MatchOptions())
-    beside = displaced(matched, design, history.moves_m)
-    taken = {key: replace(one, accepted=True) for key, one in beside.items() if key in accept}
-    if taken:
-        design = moved_design(design, {key: one.move_m for key, one in taken.items()})
-        matched = match_faces(placed, design, MatchOptions())
-    surfaces = classify_surface(matched, design, history, options, beside.keys() - taken.keys())
-    return summarise(surfaces, matched, design, history, date(2026, 3, 2), options=options, displaced=beside | taken)
+    stands = where_they_stand(matched, design, MatchOptions(), history.moves_m, accept)
+    surfaces = classify_surface(stands.matched, stands.design, history, options, stands.not_accepted)
+    day, beside = date(2026, 3, 2), stands.displaced
+    return summarise(surfaces, stands.matched, stands.design, history, day, options=options, displaced=beside)
 
 
 def column(of: ProgressReport, name: str) -> ElementProgress:

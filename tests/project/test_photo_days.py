@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.project.check import other_days
+from asbuilt_bim.project.check import of_other_days, other_days
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.project_folder import write_project
@@ -18,7 +19,7 @@ def test_photos_of_another_day_are_warned_of_once_with_their_days(tmp_path: Path
     visit = _project(tmp_path).visits[0]
     (warning,) = other_days(visit, {"A1": date(2026, 2, 16), "A2": date(2026, 3, 3)})
     assert (warning.code, warning.subject.name) == (Reason.PHOTOS_OF_OTHER_DAY, "2026-03-02")
-    assert warning.values == {"stations": ("A1",), "days": ("2026-02-16",), "count": 2}
+    assert warning.values == {"stations": ("A1",), "days": ("2026-02-16",), "count": 2, "clock_wrong": False}
     assert "1 of 2 stations" in str(words_of(warning)) and "station A1 2026-02-16" in str(words_of(warning))
 
 
@@ -26,3 +27,21 @@ def test_the_visits_own_day_and_its_neighbours_are_no_other_day(tmp_path: Path) 
     visit = _project(tmp_path).visits[0]
     assert other_days(visit, {"A1": date(2026, 3, 1), "A2": date(2026, 3, 2)}) == ()
     assert other_days(visit, {}) == ()
+
+
+def test_a_station_of_another_day_decides_nothing_beside_one_of_the_right_day(tmp_path: Path) -> None:
+    visit = _project(tmp_path).visits[0]
+    assert of_other_days(visit, {"A1": date(2026, 2, 16), "A2": date(2026, 3, 2)}) == ("A1",)
+
+
+def test_where_no_photo_is_of_the_visits_day_no_station_decides_anything(tmp_path: Path) -> None:
+    visit = _project(tmp_path).visits[0]
+    assert of_other_days(visit, {"A1": date(2026, 2, 16)}) == ("A1", "A2")
+    assert of_other_days(visit, {}) == () and of_other_days(visit, {"A1": date(2026, 3, 3)}) == ()
+
+
+def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count_with_a_warning(tmp_path: Path) -> None:
+    visit = replace(_project(tmp_path).visits[0], camera_clock_wrong=True)
+    days = {"A1": date(2000, 1, 1), "A2": date(2000, 1, 1)}
+    assert of_other_days(visit, days) == ()
+    assert "they count all the same" in str(words_of(other_days(visit, days)[0]))

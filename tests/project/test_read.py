@@ -5,6 +5,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 
 from asbuilt_bim.errors import ProjectError
@@ -256,3 +257,25 @@ def test_the_design_may_be_several_files_each_named_once(tmp_path: Path) -> None
     twice = refusal(write_project(tmp_path, changed(ifc=["a.ifc", "a.ifc"])))
     assert "ifc[1]: is the same file as ifc[0]" in twice
     assert "ifc: expected text" in refusal(write_project(tmp_path, changed(ifc=5)))
+
+
+def test_a_photo_named_under_two_stations_is_a_mistake_in_the_project_file(tmp_path: Path) -> None:
+    contents = plain()
+    contents["visits"][1]["stations"][1] |= {"left": "v/A1_left.jpg", "right": "v/A1_right.jpg"}
+    with pytest.raises(ProjectError) as refused:
+        read_project(write_project(tmp_path, contents))
+    assert "visits[1].stations[1].right: is a photo of visits[1].stations[0] too" in str(refused.value)
+    assert "visits[1].stations[1].left: is a photo of visits[1].stations[0] too" in str(refused.value)
+
+
+def test_a_shift_of_the_survey_may_be_accepted_with_its_value(tmp_path: Path) -> None:
+    accepted = {"move_m": [0.2, 0.0, -0.05], "turn_deg": 90.0, "about_m": [10.0, 20.0]}
+    shift = read_project(write_project(tmp_path, changed(accept_survey_shift=accepted))).accepted_shift
+    assert shift is not None and shift.turn_rad == pytest.approx(np.pi / 2)
+    assert shift.undo() @ [10.2, 21.0, 0.0, 1.0] == pytest.approx([11.0, 20.0, 0.05, 1.0])  # turned and moved back
+    assert read_project(write_project(tmp_path)).accepted_shift is None
+
+
+def test_an_accepted_turn_without_its_axis_is_a_mistake(tmp_path: Path) -> None:
+    accepted = {"move_m": [0.2, 0.0, 0.0], "turn_deg": 1.0}
+    assert "a turn needs about_m" in refusal(write_project(tmp_path, changed(accept_survey_shift=accepted)))

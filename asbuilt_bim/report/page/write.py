@@ -73,7 +73,7 @@ def page_html(report: ProgressReport, pictures: Mapping[str, bytes], before: Pro
             lost=lost_stations(report),
             other_rejections=_others(report),
             unmatched=[words_of(rejection) for rejection in report.unmatched],
-            survey_doubts=[words_of(doubt) for doubt in report.survey_doubts],
+            faults=[words_of(fault) for fault in report.faults],
             doubted=[element for element in report.elements if element.doubts],
             conflicts=[photos_disagree(e.kind, e.name, e.stations) for e in report.elements if e.cells_conflict > 0],
             tasks=task_rows(report),
@@ -156,8 +156,8 @@ def _cards(report: ProgressReport, pictures: Mapping[str, bytes]) -> list[Statio
 
 
 def _others(report: ProgressReport) -> list[str]:
-    """Return what was left out besides stations and the survey; faces and other discs stand with their stations."""
-    elsewhere = {*OF_FACES, SubjectKind.DISC, SubjectKind.SURVEY}
+    """Return what was left out besides stations and faults; faces and other discs stand with their stations."""
     lost = {row.name for row in lost_stations(report)}
-    rest = [r for r in report.rejections if r.subject.kind not in elsewhere and station_of(r) not in lost]
+    kept = [r for r in report.rejections if r.subject.kind not in {*OF_FACES, SubjectKind.DISC}]
+    rest = [r for r in kept if r not in report.faults and station_of(r) not in lost]
     return [str(words_of(rejection)) for rejection in rest]

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.report.wording.of_design import accepted_words
 from asbuilt_bim.report.wording.template import Template, filled
 
 _ELEMENT = "{ifc_class} {element:name} ({subject.name})"
@@ -31,6 +32,17 @@ def _maps(note: Note) -> str:
     return f"{files} are not on one map: taken to share coordinates"
 
 
+def _accepted(note: Note) -> str:
+    return (
+        f"The survey lies {accepted_words(note.values)} off the design. A person has accepted it (accept_survey_shift)"
+    )
+
+
+def _not_needed(note: Note) -> str:
+    shift = accepted_words(note.values)
+    return f"accept_survey_shift ({shift}) isn't needed: the survey lies on the design. Take it out"
+
+
 DESIGN_NOTES: Mapping[Reason, Template] = {
     Reason.CONTACT_NOT_TAKEN_OFF: f"{_ELEMENT}: where it touches its neighbours was not taken off: {{error}}",
     Reason.TOUCHED_ALL_OVER: f"{_ELEMENT} touches others all over: no photo can see it",
@@ -53,6 +65,8 @@ DESIGN_NOTES: Mapping[Reason, Template] = {
     Reason.DESIGN_ADDED: f"{_REVISED}{{count}} new: {{elements:list}}{{more}}",
     Reason.DESIGN_RESHAPED: f"{_REVISED}{{count}} changed in shape: {{elements:list}}{{more}}. {_KEPT}",
     Reason.DESIGN_MOVED: f"{_REVISED}{{count}} moved: {{elements:list}}{{more}}. {_KEPT}",
+    Reason.SHIFT_ACCEPTED: _accepted,
+    Reason.SHIFT_NOT_NEEDED: _not_needed,
     Reason.DESIGN_NEW_IDS: f"{_REVISED}{{count}} with new GlobalIds, in the same place: {{elements:list}}{{more}}. "
     "What was seen of them counts",
 }

@@ -1,24 +1,26 @@
 """Words for measured faces that fit no design face, and for a survey that lies beside the design."""
 
 import math
+from collections.abc import Sequence
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 
+MOST_NAMED = 5
 LEAST_TURN_DEG, LEAST_MOVE_M = 0.1, 0.005  # less isn't worth a word
 _NEAREST = "fits no design face; the nearest, of {nearest}: it "
 _SURVEY = (
     "check the survey's control points, origin, north and height, and whether a revision has moved the building in the "
-    "IFC file, before anyone is paid by these numbers"
+    "IFC file: this visit decides nothing"
 )
-_SITES = "check that photos, survey and IFC file are of one site; what was counted as built is something else"
+_SITES = "check that photos, survey and IFC file are of one site; this visit decides nothing"
 
 
 def _shifted(values: Values) -> Words:
     return Words(
         reason=f"all measured faces are off the design by the same move: {_move(values)}; "
         + fill("{fits} of {faces} faces fit when moved back, {fits_unmoved} as they are", values),
-        remedy=_SURVEY,
+        remedy=_SURVEY + _accept(values),
     )
 
 
@@ -26,14 +28,58 @@ def _shifted_in_height(values: Values) -> Words:
     return Words(
         reason=f"all measured faces are off the design by the same move: {_move(values)}; "
         + fill("{more} more tops and bottoms of faces fit when moved back", values),
-        remedy=_SURVEY,
+        remedy=_SURVEY + _accept(values),
+    )
+
+
+def _accept(values: Values) -> str:
+    """Return what those write into the project file who have looked and let the shift stand."""
+    if "about_x_m" not in values:  # in results of before
+        return ""
+    moves = (round(float(str(values[f"move_{axis}_m"])), 3) + 0.0 for axis in "xyz")  # no -0.000
+    keys = [f"move_m: [{', '.join(f'{move:.3f}' for move in moves)}]"]
+    turn_deg = math.degrees(float(str(values["turn_rad"])))
+    if turn_deg:
+        keys += [f"turn_deg: {turn_deg:.3f}", fill("about_m: [{about_x_m:.2f}, {about_y_m:.2f}]", values)]
+    return f". Where it is to stay so, write accept_survey_shift with {', '.join(keys)}"
+
+
+def _undoes(values: Values) -> Words:
+    elements = values["elements"]
+    names = [str(name) for name in elements] if isinstance(elements, tuple) else []
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return Words(
+        reason=f"{len(names)} elements look open that earlier visits saw built: {', '.join(names[:MOST_NAMED])}{more}; "
+        f"only {values['risen']} have risen",
+        remedy="check whether visits were exchanged, and whether the survey and the IFC file are of this site: this "
+        "visit decides nothing",
     )
 
 
 def _move(values: Values) -> str:
-    turn = math.degrees(float(str(values["turn_rad"])))
-    moves = {axis: float(str(values[f"move_{axis}_m"])) for axis in "xyz"}
-    by = ", ".join(f"{move:+.2f} m in {axis}" for axis, move in moves.items() if abs(move) >= LEAST_MOVE_M)
+    move_m = [float(str(values[f"move_{axis}_m"])) for axis in "xyz"]
+    return shift_words(move_m, float(str(values["turn_rad"])))
+
+
+def _accepted_other(values: Values) -> Words:
+    return Words(
+        reason=f"another shift is accepted in the project file: {accepted_words(values)}",
+        remedy="correct accept_survey_shift, or take it out",
+    )
+
+
+def accepted_words(values: Values) -> str:
+    """Return an accepted shift as people say it."""
+    move_m = values["move_m"]
+    assert isinstance(move_m, tuple)
+    return shift_words([float(part) for part in move_m], float(str(values["turned_rad"])))
+
+
+def shift_words(move_m: Sequence[float], turn_rad: float) -> str:
+    """Return a shift as people say it: `by +0.20 m in x`, with its turn before it."""
+    turn = math.degrees(turn_rad)
+    moves = zip("xyz", move_m, strict=True)
+    by = ", ".join(f"{move:+.2f} m in {axis}" for axis, move in moves if abs(move) >= LEAST_MOVE_M)
     turned = [f"turned by {turn:+.1f} deg (counter-clockwise, seen from above)"] if abs(turn) >= LEAST_TURN_DEG else []
     return " and ".join([*turned, *([f"by {by}"] if by else [])])
 
@@ -55,6 +101,8 @@ DESIGN: Table = {
     ),
     Reason.SURVEY_SHIFTED: _shifted,
     Reason.SURVEY_SHIFTED_IN_HEIGHT: _shifted_in_height,
+    Reason.SHIFT_OTHER_THAN_ACCEPTED: _accepted_other,
+    Reason.VISIT_UNDOES: _undoes,
     Reason.DESIGN_UNLIKE: Words(reason="none of {faces} measured faces fits the design", remedy=_SITES),
     Reason.DESIGN_HARDLY_ALIKE: Words(
         reason="only {fits} of {faces} measured plane faces fit the design", remedy=_SITES

@@ -12,8 +12,18 @@ def _other_station(values: Values) -> Words:
     visit = " of visit {other_visit}" if values["other_visit"] else ""
     return Words(
         reason=fill(
-            f"its photos are those of station {{other}}{visit} again ({{left}} is {{other_left}}, {{right}} is "
-            "{other_right}): what they show would count twice",
+            f"its photos are those of station {{other}}{visit} again: what they show would count twice", values
+        ),
+        remedy="copy this station's own photos there, or take it out of the project file",
+    )
+
+
+def _saved_again(values: Values) -> Words:
+    visit = " of visit {other_visit}" if values["other_visit"] else ""
+    return Words(
+        reason=fill(
+            f"its left photo shows what that of station {{other}}{visit} shows, to the pixel: it was saved again, and "
+            "what it shows would count twice",
             values,
         ),
         remedy="copy this station's own photos there, or take it out of the project file",
@@ -25,12 +35,14 @@ def _other_day(values: Values) -> Words:
     assert isinstance(stations, tuple) and isinstance(days, tuple)
     named = [f"station {name} {day}" for name, day in zip(stations, days, strict=True)]
     more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    remedy = "copy this visit's photos, or correct its date; if the camera's clock is wrong, write camera_clock_wrong: "
+    if values.get("clock_wrong", True):  # and in results of before, where nothing was left out for it
+        remedy = "they count all the same; if they are another visit's, copy this one's"
     return Words(
         part="photos' days",
         reason=f"the photos of {len(named)} of {values['count']} stations are of another day than the visit's, "
         f"{values['name']}: {', '.join(named[:MOST_NAMED])}{more}",
-        remedy="if they are another visit's, copy this one's; if the camera's clock is wrong, set it: nothing is "
-        "left out for it",
+        remedy=remedy if values.get("clock_wrong", True) else f"{remedy}true beside the visit's date",
     )
 
 
@@ -140,7 +152,9 @@ PHOTOS: Table = {
         remedy="stand further away, or turn the cameras parallel and calibrate again",
     ),
     Reason.PHOTOS_OF_OTHER_STATION: _other_station,
+    Reason.PHOTOS_SAVED_AGAIN: _saved_again,
     Reason.PHOTOS_OF_OTHER_DAY: _other_day,
+    Reason.STATION_OF_OTHER_DAY: Words(reason="its photos, or those beside it, are of another day than {day}"),
     Reason.PHOTO_CLIPPED: Words(
         reason="its photos are overexposed: parts are clipped white, and what stands there is not measured",
         value="{share:.0%} of the photo",

@@ -82,4 +82,6 @@ PLACES: Table = {
         remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
     ),
     Reason.STATION_SURVEY_MIRRORED: Words(reason="the survey is a mirror image of the site"),
+    Reason.STATION_SURVEY_REFUSED: Words(reason="by this survey nothing lies where it is designed"),
+    Reason.STATION_VISIT_UNDOES: Words(reason="its visit would undo what earlier ones saw"),
 }

@@ -111,15 +111,15 @@ def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
 
 
 def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) -> int:
-    """Write what speaks against the survey in a loud colour; return the next free row."""
-    if not report.survey_doubts:
+    """Write what puts the whole visit in doubt in a loud colour; return the next free row."""
+    if not report.faults:
         return row
-    heading = "Nobody should be paid by these numbers before the survey is clear"
+    heading = "Nobody should be paid by these numbers before this is clear"
     for column in range(len(STOREYS)):
         write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
-    for doubt in report.survey_doubts:
+    for fault in report.faults:
         row += 1
-        write_cell(sheet, row, 0, str(words_of(doubt)), "text", styles)
+        write_cell(sheet, row, 0, str(words_of(fault)), "text", styles)
     return row + 2
 
 

@@ -99,8 +99,8 @@ def test_a_survey_in_doubt_comes_before_any_number_and_stands_beside_the_money()
     first = page.index("Nobody should be paid by these numbers")
     assert first < page.index("+3.10 m in z") < page.index('id="progress"')
     assert page.count("+3.10 m in z") == 1
-    assert "The survey is in doubt" in page[page.index('id="cost"') :]
-    assert "survey is in doubt" not in page_html(sample_report(), {})
+    assert "Something is known to be wrong" in page[page.index('id="cost"') :]
+    assert "known to be wrong" not in page_html(sample_report(), {})
 
 
 def test_a_station_without_a_picture_says_so():

@@ -64,7 +64,7 @@ def test_a_result_without_codes_is_reported_and_written_again(old: dict[str, Any
     ]
     report = read(old, tmp_path)
     assert [row.name for row in lost_stations(report)] == ["Z9"]
-    assert [words_of(one).what for one in report.survey_doubts] == ["survey"]
+    assert [words_of(one).what for one in report.faults] == ["survey"]
     assert [words_of(one).what for one in report.rejections if of_whole_visit(one)] == [
         "survey",
         "rig, stations G1 to U4",

@@ -1,0 +1,58 @@
+"""A scale that is known to be off widens every area by what it makes of it; one that is right changes nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.flow.rig_check import WatchedVisit, watch_scale
+from asbuilt_bim.geometry import polygon
+from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.wording.notes import note_words
+from tests.camera.virtual import rig
+from tests.match.small_site import box, element, looking, measured, station
+from tests.project_folder import plain, write_project
+from tests.register.test_scale import SIZE_M, SURVEY, evidence
+
+POSE = looking([1.5, -5.0, 1.6], [1.5, 0.0, 1.5])
+FRONT = element("W", "wall", box(0, 0, 0, 3.0, 0.25, 2.8)).faces[0].frame
+assert isinstance(FRONT, PlaneFrame)
+AREA_M2 = 3.0 * 2.8
+
+
+def watched(folder: Path, scale: float) -> WatchedVisit:
+    """Five stations of a rig whose lengths come out `scale` times too large, each with one face."""
+    contents = plain()
+    contents["markers"]["size_m"] = SIZE_M
+    project = read_project(write_project(folder, contents))
+    face = measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, 3.0, 2.8))
+    one = station("A1", POSE, [], [face]).measurement
+    stations = tuple(replace(one, station=f"A{n}", scale=evidence(scale, seed=n)) for n in range(5))
+    return watch_scale(WatchedVisit(outcomes=stations, warnings=(), records=(), notes=()), project, rig(), SURVEY)
+
+
+def sigmas(found: WatchedVisit) -> list[float]:
+    stations = [one for one in found.outcomes if isinstance(one, StationMeasurement)]
+    return [face.area_sigma_calibration_m2 for one in stations for face in one.faces]
+
+
+def test_a_scale_that_is_two_per_cent_off_widens_every_area_by_four(tmp_path: Path) -> None:
+    found = watched(tmp_path, 1.02)
+    wide = float(np.hypot(0.002 * AREA_M2, 0.04 * AREA_M2))
+    assert sigmas(found) == [pytest.approx(wide, rel=0.2)] * 5
+    assert found.warnings[0].code in (Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER)
+    (note,) = found.notes
+    assert note.code is Reason.AREAS_WIDENED and note.values["share"] == pytest.approx(0.04, rel=0.2)
+    assert "each area's sigma holds 4." in note_words(note) or "each area's sigma holds 3." in note_words(note)
+
+
+def test_a_right_scale_widens_nothing(tmp_path: Path) -> None:
+    found = watched(tmp_path, 1.0)
+    assert sigmas(found) == [pytest.approx(0.002 * AREA_M2)] * 5
+    assert not found.warnings and not found.notes
