@@ -13,7 +13,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
-from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.apart import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.survey_shift import survey_shift

@@ -23,7 +23,7 @@ from asbuilt_bim.errors import MissingExtraError, OutputError
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+THREADS = ("OMP_NUMTHREADS", "OPENBLAS_NUMTHREADS", "MKL_NUMTHREADS", "NUMEXPR_NUMTHREADS")
 _DIED = "the process that measured it died (out of memory?)"
 
 
@@ -113,8 +113,8 @@ def _drain(
 @contextlib.contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Give a pool of spawned processes, each on one thread."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read by the libraries as they load in the child
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))  # read by the libraries as they load in the child
     pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
         yield pool
@@ -139,7 +139,7 @@ def one_thread_each() -> None:
 
     The processes are the parallelism; and sums that are split over threads differ in their last digits.
     """
-    for name in _THREADS:
+    for name in THREADS:
         os.environ.setdefault(name, "1")
 
 

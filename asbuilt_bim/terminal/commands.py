@@ -15,7 +15,7 @@ from asbuilt_bim.flow.output.folder import Published, open_output, read_current
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
-from asbuilt_bim.ifc.read.design import inspect_file
+from asbuilt_bim.ifc.apart import inspect_file, strip_asbuilt
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
@@ -153,8 +153,6 @@ def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: boo
     Raises:
         AsBuiltError: the file can't be read, or the copy can't be written.
     """
-    from asbuilt_bim.ifc.write.copy import strip_asbuilt
-
     if problem := place_problem(target, folder=False):
         raise OutputError(problem)
     if target.exists() and not replace_it and target.resolve() != source.resolve():
