@@ -26,6 +26,7 @@ from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
@@ -47,7 +48,7 @@ class RunRequest:
     strict: bool = False
     refine_rig: bool = False
     allow_outside: bool = False
-    scheduler: str = ""
+    scheduler: Scheduler | None = None
     no_cache: bool = False
     colour: bool = False
     quiet: bool = False
