@@ -16,7 +16,7 @@ _HOMES = {
     "measure_document": "asbuilt_bim.report.result.measure_document",
     "measure_pair": "asbuilt_bim.flow.measure_pair",
     "note_words": "asbuilt_bim.report.wording.notes",
-    "read_design": "asbuilt_bim.ifc.read.design",
+    "read_design": "asbuilt_bim.ifc.apart",
     "read_project": "asbuilt_bim.project.read",
     "read_result": "asbuilt_bim.report.result.document",
     "read_rig": "asbuilt_bim.camera.rig_formats.reader",
@@ -24,7 +24,7 @@ _HOMES = {
     "remake": "asbuilt_bim.api",
     "run": "asbuilt_bim.api",
     "save_measurement": "asbuilt_bim.flow.output.measurement",
-    "strip_asbuilt": "asbuilt_bim.ifc.write.copy",
+    "strip_asbuilt": "asbuilt_bim.ifc.apart",
     "words_of": "asbuilt_bim.report.wording.reasons",
     "write_asbuilt": "asbuilt_bim.api",
 }

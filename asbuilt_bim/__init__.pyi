@@ -9,8 +9,8 @@ from asbuilt_bim.camera.rig_formats.reader import read_rig as read_rig
 from asbuilt_bim.errors import AsBuiltError as AsBuiltError
 from asbuilt_bim.flow.measure_pair import measure_pair as measure_pair
 from asbuilt_bim.flow.output.measurement import save_measurement as save_measurement
-from asbuilt_bim.ifc.read.design import read_design as read_design
-from asbuilt_bim.ifc.write.copy import strip_asbuilt as strip_asbuilt
+from asbuilt_bim.ifc.apart import read_design as read_design
+from asbuilt_bim.ifc.apart import strip_asbuilt as strip_asbuilt
 from asbuilt_bim.measure.pair import PairMeasurement as PairMeasurement
 from asbuilt_bim.progress.report import ProgressReport as ProgressReport
 from asbuilt_bim.project.read import Project as Project

@@ -10,7 +10,7 @@ from asbuilt_bim.flow.measure_visit import Progress, Workplace
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import run_project
-from asbuilt_bim.ifc.write import copy
+from asbuilt_bim.ifc import apart
 from asbuilt_bim.progress.report import ProgressReport, State
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
@@ -120,4 +120,4 @@ def write_asbuilt(
     Raises:
         AsBuiltError: the source can't be read, the report is of another design, or the copy can't be written.
     """
-    copy.write_asbuilt(source, report, target, earlier=earlier, colours=colours, words=note_words)
+    apart.write_asbuilt(source, report, target, earlier=earlier, colours=colours, words=note_words)

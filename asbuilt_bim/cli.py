@@ -40,7 +40,11 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--strict", is_flag=True, help="Exit with 1 if a station was left out.")
 @click.option("--refine-rig", is_flag=True, help="If the rig was knocked: use it as the visit's photos show it.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
-@click.option("--scheduler", default="", metavar="tcp://HOST:PORT", help="Measure on a Dask cluster.")
+@click.option("--scheduler", default="", metavar="tls://HOST:PORT", help="Measure on a Dask cluster.")
+@click.option("--tls-ca", default="", metavar="FILE", help="Certificate that the cluster's own are signed with.")
+@click.option("--tls-cert", default="", metavar="FILE", help="This machine's certificate, for the cluster.")
+@click.option("--tls-key", default="", metavar="FILE", help="Its key.")
+@click.option("--insecure-scheduler", is_flag=True, help="Allow plain tcp to a scheduler on another machine.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
 @click.option("--quiet", is_flag=True, help="Say only what was left out and what went wrong.")
@@ -55,12 +59,18 @@ def app(context: click.Context, debug: bool) -> None:
 def run(context: click.Context, /, **options: Any) -> None:
     """Measure the stations of PROJECT.yaml and report what has been built."""
     until = options.pop("visit")
+    safety = {key: options.pop(key) for key in ("tls_ca", "tls_cert", "tls_key")}
+    address, insecure = options.pop("scheduler"), options.pop("insecure_scheduler")
+    if not address and (any(safety.values()) or insecure):
+        raise click.UsageError("--tls-ca, --tls-cert, --tls-key and --insecure-scheduler go with --scheduler")
     screen = Screen(quiet=options["quiet"])
 
     def action() -> int:
+        from asbuilt_bim.scale.cluster import Scheduler
         from asbuilt_bim.terminal.commands import RunRequest, run_command
 
-        request = RunRequest(until=until, **options)
+        scheduler = Scheduler(address=address, insecure=insecure, **safety) if address else None
+        request = RunRequest(until=until, scheduler=scheduler, **options)
         return run_command(request, screen, datetime.now(UTC))
 
     _guarded(context, screen, action)

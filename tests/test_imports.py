@@ -45,7 +45,8 @@ CONFINED = {
     "click": ["cli.py", "terminal/parameters.py"],
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],
-    "distributed": ["scale/executor.py"],
+    "distributed": ["scale/cluster.py"],
+    "pickle": ["scale/apart.py"],  # between two processes of one run; never a file
     "scipy": ["geometry/"],
     "cattrs": ["scale/codec.py", "report/result/", "storage/structure.py"],
 }
@@ -62,7 +63,6 @@ NEVER = {
     "PIL",
     "pandas",
     "asbuilt_synthetic",
-    "pickle",
     "requests",
     "urllib",
     "socket",

@@ -12,7 +12,7 @@ from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import MeasureError, rejected
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
-from asbuilt_bim.project.networks import NetworkChoice, load_models
+from asbuilt_bim.project.networks import NetworkChoice, load_models, try_networks
 from asbuilt_bim.report.wording.reasons import reason_lines
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.vision.masks.file import read_masks
@@ -62,9 +62,9 @@ def measure_pair(
     photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
     if Path(left).resolve() == Path(right).resolve():
         raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
-    models = load_models(
-        NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
-    )
+    choice = NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
+    try_networks(choice)
+    models = load_models(choice)
     left_out: tuple[str, ...] = ()
     if masks is not None:
         size = (rig.left.width_px, rig.left.height_px)

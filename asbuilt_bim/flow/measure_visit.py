@@ -26,6 +26,7 @@ from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_m
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.scale.cache import Cache, digest_of
+from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
@@ -69,7 +70,7 @@ class Workplace:
     """Where and how stations are measured; nothing here changes a number."""
 
     workers: int = 0  # 0: one per processor
-    scheduler: str = ""  # a Dask scheduler's address
+    scheduler: Scheduler | None = None  # of a Dask cluster, instead of processes here
     cache: Cache = field(default_factory=lambda: Cache(folder=None))
 
 

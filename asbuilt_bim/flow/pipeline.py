@@ -15,7 +15,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.shown_again import Shown
-from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.apart import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations

@@ -13,10 +13,13 @@ from typing import Any
 
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.output.folder import read_current
+from asbuilt_bim.ifc.read.circles import refuse_circles
 from asbuilt_bim.ifc.read.source import SCHEMAS
 from asbuilt_bim.ifc.write.copy import mark_file
 from asbuilt_bim.report.result.document import read_before, read_result
 from asbuilt_bim.report.wording.notes import note_words
+
+_FILE = "the file that ifcpatch was given"
 
 
 class Patcher:
@@ -60,11 +63,12 @@ class Patcher:
         if self.file is None or self.file.schema not in SCHEMAS:
             schema = "no file" if self.file is None else f"schema {self.file.schema}"
             raise ResultError(f"{schema} is not supported; give an IFC file of {', '.join(SCHEMAS)}")
+        refuse_circles(self.file, _FILE)
         report = read_result(self.result)
         folder = self.result.resolve().parent
         current = read_current(folder)  # beside the copy in the output folder
         earlier = read_before(current.folder if current else folder, report.visit_date)
-        mark_file(self.file, report, earlier=earlier, words=note_words, name="the file that ifcpatch was given")
+        mark_file(self.file, report, earlier=earlier, words=note_words, name=_FILE)
         self.logger.info("AsBuiltProgress: wrote %s, visit of %s", self.result, report.visit_date)
 
 

@@ -9,6 +9,7 @@ from asbuilt_bim.measure.station import Models
 from asbuilt_bim.storage.plugins import PREFIX, PluginGroup, find
 from asbuilt_bim.vision.masks.segment import Segmenter
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
+from asbuilt_bim.vision.networks.trial import try_network
 from asbuilt_bim.vision.stereo.depth import RelativeDepth
 
 
@@ -36,6 +37,7 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     from asbuilt_bim.vision.networks.card import read_card
     from asbuilt_bim.vision.networks.kinds import network_digest
 
+    try_networks(choice)
     load_models(choice)  # opens all of them: errors come before a station is measured
     named: dict[str, str] = {}
     for chosen, group in (
@@ -48,6 +50,17 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
         elif chosen:
             named[read_card(Path(chosen)).name] = network_digest(Path(chosen))
     return named
+
+
+def try_networks(choice: NetworkChoice) -> None:
+    """See that each network that is chosen comes to an end, before any is opened in this process.
+
+    Raises:
+        NetworkError: one can't be read, crashed, took too long or too much memory.
+    """
+    for chosen in (choice.segment, choice.depth, choice.stereo):
+        if chosen and not chosen.startswith(PREFIX):
+            try_network(Path(chosen))
 
 
 @lru_cache(maxsize=2)

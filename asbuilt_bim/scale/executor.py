@@ -18,12 +18,14 @@ from typing import Generic, TypeVar
 import cv2
 from threadpoolctl import threadpool_limits
 
-from asbuilt_bim.errors import MissingExtraError, OutputError
+from asbuilt_bim.scale.cluster import Cluster, SameCode, Scheduler, cluster
+from asbuilt_bim.scale.fingerprint import measuring_identity
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+THREADS = ("OMP_NUMTHREADS", "OPENBLAS_NUMTHREADS", "MKL_NUMTHREADS", "NUMEXPR_NUMTHREADS")
+_LOOK_S = 1.0
 _DIED = "the process that measured it died (out of memory?)"
 
 
@@ -43,21 +45,23 @@ class Done(Generic[Job, Result]):
 
 
 def run_jobs(
-    work: Callable[[Job], Result], jobs: Iterable[Job], *, workers: int = 0, scheduler: str = ""
+    work: Callable[[Job], Result], jobs: Iterable[Job], *, workers: int = 0, scheduler: Scheduler | None = None
 ) -> Iterator[Done[Job, Result]]:
     """Yield each job with its result as it is done, in no promised order.
 
-    `workers` 0 is one per processor, 1 is this process without a pool; `scheduler` names a Dask scheduler instead.
+    `workers` 0 is one per processor, 1 is this process without a pool; `scheduler` is a Dask scheduler to use instead.
     Jobs are drawn from the iterable only as workers are free, so that photos aren't all in memory at once. `work`
     must be importable by name. What `work` raises is raised here.
 
     Raises:
+        OptionError: the scheduler's address can't be used.
         MissingExtraError: a scheduler was named and Dask isn't installed.
-        OutputError: the scheduler can't be reached.
+        OutputError: the scheduler can't be reached or is lost, or has no workers that can do the work.
     """
-    if scheduler:
-        with _dask(scheduler) as (executor, size):
-            yield from _drain(executor, work, iter(jobs), 2 * size, [])
+    if scheduler is not None:
+        with cluster(scheduler) as found:
+            same = SameCode(work=work, identity=measuring_identity())
+            yield from _drain(found.executor, same, iter(jobs), 2 * found.size, [], found)
         return
     workers = workers or _processors()
     if workers == 1:
@@ -83,9 +87,17 @@ def _pooled(work: Callable[[Job], Result], jobs: Iterator[Job], workers: int) ->
 
 
 def _drain(
-    pool: Executor, work: Callable[[Job], Result], jobs: Iterator[Job], window: int, suspects: list[Job]
+    pool: Executor,
+    work: Callable[[Job], Result],
+    jobs: Iterator[Job],
+    window: int,
+    suspects: list[Job],
+    remote: Cluster | None = None,
 ) -> Iterator[Done[Job, Result]]:
-    """Keep `window` jobs in the pool; when the pool breaks, leave what was in it in `suspects`."""
+    """Keep `window` jobs in the pool; when the pool breaks, leave what was in it in `suspects`.
+
+    A cluster doesn't say when nobody works any more: it is looked at while nothing comes.
+    """
     flying: dict[Future[Result], Job] = {}
     try:
         while True:
@@ -97,14 +109,18 @@ def _drain(
                     return
             if not flying:
                 return
-            ready, _ = wait(flying, return_when=FIRST_COMPLETED)
-            for future in ready:
+            ready, _ = wait(flying, timeout=None if remote is None else _LOOK_S, return_when=FIRST_COMPLETED)
+            for future in sorted(ready, key=Future.cancelled):  # first what came before a cluster went
+                if remote is not None and future.cancelled():
+                    remote.check(cancelled=True)
                 error = future.exception()
                 if isinstance(error, BrokenProcessPool):
                     suspects.extend(flying.values())
                     return
                 lost = type(error).__name__ == "KilledWorker"  # Dask's own; it has tried several workers by then
                 yield Done(job=flying.pop(future), result=WorkerLoss(reason=_DIED) if lost else future.result())
+            if remote is not None and not ready:
+                remote.check()
     finally:
         for future in flying:
             future.cancel()
@@ -113,8 +129,8 @@ def _drain(
 @contextlib.contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Give a pool of spawned processes, each on one thread."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read by the libraries as they load in the child
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))  # read by the libraries as they load in the child
     pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
         yield pool
@@ -139,7 +155,7 @@ def one_thread_each() -> None:
 
     The processes are the parallelism; and sums that are split over threads differ in their last digits.
     """
-    for name in _THREADS:
+    for name in THREADS:
         os.environ.setdefault(name, "1")
 
 
@@ -170,24 +186,3 @@ def one_thread() -> Iterator[None]:
             yield
     finally:
         cv2.setNumThreads(before)
-
-
-@contextlib.contextmanager
-def _dask(address: str) -> Iterator[tuple[Executor, int]]:
-    try:
-        from distributed import Client
-    except ImportError as problem:
-        raise MissingExtraError(
-            '--scheduler needs Dask, which isn\'t installed: pip install "asbuilt-bim[dask]"'
-        ) from problem
-    try:
-        client = Client(address, timeout="10s")
-    except (OSError, TimeoutError, ValueError) as problem:
-        raise OutputError(f"scheduler {address}: can't be reached ({problem}); is it running, is the port open?") from (
-            problem
-        )
-    try:
-        size = sum(client.nthreads().values()) or 1
-        yield client.get_executor(pure=False), size
-    finally:
-        client.close()

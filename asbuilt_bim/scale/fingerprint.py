@@ -30,6 +30,11 @@ def measuring_code_digest() -> str:
     return code_digest(Path(__file__).parent.parent)
 
 
+def measuring_identity() -> dict[str, str]:
+    """Return what two machines must have alike to measure alike: versions by name, and a digest of the code."""
+    return {"asbuilt-bim": __version__, "measuring code": measuring_code_digest()[:12], **library_versions()}
+
+
 def code_digest(package: Path) -> str:
     """Return a digest of the measuring code in a package's folder: of its names, its text and its networks' sizes."""
     digest = hashlib.sha256(__version__.encode())

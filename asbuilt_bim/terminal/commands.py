@@ -15,7 +15,7 @@ from asbuilt_bim.flow.output.folder import Published, open_output, read_current
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
-from asbuilt_bim.ifc.read.design import inspect_file
+from asbuilt_bim.ifc.apart import inspect_file, strip_asbuilt
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
@@ -26,6 +26,7 @@ from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
@@ -54,7 +55,7 @@ class RunRequest:
     strict: bool = False
     refine_rig: bool = False
     allow_outside: bool = False
-    scheduler: str = ""
+    scheduler: Scheduler | None = None
     no_cache: bool = False
     colour: bool = False
     quiet: bool = False
@@ -162,8 +163,6 @@ def strip_command(source: Path, target: Path, screen: Screen, *, replace_it: boo
     Raises:
         AsBuiltError: the file can't be read, or the copy can't be written.
     """
-    from asbuilt_bim.ifc.write.copy import strip_asbuilt
-
     if problem := place_problem(target, folder=False):
         raise OutputError(problem)
     if target.exists() and not replace_it and target.resolve() != source.resolve():

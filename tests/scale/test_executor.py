@@ -13,6 +13,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from asbuilt_bim.errors import MissingExtraError
+from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 
 
@@ -87,7 +88,7 @@ def test_what_the_work_raises_is_raised_here(workers: int) -> None:
 def test_a_scheduler_without_dask_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r"pip install .*asbuilt-bim\[dask\]"):
-        list(run_jobs(square, iter([1]), scheduler="tcp://localhost:1"))
+        list(run_jobs(square, iter([1]), scheduler=Scheduler(address="tcp://localhost:1")))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are not sent so there")

@@ -14,8 +14,8 @@ from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
+from asbuilt_bim.ifc.apart import write_copies
 from asbuilt_bim.ifc.read.source import file_digest, files_digest
-from asbuilt_bim.ifc.write.federation import write_copies
 from asbuilt_bim.progress.globalid_remap import known_again, remapped_ids, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes

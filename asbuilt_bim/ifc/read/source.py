@@ -14,6 +14,7 @@ import ifcopenshell
 
 from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc.read.archive import MAX_BYTES, unpacked
+from asbuilt_bim.ifc.read.circles import refuse_circles
 from asbuilt_bim.storage.regular_file import open_regular
 
 SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
@@ -34,7 +35,8 @@ def open_ifc(path: Path) -> Any:
     """Open an IFC file (STEP text, or an .ifczip with one in it) of one of `SCHEMAS` as an ifcopenshell file.
 
     Raises:
-        DesignError: it is missing, empty, of another format, too large, cut short, damaged, or of another schema.
+        DesignError: it is missing, empty, of another format, too large, cut short, damaged, knotted, or of another
+            schema.
     """
     head, tail = _ends(path)
     if not head.startswith(_ZIP):
@@ -60,6 +62,7 @@ def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
         raise DesignError(f"{path}: can't be opened: {reason}; export it as {', '.join(SCHEMAS)}") from error
     if file is None or file.schema not in SCHEMAS:
         raise DesignError(f"{path}: schema {name} is not supported; export it as one of {', '.join(SCHEMAS)}")
+    refuse_circles(file, str(path))
     return file
 
 

@@ -1,5 +1,6 @@
 """One loaded network: arrays in, checked arrays out, within a bound of memory."""
 
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -10,6 +11,7 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.scale.apart import PATIENCE
 from asbuilt_bim.vision.networks.card import ROLES, NetworkCard
 from asbuilt_bim.vision.networks.geometry_input import CHANNELS
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
@@ -17,6 +19,8 @@ from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
 MAX_MEMORY_BYTES = 2_000_000_000
 """What all networks of a process may take together; two stations at a time fit an ordinary office computer."""
 MAX_OUTPUT_VALUES = 200_000_000
+RUN_S = 40.0
+"""Processor time for one picture: ten times what a large network takes."""
 _KINDS: dict[str, type[np.generic]] = {
     "tensor(float)": np.float32,
     "tensor(float16)": np.float16,
@@ -46,10 +50,19 @@ class Network:
             NetworkError: it failed, took too much memory, or answered with NaN or too much.
         """
         feeds = {name: p.astype(kind) for name, p, kind in zip(self.inputs, pictures, self.kinds, strict=True)}
+        options = onnxruntime.RunOptions()
+        end = threading.Timer(
+            PATIENCE * RUN_S, setattr, (options, "terminate", True)
+        )  # of a loop that the picture sets
+        end.daemon = True
+        end.start()
         try:
-            answers = self.session.run(list(self.outputs.values()), feeds)
+            answers = self.session.run(list(self.outputs.values()), feeds, options)
         except Exception as problem:  # onnxruntime raises a dozen types of its own
-            raise NetworkError(f"network {self.path}: {_reason(problem)}") from problem
+            late = f"took more than {PATIENCE * RUN_S:.0f} s for one picture; export it without loops"
+            raise NetworkError(f"network {self.path}: {late if options.terminate else _reason(problem)}") from problem
+        finally:
+            end.cancel()
         checked: dict[str, NDArray[np.float64]] = {}
         for role, answer in zip(self.outputs, answers, strict=True):
             array = np.asarray(answer)

@@ -72,3 +72,22 @@ def card(folder: Path, graph: ModelProto | bytes, layout: str, **keys: Any) -> P
     path = folder / "card.yaml"
     path.write_text(yaml.safe_dump(plain), encoding="utf-8")
     return path
+
+
+def endless(times: int = 2**62) -> ModelProto:
+    """A network that turns its picture over so many times."""
+    shape = [1, 3, 48, 64]
+    picture = [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name in ("before", "after")]
+    going = [helper.make_tensor_value_info(name, TensorProto.BOOL, []) for name in ("go", "goes_on")]
+    steps = [
+        helper.make_node("Identity", ["go"], ["goes_on"]),
+        helper.make_node("Mul", ["before", "before"], ["after"]),
+    ]
+    number = helper.make_tensor_value_info("number", TensorProto.INT64, [])
+    body = helper.make_graph(steps, "turn", [number, going[0], picture[0]], [going[1], picture[1]])
+    initial = [
+        numpy_helper.from_array(np.array(times, np.int64), "times"),
+        numpy_helper.from_array(np.array(True), "yes"),
+    ]
+    node = helper.make_node("Loop", ["times", "yes", "image"], ["logits"], body=body)
+    return model([node], [helper.make_tensor_value_info("logits", TensorProto.FLOAT, shape)], initial, ["image"])

@@ -20,6 +20,7 @@ class Reference:
     digests: dict[str, str]  # of the files that are the same in every run
     writing_s: float
     publishing_s: float  # from the run's own folder to the end
+    whole_s: float  # from its start
 
 
 def current(out: Path) -> Path:

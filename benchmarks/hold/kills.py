@@ -1,12 +1,13 @@
-"""What a killed run leaves behind: SIGKILL at random moments of its writing, then a look at everything in the folder.
+"""What a killed command leaves behind: SIGKILL at random moments of `run`, `report` and `strip`; and other bad luck.
 
-python benchmarks/site/crash.py --check            60 kills while the sample is written
-python benchmarks/site/crash.py --check --quick    six, of two of its stations
+python benchmarks/hold/kills.py --check            300 kills, a disk full at 20 points, and the rest
+python benchmarks/hold/kills.py --check --quick    twelve kills, a disk full at 3 points
 
-Each trial starts `asbuilt-bim report` (or `run`, from the cache) on the shipped sample in a process of its own, and
-kills it once its run folder has appeared. The moments are spread evenly over the writing, and again over the part after
-the run has been made current, which is short and the most delicate. Then `current.json` must name the old run or the
-new one. That run must be whole, and so must every copy beside it. The next run must clear up and succeed.
+Each trial starts the real command on the sample's first stations, measured before, and kills it. For `run` and `report`
+the moments are spread over the writing, and again over the part after the run has been made current, which is short and
+the most delicate; one kill in five is at any moment of the command's life. Then `current.json` must name the old run or
+the new one. That run must be whole, and so must every copy beside it. The next run must clear up and succeed. `strip`
+leaves its target as it was, or whole. `adversity.py` has the full disk, the two runs at once and the clock.
 """
 
 from __future__ import annotations
@@ -24,11 +25,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from benchmarks.site.run_checks import Reference, broken_copies, current, digests_of, fault_of
-from benchmarks.sites import SAMPLE, small_sample
+from benchmarks.hold.adversity import adversities
+from benchmarks.hold.run_checks import Reference, broken_copies, current, digests_of, fault_of
+from benchmarks.sites import small_sample
 from benchmarks.table import Line, line, options, report, told
 
-TRIALS, QUICK_TRIALS = 50, 6
+TRIALS, QUICK_TRIALS = 300, 12
+SHARES = {"report": 7 / 15, "run": 1 / 3, "strip": 1 / 5}
 RECOVER_EVERY = (
     5  # a full run after every fifth; the trials between recover too, since each starts on what the last left
 )
@@ -71,6 +74,7 @@ def uninterrupted(command: tuple[str, ...], out: Path) -> Reference:
     if start(command).wait() != 0:
         raise SystemExit(f"asbuilt-bim {' '.join(command)} fails without being killed")
     first = digests_of(current(out))
+    started = time.perf_counter()
     process, known = start(command), names(out)
     wait_for_folder(out, process, known, whole=False)
     begun = time.perf_counter()
@@ -86,15 +90,21 @@ def uninterrupted(command: tuple[str, ...], out: Path) -> Reference:
         digests=same,
         writing_s=ended - begun,
         publishing_s=ended - switched,
+        whole_s=ended - started,
     )
 
 
-def kill_at(reference: Reference, out: Path, share: float, *, late: bool) -> bool:
-    """Start the command and kill it at a share of its writing (`late`: of what follows); False where it had ended."""
+def kill_at(reference: Reference, out: Path, share: float, part: str) -> bool:
+    """Start the command and kill it at a share of its writing, of what is late, or of it all; False where it had ended.
+
+    That part is "writing", "late" (once the run has been made current) or "any".
+    """
     known = names(out)
     process = start(reference.command)
-    if wait_for_folder(out, process, known, whole=late) is not None:
-        time.sleep(share * (reference.publishing_s if late else reference.writing_s))
+    if part == "any":
+        time.sleep(share * reference.whole_s)
+    elif wait_for_folder(out, process, known, whole=part == "late") is not None:
+        time.sleep(share * (reference.publishing_s if part == "late" else reference.writing_s))
     ended = process.poll() is not None
     process.kill()
     process.wait()
@@ -137,69 +147,103 @@ def tidy(out: Path) -> None:
 
 
 def trials(reference: Reference, out: Path, count: int, old: Reference, dice: random.Random, seen: Findings) -> None:
-    """Kill a command so many times: two thirds over the whole of its writing, one third after the switch."""
-    early = count * 2 // 3
-    shares = [((i + dice.random()) / early, False) for i in range(early)]
-    shares += [((i + dice.random()) / (count - early), True) for i in range(count - early)]
+    """Kill a command so many times: half over its writing, three tenths after the switch, the rest at any moment."""
+    shares = [(dice.random(), "any") for _ in range(count // 5)]
+    early = (count - len(shares)) * 5 // 8
+    late = count - len(shares) - early
+    shares += [((i + dice.random()) / early, "writing") for i in range(early)]
+    shares += [((i + dice.random()) / late, "late") for i in range(late)]
     dice.shuffle(shares)
     while shares:
-        share, late = shares.pop()
+        share, part = shares.pop()
         before = current(out)
-        if not kill_at(reference, out, share, late=late):
-            shares.append((dice.random() * share, late))  # it had ended: an earlier moment instead
+        if not kill_at(reference, out, share, part):
+            shares.append((dice.random() * share, part))  # it had ended: an earlier moment instead
             old = reference
             continue
         look(out, before, reference, old, seen)
         old = reference if current(out) != before else old
         if len(seen.pointing) % RECOVER_EVERY == 0 or not shares:
+            print(f"  {len(seen.pointing)} kills, {len(seen.faults)} faults", file=sys.stderr, flush=True)
             recover(out, reference, seen)
             tidy(out)  # not before: a copy may still be of a run that was current earlier
             old = reference
+
+
+def strips(source: Path, folder: Path, count: int, dice: random.Random) -> tuple[list[bool], int]:
+    """Kill `strip` at any moment; return whether each left its target as it was or whole, and how many had come whole.
+
+    Every second one replaces a file that is there, which then must stand until the whole new one does.
+    """
+    whole = folder / "whole.ifc"
+    command = ("strip", str(source), "--out", str(whole))
+    begun = time.perf_counter()
+    if start(command).wait() != 0:
+        raise SystemExit("strip fails without being killed")
+    takes_s, after = time.perf_counter() - begun, whole.read_bytes()
+    found, came = [], 0
+    while len(found) < count:
+        target = folder / f"plain-{len(found)}.ifc"
+        before = b"what was there" if len(found) % 2 else b""
+        if before:
+            target.write_bytes(before)
+        process = start(("strip", str(source), "--out", str(target), "--replace"))
+        time.sleep(dice.random() * takes_s)
+        ended = process.poll() is not None
+        process.kill()
+        process.wait()
+        time.sleep(0.2)  # the process apart ends with its parent
+        if ended:
+            takes_s *= 0.95
+            target.unlink(missing_ok=True)
+            continue
+        holds = target.read_bytes() if target.exists() else b""
+        found.append(holds in (before, after))
+        came += holds == after
+    return found, came
 
 
 def main() -> int:
     """Kill, look, recover, and print what was found."""
     parser = options(__doc__ or "")
     parser.add_argument("--seed", type=int, default=20260302)
+    parser.add_argument("--kills", type=int, default=0, help="so many instead of 300")
     args = parser.parse_args()
     seen, dice = Findings(), random.Random(args.seed)
-    with tempfile.TemporaryDirectory(prefix="asbuilt-bim-crash-") as scratch:
+    total = args.kills or (QUICK_TRIALS if args.quick else TRIALS)
+    counts = {name: round(total * share) for name, share in SHARES.items()}
+    with tempfile.TemporaryDirectory(prefix="asbuilt-bim-kills-") as scratch:
         out = Path(scratch) / "out"
         os.environ.setdefault("ASBUILT_BIM_CACHE", str(Path(scratch) / "cache"))
-        site = small_sample(Path(scratch)) if args.quick else SAMPLE
+        site = small_sample(Path(scratch))
         run = ("run", str(site / "project.yaml"), "--out", str(out), "--workers", "1", "--quiet")
         if start(run).wait() != 0:
             raise SystemExit("the sample doesn't run")
         again = uninterrupted(("report", str(out)), out)
-        trials(again, out, QUICK_TRIALS if args.quick else TRIALS, again, dice, seen)
-        if not args.quick:
-            afresh = uninterrupted(run, out)
-            trials(afresh, out, TRIALS // 5, afresh, dice, seen)
+        trials(again, out, counts["report"], again, dice, seen)
+        afresh = uninterrupted(run, out)
+        trials(afresh, out, counts["run"], afresh, dice, seen)
+        stripped, came = strips(next(out.glob("*.asbuilt.ifc")), Path(scratch), counts["strip"], dice)
+        others = adversities(site, Path(scratch), 3 if args.quick else 20, dice)
     for fault in seen.faults:
         print(f"  fault: {fault}")
-    kills, least = len(seen.pointing), QUICK_TRIALS if args.quick else TRIALS
-    lines: list[Line] = [
-        line(
-            "current.json names a whole run",
-            f"{sum(seen.pointing)} of {kills}",
-            "all",
-            kills,
-            all(seen.pointing),
-            least,
-        ),
-        line("every copy beside it is whole", f"{sum(seen.copies)} of {kills}", "all", kills, all(seen.copies), least),
-        line(
-            "the next run clears up and succeeds",
-            f"{sum(seen.recovered)} of {len(seen.recovered)}",
-            "all",
-            len(seen.recovered),
-            all(seen.recovered),
-            kills // RECOVER_EVERY,
-        ),
+    kills, least = len(seen.pointing), counts["report"] + counts["run"]
+    lines = [
+        _all("current.json names a whole run", seen.pointing, least),
+        _all("every copy beside it is whole", seen.copies, least),
+        _all("the next run clears up and succeeds", seen.recovered, kills // RECOVER_EVERY),
+        _all("strip: the target is as it was, or whole", stripped, counts["strip"]),
+        *others,
         told("writing, uninterrupted", f"{again.writing_s:.2f} s", 1),
+        told("strip: had come whole", str(came), len(stripped)),
         *(told(f"left pointing at {name}", str(count), kills) for name, count in sorted(seen.where.items())),
     ]
-    return report(f"Killed at {kills} random moments of writing (seed {args.seed})", lines, args)
+    title = f"Killed at {kills + len(stripped)} random moments (seed {args.seed}), and other bad luck"
+    return report(title, lines, args)
+
+
+def _all(what: str, held: list[bool], least: int) -> Line:
+    return line(what, f"{sum(held)} of {len(held)}", "all", len(held), all(held), least)
 
 
 if __name__ == "__main__":
