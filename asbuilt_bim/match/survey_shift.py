@@ -52,8 +52,8 @@ FREE_PLANES = 2
 SURE_SHARE, SURE_OF_RIVAL = 0.5, 2.0
 """Far off most of all planes fit, or twice as many as anywhere else: by chance neither comes about."""
 HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
-"""Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
-clutter among them, half and more. Of under a dozen a few say nothing."""
+"""Of another building's faces up to a fifth, by number and area, lie within 10 cm of the design by chance. Of a site's
+own it is half and more: by area where clutter, many and small, is among them. Of under a dozen a few say nothing."""
 TURNS, PEAKS, REFINED = 6, 16, 25  # looked at, the likeliest first
 
 
@@ -250,7 +250,7 @@ def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
     if not matched.matches and count >= LEAST_MORE:
         return (_of_survey(Reason.DESIGN_UNLIKE, {"faces": count}),)
-    fitting, count = int(lying(seen, walls, HARDLY_M)[0].sum()), len(seen.halves_m)
-    if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
+    fits, areas = lying(seen, walls, HARDLY_M)[0], seen.halves_m * np.ptp(seen.heights_m, axis=1)  # half areas
+    if len(fits) < HARDLY_COUNT or max(np.mean(fits), areas[fits].sum() / areas.sum()) >= HARDLY_SHARE:
         return ()
-    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": fitting, "faces": count}),)
+    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": int(fits.sum()), "faces": len(fits)}),)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
-from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.project.read import Project, Station, Visit, first_rows
 from asbuilt_bim.storage.regular_file import open_regular
 
 _EMPTY = hashlib.sha256().digest()
@@ -24,9 +24,8 @@ def refuse_missing(project: Project) -> None:
     missing = [f"  {key}: {project.relative(path)}" for key, path in project.missing.items()]
     if missing:
         count = "a file isn't" if len(missing) == 1 else f"{len(missing)} files aren't"
-        raise ProjectError(
-            "\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *missing])
-        )
+        rows = first_rows(missing)
+        raise ProjectError("\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *rows]))
 
 
 def same_photos(project: Project, visit: Visit) -> dict[str, Rejection]:

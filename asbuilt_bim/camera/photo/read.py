@@ -36,6 +36,11 @@ class Photo:
     digest: str
     exif: PhotoExif
 
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Return width and height as the file's header says; `decode` holds the pixels to it."""
+        return self.exif.width_px, self.exif.height_px
+
 
 def read_photo(path: Path) -> Photo:
     """Read a photo's bytes and look at them from outside.
