@@ -45,6 +45,7 @@ CONFINED = {
     "click": ["cli.py", "terminal/parameters.py"],
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],
+    "simplejpeg": ["camera/photo/jpeg/decode.py"],
     "distributed": ["scale/executor.py"],
     "scipy": ["geometry/"],
     "cattrs": ["scale/codec.py", "report/result/", "storage/structure.py"],
