@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from click.testing import CliRunner
 
 from asbuilt_bim.cli import app
@@ -41,6 +42,15 @@ def test_the_readme_names_every_command_and_exit_code() -> None:
     for code in codes:
         assert f"**{code}**" in readme
         assert f"**{code}**" in page
+
+
+def test_the_readmes_project_is_the_samples_but_for_its_name_and_stations() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"```yaml\n(.*?)```", readme, re.DOTALL)
+    sample = yaml.safe_load((ROOT / "sample_models/site/project.yaml").read_text(encoding="utf-8"))
+    for key, value in yaml.safe_load(shown).items():
+        if key not in ("name", "visits"):
+            assert value == (sample[key] if not isinstance(value, dict) else {k: sample[key][k] for k in value}), key
 
 
 def test_the_readme_is_one_page() -> None:

@@ -45,6 +45,7 @@ CONFINED = {
     "click": ["cli.py", "terminal/parameters.py"],
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],
+    "simplejpeg": ["camera/photo/jpeg/decode.py"],
     "distributed": ["scale/cluster.py"],
     "pickle": ["scale/apart.py"],  # between two processes of one run; never a file
     "scipy": ["geometry/"],

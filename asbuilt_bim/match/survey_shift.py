@@ -52,9 +52,10 @@ FREE_PLANES = 2
 SURE_SHARE, SURE_OF_RIVAL = 0.5, 2.0
 """Far off most of all planes fit, or twice as many as anywhere else: by chance neither comes about."""
 HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
-"""Of another building's faces up to a fifth lie within 10 cm of the design by chance; of a site's own, formwork and
-clutter among them, half and more. Of under a dozen a few say nothing. What is near by chance is anywhere in these
-10 cm, and a fifth of it within 2 cm. So where most of it is, on as many elements, the rest is clutter before little."""
+"""Of another building's faces up to a fifth, by number and area, lie within 10 cm of the design by chance. Of a site's
+own it is half and more: by area where clutter, many and small, is among them. Of under a dozen a few say nothing.
+What is near by chance is anywhere in these 10 cm, a fifth of it within 2 cm: most of it, on as many elements, is none.
+"""
 TURNS, PEAKS, REFINED = 6, 16, 25  # looked at, the likeliest first
 
 
@@ -253,10 +254,10 @@ def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[
     if not matched.matches and count >= LEAST_MORE:
         return (_of_survey(Reason.DESIGN_UNLIKE, {"faces": count}),)
     near, on = (lying(seen, walls, band) for band in (HARDLY_M, BAND_M))
-    fitting, count = int(near[0].sum()), len(seen.halves_m)
-    if count < HARDLY_COUNT or fitting >= HARDLY_SHARE * count:
+    fits, areas = near[0], seen.halves_m * np.ptp(seen.heights_m, axis=1)  # half areas
+    if len(fits) < HARDLY_COUNT or max(np.mean(fits), areas[fits].sum() / areas.sum()) >= HARDLY_SHARE:
         return ()
     elements = {walls.elements[face] for face in on[1][on[0]]}
-    if len(elements) >= LEAST_MORE and on[0].sum() >= SURE_SHARE * fitting:
+    if len(elements) >= LEAST_MORE and on[0].sum() >= SURE_SHARE * fits.sum():
         return ()
-    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": fitting, "faces": count}),)
+    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": int(fits.sum()), "faces": len(fits)}),)

@@ -1,5 +1,6 @@
 """The photos of one station: decoded, rectified, and held against the rig; or the station rejected by name."""
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -55,16 +56,15 @@ def read_station(
     station = about(SubjectKind.STATION, photos.name)
     images: list[ByteImage] = []
     rejections: list[Rejection] = []
+    most = max(camera.width_px * camera.height_px for camera in (rig.left, rig.right))
     for photo, side in ((photos.left, "left"), (photos.right, "right")):
+        foreign = check_photo_against_rig(photo, photo.size_px, rig, "left" if side == "left" else "right")
+        found = [replace(one, subject=replace(one.subject, station=photos.name)) for one in foreign]
         try:
-            image = decode(photo)
+            images += [decode(photo)] if math.prod(photo.size_px) <= most else []  # of a larger one, none needs pixels
         except PhotoError as error:
-            rejections.append(rejected(Reason.PHOTO_UNUSABLE, station, photo=photo.name, detail=str(error)))
-            continue
-        size = (int(image.shape[1]), int(image.shape[0]))
-        foreign = check_photo_against_rig(photo, size, rig, "left" if side == "left" else "right")
-        rejections += [replace(one, subject=replace(one.subject, station=photos.name)) for one in foreign]
-        images.append(image)
+            found = [rejected(Reason.PHOTO_UNUSABLE, station, photo=photo.name, detail=str(error))]
+        rejections += found
     if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
         rejections.append(_sizes(station, images))
     if len(images) == 2 and not rejections:

@@ -5,7 +5,7 @@ from datetime import date, timedelta
 
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
-from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.project.read import Project, Visit, first_rows
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""
@@ -20,9 +20,8 @@ def refuse_missing(project: Project) -> None:
     missing = [f"  {key}: {project.relative(path)}" for key, path in project.missing.items()]
     if missing:
         count = "a file isn't" if len(missing) == 1 else f"{len(missing)} files aren't"
-        raise ProjectError(
-            "\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *missing])
-        )
+        rows = first_rows(missing)
+        raise ProjectError("\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *rows]))
 
 
 def of_other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[str, ...]:

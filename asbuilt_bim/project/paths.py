@@ -94,7 +94,9 @@ class PathChecker:
             if first != file:
                 self.problems.add(where, f"{first.name} and {file.name} differ in capitals alone; keep one of them")
         if not found:
-            self.problems.add(where, f"'{pattern}': no file fits it in {base}")
+            literal = "".join(sign for sign in "?[]{}" if sign in name)
+            hint = f"; of patterns only * is known here, {' '.join(literal)} stand for themselves" if literal else ""
+            self.problems.add(where, f"'{pattern}': no file fits it in {base}{hint}")
         return {name: file for name, file in found.items() if self._inside(file, where, file.name)}
 
     def _join(self, text: str, where: str) -> Path:

@@ -33,6 +33,8 @@ from asbuilt_bim.vision.networks.card import Task
 
 _OWN = Foreign()
 YEARS = 1990, 2200  # of digital photographs; later ones than 9999 break every calendar
+MAX_NAMED = 100
+"""Rows that one message holds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,7 +286,12 @@ def _message(path: Path, found: list[Problem], lines: dict[str, int]) -> str:
     rows = [f"{path}: {count}; nothing was run:"]
     for problem in sorted(found, key=lambda p: _line(p.path, lines)):
         rows.append(f"  line {_line(problem.path, lines)}: {problem.path or 'the file'}: {problem.text}")
-    return "\n".join(rows)
+    return "\n".join(first_rows(rows))
+
+
+def first_rows(rows: list[str]) -> list[str]:
+    """Return the rows of a message, the first ones where nobody would read them all."""
+    return [*rows[:MAX_NAMED], f"  and {len(rows) - MAX_NAMED:,} more"] if len(rows) > MAX_NAMED else rows
 
 
 def _line(where: str, lines: dict[str, int]) -> int:

@@ -12,7 +12,8 @@ from asbuilt_bim.report.wording.values import plain, share_bounds
 from asbuilt_bim.storage.atomic_write import writing
 
 Row = TypeVar("Row")
-_RUNS_AS_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+_RUNS_AS_FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")
+"""The wide signs, too: spreadsheets set to Japanese or Chinese take them for the narrow ones."""
 
 
 def write_csv(report: ProgressReport, path: Path) -> None:

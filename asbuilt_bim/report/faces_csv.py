@@ -6,6 +6,7 @@ import io
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, dominating, seen
+from asbuilt_bim.report.csv import safe_cell
 from asbuilt_bim.report.wording import values as wording
 from asbuilt_bim.report.wording.of_faces import source_text
 
@@ -24,14 +25,13 @@ def faces_csv(found: PairMeasurement) -> bytes:
     stated = found.options.method == "default"
     for face in found.faces:
         sigmas = (face.area_sigma_m2, face.area_sigma_calibration_m2, face.area_sigma_image_m2)
-        source = wording.plain(source_text(face.source, face.segmenter))
         table.writerow([
             face.face_id.rpartition("/")[2], face.instance + 1, face.label, kind(face), f"{face.width_m:.4f}",
             f"{face.height_m:.4f}", f"{face.area_m2:.5f}", *(f"{s:.5f}" if stated else "" for s in sigmas),
             dominating(face, calibration_known=found.calibration_known) if stated else "",
             seen(face, found.options.method),
             f"{face.flatness_rms_m:.5f}" if stated else "", f"{face.distance_m:.3f}",
-            f"'{source}" if source[:1] in "=+-@" else source,  # a spreadsheet would take it for a formula
+            safe_cell(source_text(face.source, face.segmenter)),
         ])  # fmt: skip
     return ("\ufeff" + text.getvalue()).encode("utf-8", "replace")
 

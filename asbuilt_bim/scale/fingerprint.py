@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.version import __version__
 
-LIBRARIES = ("numpy", "opencv-python-headless", "ifcopenshell", "onnxruntime", "shapely")
+LIBRARIES = ("numpy", "opencv-python-headless", "simplejpeg", "ifcopenshell", "onnxruntime", "shapely")
 MEASURING = ("errors.py", "codes.py", "scale/codec.py", "storage", "geometry", "camera", "vision", "measure")
 """The code that decides what a station's measurement is, and how it is kept."""
 

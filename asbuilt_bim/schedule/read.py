@@ -18,7 +18,10 @@ from asbuilt_bim.schedule.table import csv_rows
 from asbuilt_bim.storage.regular_file import read_bytes
 
 MAX_BYTES = 200_000_000
-_BINARY = {b"\xd0\xcf\x11\xe0": "an MS Project file (.mpp)", b"PK\x03\x04": "an Excel workbook or a zip archive"}
+_BINARY = {
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls) or an MS Project file (.mpp)",
+    b"PK\x03\x04": "an Excel workbook (.xlsx) or a zip archive",
+}
 
 
 def scheduled(design: BimModel, path: Path | str) -> BimModel:

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import secrets
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -70,13 +71,12 @@ def replace_all(files: Mapping[Path, bytes]) -> None:
     parts: dict[Path, Path] = {}
     try:
         for path, data in files.items():
-            handle, name = tempfile.mkstemp(dir=path.parent, prefix=PART, suffix=".part")
-            parts[path] = Path(name)
-            with os.fdopen(handle, "wb") as file:
+            part = path.with_name(f"{PART}{secrets.token_hex(8)}.part")
+            with part.open("xb") as file:  # with the rights that the user's umask leaves, as every file he makes
+                parts[path] = part
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
-            parts[path].chmod(0o644)
         for path, part in parts.items():
             part.replace(path)
     except BaseException:

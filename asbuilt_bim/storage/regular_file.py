@@ -7,6 +7,9 @@ from pathlib import Path
 
 from asbuilt_bim.errors import AsBuiltError
 
+SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""How `.xlsx` and `.ods` begin, and `.xls`; archives and old documents begin so, too."""
+
 
 def open_regular(path: Path) -> BufferedReader:
     """Open a file for reading bytes.
@@ -50,6 +53,8 @@ def as_text(data: bytes, refusal: type[AsBuiltError], name: str, encoding: str =
     Raises:
         AsBuiltError: of the sort `refusal`, where they are none.
     """
+    if data.startswith(SPREADSHEETS):
+        raise refusal(f"{name}: is a spreadsheet or an archive (.xlsx, .xls, .zip), no text; save it as CSV (UTF-8)")
     try:
         return data.decode(encoding)
     except UnicodeDecodeError as problem:

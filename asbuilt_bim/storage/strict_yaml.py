@@ -16,7 +16,8 @@ from asbuilt_bim.storage.regular_file import as_text, read_bytes
 
 MAX_BYTES = 1_000_000
 """A project file of a thousand stations is about 150 kB; more than this is no project file."""
-
+MAX_NODES = 100_000
+"""Keys, values and lists, each counted. A thousand stations are 7,000; a million letters of `a, a, a` take minutes."""
 
 _TAG = "tag:yaml.org,2002:"
 
@@ -32,8 +33,13 @@ class YamlDocument:
 class StrictLoader(yaml.SafeLoader):
     """SafeLoader that refuses aliases, doubled keys, foreign tags and halves of characters, each with its line."""
 
+    nodes = 0
+
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Refuse an alias before it is followed."""
+        """Refuse an alias before it is followed, and more values than any file of this program's has."""
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            raise _refusal(f"more than {MAX_NODES:,} values, which no such file has", self.peek_event())  # type: ignore[no-untyped-call]
         if self.check_event(yaml.events.AliasEvent):
             event = self.peek_event()  # type: ignore[no-untyped-call]
             raise _refusal("aliases (*name) aren't read here: write the value out", event)

@@ -83,6 +83,38 @@ def test_lost_bytes_turned_bits_and_what_is_left_over_are_refused() -> None:
             decode(photo_from_bytes("a.jpg", broken))
 
 
+@pytest.mark.parametrize("more", [(), (cv2.IMWRITE_JPEG_RST_INTERVAL, 40)])
+def test_a_progressive_photo_that_lost_data_is_refused_with_what_its_decoder_says(more: tuple[int, ...]) -> None:
+    data = coded(a_photo(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1, *more)
+    assert decode(photo_from_bytes("a.jpg", data)).shape == (960, 1280, 3)
+    for share in (0.2, 0.5, 0.9):
+        at = int(share * len(data))
+        for broken in (data[:at] + b"\xff\xd9", data[:at] + data[at + 40 :], data[:at] + bytes(400) + data[at + 400 :]):
+            with pytest.raises(PhotoError, match=r"a\.jpg: it is damaged, its decoder says: .*copy it from the camera"):
+                decode(photo_from_bytes("a.jpg", broken))
+
+
+def test_a_photo_is_decoded_to_the_pixels_of_opencv() -> None:
+    for options in ((), (cv2.IMWRITE_JPEG_PROGRESSIVE, 1), (cv2.IMWRITE_JPEG_QUALITY, 30)):
+        data = coded(a_photo(), *options)
+        assert (decode(photo_from_bytes("a.jpg", data)) == cv2.imdecode(np.frombuffer(data, np.uint8), 1)).all()
+
+
+def test_a_decoder_says_nothing_on_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    data = coded(a_photo())
+    decode(photo_from_bytes("a.jpg", data[:-2] + bytes(40) + data[-2:]))
+    with pytest.raises(PhotoError):
+        decode(photo_from_bytes("a.jpg", data[: len(data) // 2] + data[-2:]))
+    assert capfd.readouterr().err == ""
+
+
+def test_a_picture_in_thousands_of_layers_is_refused_before_it_is_decoded() -> None:
+    data = coded(a_photo(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)
+    last = data.rindex(b"\xff\xda")
+    with pytest.raises(PhotoError, match="more than 200 layers"):
+        photo_from_bytes("a.jpg", data[:last] + data[last:-2] * 300 + data[-2:])
+
+
 def test_a_restart_marker_that_is_lost_or_out_of_turn_is_refused() -> None:
     data = coded(a_photo(), cv2.IMWRITE_JPEG_RST_INTERVAL, 80)
     place = data.index(b"\xff\xd3")

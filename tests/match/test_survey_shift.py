@@ -104,6 +104,21 @@ def test_photos_of_another_site_of_which_a_few_faces_fit_by_chance_are_named() -
     assert (warning.code, warning.values) == (Reason.DESIGN_HARDLY_ALIKE, {"fits": 2, "faces": 12})
 
 
+def test_two_whole_walls_that_fit_among_forty_pieces_of_clutter_are_of_this_site() -> None:
+    whole = []
+    for index in (0, 2):
+        face = SITE[0].faces[index]
+        whole.append(measured(f"A1/0{index}", POSE, face.frame, polygon.box(0.0, 0.0, 2.5, 3.0)))
+    frame = SITE[0].faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    for number in range(38):
+        off = np.array([0.05 * number, 0.4 + 0.05 * number, 0.2])
+        clutter = replace(frame, origin_m=frozen(frame.origin_m + off))
+        whole.append(measured(f"A1/9{number:02}", POSE, clutter, polygon.box(0.0, 0.0, 0.2, 0.3)))
+    placed = placement(station("A1", POSE, SHAPES, whole))
+    assert survey_shift(match_faces(placed, model(SITE), MatchOptions()), model(SITE)) == ()
+
+
 def test_a_few_faces_that_fit_beside_formwork_are_of_this_site() -> None:
     own = [(0.0, 0.0, 0.0)] * 2 + [(0.2 * n, 2.0 - 0.7 * n, 0.0) for n in range(2, 6)]
     assert told((0.0, 0.0, 0.0), own=own) == ()

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -100,6 +101,17 @@ def test_a_photo_of_another_size_rejects_the_station_by_name() -> None:
     found = measure_station(small, rig_of(pair), FREE)
     assert isinstance(found, RejectedStation)
     assert any(one.subject.at_station == "S1" and "800 x 500" in words_of(one).value for one in found.rejections)
+
+
+def test_a_photo_larger_than_the_rigs_is_refused_by_its_header_and_never_inflated() -> None:
+    pair = site()[1]
+    done, data = cv2.imencode(".png", np.zeros((2, 2, 3), np.uint8))
+    huge = bytes(data)[:16] + struct.pack(">II", 11000, 9000) + bytes(data)[24:]  # decodes to nothing
+    seen = StationPhotos(name="S1", left=photo_from_bytes("huge.png", huge), right=photo("S1_right.png", pair.right))
+    found = measure_station(seen, rig_of(pair), FREE)
+    assert isinstance(found, RejectedStation) and done
+    assert [one.code for one in found.rejections] == [Reason.PHOTO_SIZE]
+    assert "11000 x 9000" in words_of(found.rejections[0]).value
 
 
 def test_swapped_photos_reject_the_station() -> None:

@@ -106,6 +106,11 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
             "rig.boards.square_m: expected 0.002 to 1 m, got 80 m; a length in millimetres?",
         ),
         ({"rig__boards__left": "calibration/none_*.jpg"}, "rig.boards.left: 'calibration/none_*.jpg': no file fits it"),
+        (
+            {"rig__boards__left": "calibration/left_[1-4].jpg"},
+            "of patterns only * is known here, [ ] stand for themselves",
+        ),
+        ({"ifc": []}, "ifc: is empty: a project has at least one IFC file"),
         ({"rig__boards__left": "*/left_*.jpg"}, "only the file's name may hold a *"),
         ({"visits": []}, "visits: is empty"),
         ({"visits__0__stations": []}, "visits[0].stations: is empty"),

@@ -98,6 +98,9 @@ def test_a_size_that_most_prints_contradict_alike_is_one_line_and_a_bad_print_ke
 def test_a_survey_that_is_missing_or_has_no_header_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="there is no such file"):
         read_survey(tmp_path / "none.csv", 0.28, 0.002)
+    (tmp_path / "markers.xlsx").write_bytes(b"PK\x03\x04" + bytes(range(256)))
+    with pytest.raises(SurveyError, match=r"markers\.xlsx: is a spreadsheet .*; save it as CSV"):
+        read_survey(tmp_path / "markers.xlsx", 0.28, 0.002)
     with pytest.raises(SurveyError, match="first line lacks"):
         read(tmp_path, "1,top-left,0,0,0\n")
 

@@ -46,7 +46,10 @@ def test_the_csv_begins_with_the_mark_for_utf8(tmp_path):
     assert UMLAUTS in data.decode("utf-8-sig")
 
 
-@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", " =1", "\x00=1", "\u00a0=1"])
+@pytest.mark.parametrize(
+    "text",
+    ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", " =1", "\x00=1", "\u00a0=1", "＝1", "＋1", "－1", "＠SUM"],
+)
 def test_text_that_a_spreadsheet_would_run_gets_an_apostrophe(text):
     assert safe_cell(text).startswith("'")
 

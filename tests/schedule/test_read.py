@@ -186,6 +186,9 @@ def test_a_binary_schedule_and_a_missing_one_are_named(tmp_path: Path) -> None:
     (tmp_path / "a.mpp").write_bytes(b"\xd0\xcf\x11\xe0" + bytes(100))
     with pytest.raises(ScheduleError, match=r"MS Project file \(\.mpp\); save it as XML"):
         read_schedule(tmp_path / "a.mpp")
+    (tmp_path / "plan.xlsx").write_bytes(b"PK\x03\x04" + bytes(100))
+    with pytest.raises(ScheduleError, match=r"plan\.xlsx: is an Excel workbook .* as CSV"):
+        read_schedule(tmp_path / "plan.xlsx")
     with pytest.raises(ScheduleError, match="check the path"):
         read_schedule(tmp_path / "none.xml")
 

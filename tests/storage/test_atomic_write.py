@@ -20,6 +20,17 @@ def test_files_are_replaced_together_and_nothing_is_left_beside(tmp_path: Path) 
     assert sorted(tmp_path.iterdir()) == [one, other]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="no umask there")
+@pytest.mark.parametrize(("umask", "mode"), [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
+def test_a_file_has_the_rights_that_the_umask_leaves(tmp_path: Path, umask: int, mode: int) -> None:
+    before = os.umask(umask)
+    try:
+        replace_bytes(tmp_path / "one", b"new")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "one").stat().st_mode & 0o777 == mode
+
+
 def test_a_disk_that_fills_up_at_the_second_file_leaves_the_first_as_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

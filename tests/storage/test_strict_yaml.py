@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,15 @@ def test_an_alias_bomb_is_refused_at_once(tmp_path: Path) -> None:
     rows += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 12)]
     with pytest.raises(ProjectError, match="aliases"):
         read_yaml(written(tmp_path, "\n".join(rows)))
+
+
+def test_a_list_longer_than_any_of_a_project_is_refused_before_it_is_read_on(tmp_path: Path) -> None:
+    text = f"name: Site\nhistory: [{', '.join(['a'] * 266_000)}]"
+    assert len(text) < MAX_BYTES
+    begun = time.process_time()
+    with pytest.raises(ProjectError, match="line 2: more than 100,000 values"):
+        read_yaml(written(tmp_path, text))
+    assert time.process_time() - begun < 20.0
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ FOCAL_TOLERANCE = 0.005
 
 
 def check_photo_against_rig(photo: Photo, image_size: tuple[int, int], rig: StereoRig, side: Side) -> list[Rejection]:
-    """Return why the photo, decoded to `image_size` (width, height), can't be one of the rig's `side` camera.
+    """Return why the photo, of `image_size` (width, height), can't be one of the rig's `side` camera.
 
     What EXIF doesn't say is not held against a photo. An empty list means that nothing is wrong.
     """

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 _JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n"
 _MARKER = re.compile(rb"\xff([^\x00\xd0-\xd7\xff])")
 _START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_MOST_SCANS = 200
+"""Of a progressive picture, each as dear as a picture: programs write ten, and 64 waves of three colours are 192."""
 _END_OF_IMAGE, _START_OF_SCAN, _APP1 = 0xD9, 0xDA, 0xE1
 
 
@@ -31,6 +33,11 @@ def look_at(data: bytes) -> PictureOutside:
     return PictureOutside(problem=f"the file is not a JPEG or PNG picture ({_guess(data)})")
 
 
+def is_jpeg(data: bytes) -> bool:
+    """Say whether a file begins as a JPEG does."""
+    return data.startswith(_JPEG)
+
+
 def has_alpha(data: bytes) -> bool:
     """Say whether a PNG picture holds how opaque its pixels are, in a channel of its own or by colours."""
     return data.startswith(_PNG) and (data[25:26] in (b"\x04", b"\x06") or b"tRNS" in data[: data.find(b"IDAT")])
@@ -49,9 +56,14 @@ def _guess(data: bytes) -> str:
 
 def _jpeg(data: bytes) -> PictureOutside:
     """Walk the segments of a JPEG up to the end-of-image marker of its first picture."""
-    at, width, height, exif = 2, 0, 0, b""
+    at, width, height, exif, scans = 2, 0, 0, b"", 0
     while (found := _MARKER.search(data, at)) is not None:
         kind, body = found.group(1)[0], found.end()
+        scans += kind == _START_OF_SCAN
+        if scans > _MOST_SCANS:
+            return PictureOutside(
+                problem=f"its picture comes in more than {_MOST_SCANS} layers, which no camera writes"
+            )
         if kind == _END_OF_IMAGE:
             problem = "" if width and height else "the picture has no size"
             return PictureOutside(width_px=width, height_px=height, exif=exif, problem=problem)

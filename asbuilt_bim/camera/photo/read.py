@@ -8,9 +8,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.photo.by_opencv import decoded_by_opencv
 from asbuilt_bim.camera.photo.exif import PhotoExif, exif_from_tiff
-from asbuilt_bim.camera.photo.jpeg.damage import damage_of_data, damage_of_picture
-from asbuilt_bim.camera.photo.picture_file import has_alpha, look_at
+from asbuilt_bim.camera.photo.jpeg.damage import damage_of_picture, sound_jpeg
+from asbuilt_bim.camera.photo.picture_file import has_alpha, is_jpeg, look_at
 from asbuilt_bim.errors import PhotoError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.storage.regular_file import open_regular
@@ -35,6 +36,11 @@ class Photo:
     data: bytes
     digest: str
     exif: PhotoExif
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Return width and height as the file's header says; `decode` holds the pixels to it."""
+        return self.exif.width_px, self.exif.height_px
 
 
 def read_photo(path: Path) -> Photo:
@@ -83,26 +89,20 @@ def decode(photo: Photo) -> ByteImage:
     Raises: PhotoError where the bytes can't be decoded, only in part, show damage (`jpeg/damage.py`), or
     are nearly black.
     """
-    if damage := damage_of_data(photo.data):
+    decoded, damage = sound_jpeg(photo.data) if is_jpeg(photo.data) else (decoded_by_opencv(photo.data), "")
+    if damage:
         raise PhotoError(f"photo {photo.name}: it is damaged, {damage}; {_REMEDY}")
-    try:
-        image = cv2.imdecode(
-            np.frombuffer(photo.data, dtype=np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-        )
-    except cv2.error:
-        image = None
-    if image is None:
+    if decoded is None:
         raise PhotoError(f"photo {photo.name}: it can't be decoded, it is damaged; {_REMEDY}")
     if hidden := _transparent(photo.data):
         raise PhotoError(
             f"photo {photo.name}: {hidden:.0%} of its pixels are transparent, so it was edited; give it as it was taken"
         )
-    height, width = image.shape[:2]
+    height, width = decoded.shape[:2]
     if (width, height) != (photo.exif.width_px, photo.exif.height_px):
         raise PhotoError(f"photo {photo.name}: it decodes to {width} x {height} pixels, not to what it says")
-    if height > _FILL_ROWS and bool((image[-_FILL_ROWS:] == _FILL_GREY).all()):
+    if height > _FILL_ROWS and bool((decoded[-_FILL_ROWS:] == _FILL_GREY).all()):
         raise PhotoError(f"photo {photo.name}: its lower part is missing (it decodes to plain grey); {_REMEDY}")
-    decoded = np.asarray(image, dtype=np.uint8)
     brightest = np.maximum(np.maximum(decoded[..., 0], decoded[..., 1]), decoded[..., 2])  # a tenth of max(axis=2)
     if (lit := float(np.mean(brightest >= _DARK_GREY))) < _LEAST_LIT:
         raise PhotoError(

@@ -18,7 +18,15 @@ from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.output.kept import bytes_of, keep_edited, kept_runs
-from asbuilt_bim.flow.output.places import COPIED, COPIED_FOLDERS, CURRENT, RUN_NAME, check_sources, check_strangers
+from asbuilt_bim.flow.output.places import (
+    COPIED,
+    COPIED_FOLDERS,
+    CURRENT,
+    RUN_NAME,
+    check_links,
+    check_sources,
+    check_strangers,
+)
 from asbuilt_bim.storage.atomic_write import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.storage.strict_json import parse_json
 
@@ -146,6 +154,7 @@ def open_output(path: Path, sources: Iterable[Path] = ()) -> Iterator[OutputFold
     check_sources(path, sources)
     try:
         check_strangers(path)
+        check_links(path)
         (path / "runs").mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as problem:
         raise output_error(path, problem) from problem

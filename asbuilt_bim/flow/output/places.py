@@ -68,6 +68,21 @@ def check_strangers(path: Path) -> None:
         )
 
 
+def check_links(path: Path) -> None:
+    """Check that no folder within an output folder is a link: what is written through it lands somewhere else.
+
+    Raises:
+        OutputError: one is; nothing was touched behind it.
+    """
+    folders = [path / "runs", *(path / name for name in COPIED_FOLDERS)]
+    deeper = [one for folder in folders[1:] if not folder.is_symlink() for one in sorted(folder.rglob("*"))]
+    for one in (*folders, *deeper):
+        if one.is_symlink() and (one.is_dir() or one in folders):
+            raise OutputError(
+                f"{one}: is a link, and outputs are written through none; take the link away, or choose another --out"
+            )
+
+
 def _holds_runs(runs: Path) -> bool:
     """Say whether a folder holds a run, or what a killed one left."""
     return runs.is_dir() and any(RUN_NAME.fullmatch(one.name.removesuffix(".part")) for one in runs.iterdir())

@@ -43,6 +43,8 @@ def _only_model(path: Path, members: list[zipfile.ZipInfo]) -> zipfile.ZipInfo:
     files = [m for m in members if not m.is_dir() and not _hidden(m.filename)]
     models = [m for m in files if m.filename.lower().endswith(".ifc")]
     if not models:
+        if any(m.filename.startswith("xl/") for m in files):
+            raise DesignError(f"{path}: is an Excel workbook, no model; save a plan as CSV and name it as schedule:")
         xml = any(m.filename.lower().endswith((".ifcxml", ".xml")) for m in files)
         found = "holds ifcXML, which can't be read" if xml else f"holds no .ifc ({len(files)} other files)"
         raise DesignError(f"{path}: the archive {found}; pack one model exported as IFC-SPF (.ifc)")

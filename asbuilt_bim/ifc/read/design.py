@@ -48,7 +48,9 @@ def read_design(path: Path | str | Sequence[Path | str], scope: str | None = Non
         DesignError: a file is missing, no IFC, cut short or of another schema. Or two walls or columns of it share a
             GlobalId, or no wall or column has a body.
     """
-    paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path)]
+    paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path or ())]
+    if not paths:
+        raise DesignError("no IFC file is named; name at least one")
     return _design([(one, open_ifc(one)) for one in paths], scope)
 
 

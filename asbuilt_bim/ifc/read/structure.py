@@ -15,12 +15,22 @@ from asbuilt_bim.ifc.units import Units
 
 _MAX_DEPTH = 32  # a file may tie a knot in its tree
 _CONCRETE = re.compile(
-    r"concrete|\bbet[oó]n|b[eé]ton|stahlbeton|hormig[oó]n|calcestruzzo|betong|\bc\s?\d\d/\d\d\b|\bin[- ]?situ\b",
+    r"concret[eo]|\bbet[oó]n|bet[aã]o\b|b[eé]ton|hormig[oó]n|calcestruzzo|betong|\bc\s?\d\d/\d\d\b|\bin[- ]?situ\b",
     re.IGNORECASE,
 )
 _BLOCKS = re.compile(
     r"(gas|poren|zell|cellen|cellular|aerated|autoclaved|foam)[- ]?(beton|concrete)|autoclaved|block|masonry|\bcmu\b|"
     r"betonstein|parpaing|bloque",
+    re.IGNORECASE,
+)
+_OTHERS = re.compile(
+    r"steel|stahl|st[aå]l\b|staal|acier|acero|acciaio|\bs\s?(235|275|355)|\bhe[abm]\s?\d|alumin|metal|\biron\b|"
+    r"brick|ziegel|klinker|brique|ladrillo|mattone|baksteen|mauer|murstein|tegel|kalksand|kalkzand|masonry|metselwerk|"
+    r"wood|timber|\bholz|holz\b|\bbois\b|madera|legno|\bhout|plywood|\bclt\b|sperrholz|\bosb\b|"
+    r"gypsum|gips|pl[aâ]tre|yeso|cartongesso|plaster|putz|stucco|pleister|drywall|glas|verre|vidrio|vetro|"
+    r"insul|d[aä]mm|isol|aislam|\beps\b|\bxps\b|wool|wolle|\bwol\b|\bair\b|cavity|luft|lucht|spouw|"
+    r"stone\b|naturstein|granit|marmor|marble|pierre|piedra|tile|fliese|ceramic|keramik|plastic|kunststoff|\bpvc\b|"
+    r"membrane|bitumen|earth|lehm|adobe|polystyr|polyureth|\bpur\b|\bpir\b",
     re.IGNORECASE,
 )
 
@@ -93,11 +103,15 @@ def parts_of(product: Any, depth: int = 0) -> Iterator[Any]:
 
 
 def is_concrete(product: Any) -> bool | None:
-    """Say by its materials' names whether a product is cast concrete; None where it names no material."""
+    """Say by its materials' names whether a product is cast concrete; None where they don't say.
+
+    No is said only where every name is known to be something else: a word of a language that isn't known says nothing.
+    """
     named = [name for name in material_names(product) if not name.startswith("<")]
-    if not named:
-        return None
-    return any(_CONCRETE.search(name) and not _BLOCKS.search(name) for name in named)
+    if any(_CONCRETE.search(name) and not _BLOCKS.search(name) for name in named):
+        return True
+    known = [_BLOCKS.search(name) or _OTHERS.search(name) for name in named]
+    return False if known and all(known) else None
 
 
 def material_names(product: Any) -> list[str]:

@@ -243,6 +243,23 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(t
             pass
 
 
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+@pytest.mark.parametrize("name", ["overlays", "extra", "extra/plugin", "runs"])
+def test_nothing_is_written_through_a_link_in_the_output_folder(tmp_path: Path, name: str) -> None:
+    elsewhere, out = tmp_path / "elsewhere", tmp_path / "out"
+    elsewhere.mkdir()
+    (elsewhere / ".asbuilt-0a1b2c3d.part").write_text("someone's")
+    with open_output(out) as folder:
+        publish(folder, "one")
+    if (out / name).exists():
+        (out / name).rename(tmp_path / "moved")
+    (out / name).parent.mkdir(exist_ok=True)
+    (out / name).symlink_to(elsewhere, target_is_directory=True)
+    with pytest.raises(OutputError, match=f"{name}: is a link, .*choose another --out"), open_output(out):
+        pass
+    assert files(elsewhere) == {".asbuilt-0a1b2c3d.part": b"someone's"}
+
+
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="an administrator may write everywhere")
 def test_a_read_only_folder_is_refused(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)

@@ -56,6 +56,7 @@ def test_a_zipped_model_gets_a_plain_copy_with_the_result(model: Path, tmp_path:
         ({"a__dot__ifcXML": b"<ifcXML/>"}, "ifcXML, which can't be read"),
         ({"a__dot__ifc": b"", "b__dot__txt": b""}, "is empty"),
         ({"a__dot__ifc": b"ISO-10303-21;", "b__dot__ifc": b"ISO-10303-21;"}, r"2 models \(a.ifc, b.ifc\)"),
+        ({"xl/workbook__dot__xml": b"<workbook/>"}, "is an Excel workbook, .*save a plan as CSV"),
         ({"a__dot__ifc": b"PK\x03\x04"}, "archive within another"),
         ({"a__dot__ifc": b"ISO-10303-21;\nHEADER;\n"}, "cut short"),
     ],

@@ -160,6 +160,11 @@ def test_a_file_without_a_storey_is_read_and_says_that_its_elements_count_in_the
         ("Porenbeton", False),
         ("Concrete Masonry Units", False),
         ("Kalkzandsteen", False),
+        ("Concreto armado", True),
+        ("コンクリート", None),
+        ("\u0431\u0435\u0442\u043e\u043d B25", None),
+        ("Steinsteypa", None),
+        ("Default Wall", None),
         (None, None),
     ],
 )

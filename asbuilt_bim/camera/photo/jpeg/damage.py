@@ -1,14 +1,20 @@
-"""The door of this room: what is damaged in a JPEG, by its coded data and by its decoded picture."""
+"""The door of this room: a JPEG's pixels, and what is damaged by its coded data, its decoder and its picture."""
 
+from asbuilt_bim.camera.photo.jpeg.decode import decoded_jpeg
 from asbuilt_bim.camera.photo.jpeg.scan import damage_in_scan, jpeg_frame
 from asbuilt_bim.camera.photo.jpeg.seam import seam
 from asbuilt_bim.geometry.arrays import ByteImage
 
 
-def damage_of_data(data: bytes) -> str:
-    """Return what is damaged in a file's coded data, "" where nothing is, or where it is no baseline JPEG."""
+def sound_jpeg(data: bytes) -> tuple[ByteImage | None, str]:
+    """Return the pixels (H, W, 3) BGR of a JPEG, None where there are none, and what its coded data lacks.
+
+    What only the picture shows is told by `damage_of_picture`.
+    """
     frame = jpeg_frame(data)
-    return damage_in_scan(data, frame) if frame is not None else ""
+    if frame is not None and (damage := damage_in_scan(data, frame)):
+        return None, damage
+    return decoded_jpeg(data, counted=frame is not None and bool(frame.blocks))
 
 
 def damage_of_picture(data: bytes, image: ByteImage) -> str:

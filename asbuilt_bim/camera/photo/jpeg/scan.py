@@ -2,7 +2,8 @@
 
 Decoders don't tell: one turned bit in a code's length moves every block that follows, and the picture comes out whole
 in size and shifted in what it shows. Counting finds it: what is left of the data then has too many blocks, or too few,
-or a code that no table has. Counting can't find a turned bit within a value; `seam.py` looks for the step in brightness
+or a code that no table has. The decoder itself (`decode.py`) lets some of these pass, and takes what some cameras
+leave at the end for damage. Counting can't find a turned bit within a value; `seam.py` looks for the step in brightness
 that such a bit leaves. Nor can it find a wrong length that the codes after it make up for exactly, damage in
 progressive pictures, or damage before the coded data that leaves valid tables.
 """
