@@ -11,9 +11,9 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.flow.design_source import design_of
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
-from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.survey_shift import survey_shift
@@ -90,7 +90,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     """
     timer = StepTimer(time.perf_counter)
     refuse_missing(project)
-    design = read_design(project.ifc, project.scope)
+    design = design_of(project, place.cache)
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
