@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, unique_rows
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.transform import cross
 
 WELD_M = 1e-5
 """Vertices nearer than this are one: modellers' own precision, a hundredth of the coplanarity tolerance."""
@@ -39,13 +40,11 @@ def welded(mesh: Mesh) -> Mesh:
     if len(mesh.triangles) == 0:
         return mesh
     low = mesh.vertices_m.min(axis=0)
-    _, first, where = np.unique(
-        np.round((mesh.vertices_m - low) / WELD_M).astype(np.int64), axis=0, return_index=True, return_inverse=True
-    )
-    triangles = where.reshape(-1)[mesh.triangles].astype(np.int32)
+    first, where = unique_rows(np.round((mesh.vertices_m - low) / WELD_M).astype(np.int64))
+    triangles = where[mesh.triangles].astype(np.int32)
     vertices = mesh.vertices_m[first]
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 2.0 * WELD_M**2
+    keep = np.linalg.norm(cross(b - a, c - a), axis=1) > 2.0 * WELD_M**2
     return Mesh(vertices_m=vertices, triangles=triangles[keep])
 
 
@@ -88,7 +87,7 @@ def signed_volume(mesh: Mesh) -> float:
     if len(mesh.triangles) == 0:
         return 0.0
     a, b, c = np.moveaxis(mesh.corners_m - mesh.corners_m.reshape(-1, 3).mean(axis=0), 1, 0)
-    return float(np.sum(a * np.cross(b, c)) / 6.0)
+    return float(np.sum(a * cross(b, c)) / 6.0)
 
 
 def is_closed(mesh: Mesh) -> bool:
@@ -112,7 +111,7 @@ def turned_outwards(mesh: Mesh) -> Mesh:
             return mesh
         return Mesh(vertices_m=mesh.vertices_m, triangles=np.ascontiguousarray(mesh.triangles[:, ::-1]))
     corners = mesh.corners_m
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     step = 1e-3 * across / np.linalg.norm(across, axis=1, keepdims=True)
     middle = corners.mean(axis=1)
     wrong = inside(mesh, middle + step) & ~inside(mesh, middle - step)
@@ -178,6 +177,6 @@ def inside(mesh: Mesh, points_m: ArrayLike) -> BoolArray:
 def _onto_z(direction: FloatArray) -> FloatArray:
     """Return a rotation (3, 3) that takes the direction to +z."""
     z = direction / np.linalg.norm(direction)
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x = cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
+    return np.stack([x, cross(z, x), z])

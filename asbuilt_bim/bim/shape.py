@@ -4,6 +4,7 @@ import numpy as np
 
 from asbuilt_bim.bim.mesh import Mesh
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import cross
 
 _ROOM = 1.05
 """The placement's axes are kept while their rectangle is at most 5 % larger than the smallest one."""
@@ -30,7 +31,7 @@ def axes(mesh: Mesh, preferred: FloatArray | None = None) -> tuple[FloatArray, F
     if spans[best, 0] < spans[best, 1] - 1e-6:
         angle += np.pi / 2.0
     x = np.array([np.cos(angle), np.sin(angle), 0.0])
-    turn = np.stack([x, np.cross([0.0, 0.0, 1.0], x), [0.0, 0.0, 1.0]])
+    turn = np.stack([x, cross([0.0, 0.0, 1.0], x), [0.0, 0.0, 1.0]])
     own = (points - shift) @ turn.T
     low, high = own.min(axis=0), own.max(axis=0)
     origin = np.array([low[0], (low[1] + high[1]) / 2.0, low[2]])
@@ -43,7 +44,7 @@ def axes(mesh: Mesh, preferred: FloatArray | None = None) -> tuple[FloatArray, F
 def _edge_directions(mesh: Mesh) -> FloatArray:
     """Return the plan directions (N,) in radians of the lateral triangles; the smallest rectangle lies along one."""
     corners = mesh.corners_m
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     level = np.linalg.norm(across[:, :2], axis=1)
     upright = level > np.abs(across[:, 2])
     if not upright.any():

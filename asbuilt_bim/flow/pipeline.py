@@ -7,15 +7,14 @@ from datetime import date
 from functools import reduce
 
 from asbuilt_bim.bim.model import BimModel
-from asbuilt_bim.bim.twins import once_each
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.flow.design_source import design_of
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.shown_again import Shown
-from asbuilt_bim.ifc.apart import read_design
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
@@ -122,7 +121,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     """
     timer = StepTimer(time.perf_counter)
     refuse_missing(project)
-    design = once_each(read_design(project.ifc, project.scope))
+    design = design_of(project, place.cache)
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)

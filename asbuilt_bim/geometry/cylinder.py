@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import apply, rotate
+from asbuilt_bim.geometry.transform import apply, cross, rotate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,7 +27,7 @@ class CylinderFrame:
     def to_uv(self, points_m: ArrayLike) -> FloatArray:
         """Return lateral coordinates (..., 2) in metres of points (..., 3), projected radially."""
         relative = np.asarray(points_m, dtype=np.float64) - self.origin_m
-        side = np.cross(self.axis, self.zero)
+        side = cross(self.axis, self.zero)
         angle = np.arctan2(relative @ side, relative @ self.zero)
         return np.stack([self.radius_m * angle, relative @ self.axis], axis=-1)
 
@@ -41,7 +41,7 @@ class CylinderFrame:
     def outward(self, uv_m: ArrayLike) -> FloatArray:
         """Return the outward unit normals (..., 3) at lateral coordinates (..., 2)."""
         angle = np.asarray(uv_m, dtype=np.float64)[..., 0] / self.radius_m
-        side = np.cross(self.axis, self.zero)
+        side = cross(self.axis, self.zero)
         normals: FloatArray = np.cos(angle)[..., None] * self.zero + np.sin(angle)[..., None] * side
         return normals
 

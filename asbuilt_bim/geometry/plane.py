@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import apply, rotate, unit
+from asbuilt_bim.geometry.transform import apply, cross, rotate, unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,6 +22,12 @@ class Plane:
         """Return the signed distance of points (..., 3), positive on the normal's side."""
         distance: FloatArray = np.asarray(points_m, dtype=np.float64) @ self.normal - self.offset_m
         return distance
+
+    def foot_m(self, point_m: ArrayLike) -> FloatArray:
+        """Return the point (3,) of the plane nearest to a point (3,)."""
+        point = np.asarray(point_m, dtype=np.float64)
+        foot: FloatArray = point - self.distance_m(point) * self.normal
+        return foot
 
     def intersect(self, origin_m: ArrayLike, directions: ArrayLike) -> FloatArray:
         """Return where rays (origin (3,), directions (..., 3)) meet the plane; NaN where they run along it."""
@@ -84,12 +90,10 @@ def frame_on_plane(plane: Plane, origin_m: ArrayLike, up: ArrayLike) -> PlaneFra
     Where the plane is level (normal within 1e-6 of up) the axis least along the normal takes the place of up.
     """
     normal = plane.normal
-    foot = np.asarray(origin_m, dtype=np.float64)
-    foot = foot - plane.distance_m(foot) * normal
     rising = np.asarray(up, dtype=np.float64)
     v = rising - (rising @ normal) * normal
     if np.linalg.norm(v) < 1e-6:
         axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
         v = axis - (axis @ normal) * normal
     v = unit(v)
-    return PlaneFrame(origin_m=frozen(foot), u=frozen(np.cross(v, normal)), v=frozen(v))
+    return PlaneFrame(origin_m=frozen(plane.foot_m(origin_m)), u=frozen(cross(v, normal)), v=frozen(v))

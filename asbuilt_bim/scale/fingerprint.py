@@ -10,6 +10,11 @@ from asbuilt_bim.version import __version__
 LIBRARIES = ("numpy", "opencv-python-headless", "simplejpeg", "ifcopenshell", "onnxruntime", "shapely")
 MEASURING = ("errors.py", "codes.py", "scale/codec.py", "storage", "geometry", "camera", "vision", "measure")
 """The code that decides what a station's measurement is, and how it is kept."""
+READING = (
+    "errors.py", "codes.py", "scale/codec.py", "storage", "geometry", "bim",
+    "ifc/geometry", "ifc/read", "ifc/identity.py", "ifc/names.py", "ifc/units.py",
+)  # fmt: skip
+"""The code that decides what a design is, and how it is kept."""
 
 
 @functools.cache
@@ -35,10 +40,16 @@ def measuring_identity() -> dict[str, str]:
     return {"asbuilt-bim": __version__, "measuring code": measuring_code_digest()[:12], **library_versions()}
 
 
-def code_digest(package: Path) -> str:
-    """Return a digest of the measuring code in a package's folder: of its names, its text and its networks' sizes."""
+@functools.cache
+def reading_code_digest() -> str:
+    """Return a digest of this program's code that reads designs, so that a design read by other code is never used."""
+    return code_digest(Path(__file__).parent.parent, READING)
+
+
+def code_digest(package: Path, parts: tuple[str, ...] = MEASURING) -> str:
+    """Return a digest of parts of the code in a package's folder: of its names, its text and its networks' sizes."""
     digest = hashlib.sha256(__version__.encode())
-    for name in MEASURING:
+    for name in parts:
         for path in sorted([package / name] if name.endswith(".py") else (package / name).rglob("*.py")):
             digest.update(path.relative_to(package).as_posix().encode())
             digest.update(path.read_bytes())

@@ -6,24 +6,25 @@ from pathlib import Path
 
 import pytest
 
-from asbuilt_bim.scale.fingerprint import MEASURING, code_digest
+from asbuilt_bim.scale.fingerprint import MEASURING, READING, code_digest
 from tests.test_imports import PACKAGE, import_graph
 
 
-def measuring(module: str) -> bool:
+def within(module: str, parts: tuple[str, ...]) -> bool:
     path = "/".join(module.split(".")[1:])
-    return any(f"{path}.py" == name or f"{path}/".startswith(f"{name}/") for name in MEASURING)
+    return any(f"{path}.py" == name or f"{path}/".startswith(f"{name}/") for name in parts)
 
 
-def test_all_code_that_a_measurement_is_made_by_counts() -> None:
+@pytest.mark.parametrize("parts", [MEASURING, READING], ids=["a measurement", "a design"])
+def test_all_code_that_it_is_made_by_counts(parts: tuple[str, ...]) -> None:
     graph = import_graph(PACKAGE.parent, PACKAGE.name)
-    seen = {module for module in graph if measuring(module)}
+    seen = {module for module in graph if within(module, parts)}
     todo = list(seen)
     while todo:
         new = graph[todo.pop()] - seen
         seen |= new
         todo += new
-    assert {module for module in seen if not measuring(module)} <= {"asbuilt_bim", "asbuilt_bim.version"}
+    assert {module for module in seen if not within(module, parts)} <= {"asbuilt_bim", "asbuilt_bim.version"}
 
 
 def moved(package: Path) -> None:

@@ -33,7 +33,7 @@ def read_bodies(
     length_scale: float,
     *,
     world_from_file: FloatArray | None = None,
-    threads: int = 2,
+    threads: int = 1,
     uncut: bool = False,
 ) -> dict[int, Body]:
     """Return the bodies of products by entity number, openings taken off; those without a usable body are left out.
@@ -66,8 +66,8 @@ def read_bodies(
 
 
 def _body(shape: Any, mend: float, world_from_file: FloatArray | None) -> Body | None:
-    vertices = np.array(shape.geometry.verts, dtype=np.float64).reshape(-1, 3) * mend
-    triangles = np.array(shape.geometry.faces, dtype=np.int32).reshape(-1, 3)
+    vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3) * mend
+    triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3)
     world_from_local = np.array(shape.transformation.matrix, dtype=np.float64).reshape(4, 4, order="F").copy()
     world_from_local[:3, 3] *= mend
     if world_from_file is not None:

@@ -8,6 +8,7 @@ from asbuilt_bim.bim.mesh import Mesh
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.geometry.transform import cross, unit
 from asbuilt_bim.ifc.geometry.coplanar_regions import UP, CoplanarRegion, triangles_union
 
 MAX_TURN_RAD = float(np.radians(31.0))
@@ -53,28 +54,35 @@ def _chains(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> list[list[int]]:
         return []
     first, second = owner[same], owner[same + 1]
     normals = np.array([part.normal for part in parts])
-    middles = np.array([mesh.corners_m[part.triangles].mean(axis=(0, 1)) for part in parts])
+    middles, widths = _extents(mesh, parts, normals)
     turn = np.arccos(np.clip((normals[first] * normals[second]).sum(axis=1), -1.0, 1.0))
     behind = ((middles[second] - mesh.vertices_m[edges[same, 0]]) * normals[first]).sum(axis=1) < 0.0
-    widths = np.array([_width(mesh, part) for part in parts])
     alike = np.maximum(widths[first], widths[second]) < MAX_STEP * np.minimum(widths[first], widths[second])
     joined = (turn > MIN_TURN_RAD) & (turn < MAX_TURN_RAD) & behind & alike
     labels = np.arange(len(parts))
-    for _ in parts:
+    first, second = first[joined], second[joined]
+    while True:
         before = labels.copy()
-        lowest = np.minimum(labels[first[joined]], labels[second[joined]])
-        np.minimum.at(labels, first[joined], lowest)
-        np.minimum.at(labels, second[joined], lowest)
+        lowest = np.minimum(labels[first], labels[second])
+        np.minimum.at(labels, first, lowest)
+        np.minimum.at(labels, second, lowest)
+        labels = labels[labels]
         if np.array_equal(labels, before):
             break
-    return [list(np.flatnonzero(labels == label)) for label in np.unique(labels) if (labels == label).sum() > 1]
+    found, size = np.unique(labels, return_counts=True)
+    return [list(np.flatnonzero(labels == label)) for label in found[size > 1]]
 
 
-def _width(mesh: Mesh, part: CoplanarRegion) -> float:
-    """Return a facet's level extent in metres."""
-    along = np.cross(UP, part.normal)
-    reach = mesh.corners_m[part.triangles].reshape(-1, 3) @ (along / np.linalg.norm(along))
-    return float(np.ptp(reach))
+def _extents(mesh: Mesh, parts: tuple[CoplanarRegion, ...], normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the facets' middles (P, 3) and their level extents (P,) in metres."""
+    sizes = [len(part.triangles) for part in parts]
+    start = np.cumsum([0, *sizes[:-1]])
+    corners = mesh.vertices_m[mesh.triangles[np.concatenate([part.triangles for part in parts])]]
+    along = unit(cross(UP, normals))
+    reach = (corners * np.repeat(along, sizes, axis=0)[:, None]).sum(axis=2)
+    widths = np.maximum.reduceat(reach.max(axis=1), start) - np.minimum.reduceat(reach.min(axis=1), start)
+    middles = np.add.reduceat(corners.mean(axis=1), start, axis=0) / np.array(sizes)[:, None]
+    return middles, widths
 
 
 def _fit(mesh: Mesh, parts: tuple[CoplanarRegion, ...], chain: list[int]) -> FoundCylinder | None:
@@ -84,9 +92,9 @@ def _fit(mesh: Mesh, parts: tuple[CoplanarRegion, ...], chain: list[int]) -> Fou
     numbers = np.concatenate([parts[i].triangles for i in chain])
     corners = mesh.corners_m[numbers]
     points = corners.reshape(-1, 3)
-    x = np.cross(np.array([0.0, 1.0, 0.0]), axis)
+    x = cross(np.array([0.0, 1.0, 0.0]), axis)
     x /= np.linalg.norm(x)
-    y = np.cross(axis, x)
+    y = cross(axis, x)
     shift = points.mean(axis=0)
     plan = np.stack([(points - shift) @ x, (points - shift) @ y], axis=1)
     solved, *_ = np.linalg.lstsq(np.column_stack([2.0 * plan, np.ones(len(plan))]), (plan**2).sum(axis=1), rcond=None)

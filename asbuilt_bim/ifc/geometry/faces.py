@@ -7,7 +7,7 @@ import numpy as np
 
 from asbuilt_bim.bim.mesh import Mesh
 from asbuilt_bim.bim.model import DesignFace, ElementClass, FaceRole
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, unique_rows
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import area, bounds
 from asbuilt_bim.geometry.transform import apply
@@ -76,14 +76,16 @@ def _digest_points(surface: Surface, local_from_world: FloatArray) -> FloatArray
 
 def _corners(ring: FloatArray) -> FloatArray:
     """Return a ring without the points that lie on its straight edges: where those are depends on the kernel."""
-    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+    closed = np.concatenate([ring[-1:], ring, ring[:1]])
+    before, after = ring - closed[:-2], closed[2:] - ring
     turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     bent = np.abs(turn) > 1e-3 * np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     return ring[bent] if bent.any() else ring
 
 
 def _face_id(global_id: str, points_m: FloatArray, taken: set[str]) -> str:
-    rounded = np.unique(np.floor(points_m * 1000.0 + _ROUND_UP).astype("<i8"), axis=0).tobytes()
+    cells = np.floor(points_m * 1000.0 + _ROUND_UP).astype("<i8")
+    rounded = cells[unique_rows(cells)[0]].tobytes()
     for twin in range(1000):
         digest = hashlib.sha256(rounded + (bytes([twin % 256, twin // 256]) if twin else b"")).hexdigest()[:8]
         if (face_id := f"{global_id}-{digest}") not in taken:

@@ -10,6 +10,7 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region, bounds
+from asbuilt_bim.geometry.transform import cross
 
 _END = 0.7
 """Cosine to the length from which a face turns more to it than across it."""
@@ -49,7 +50,7 @@ def _thickness(mesh: Mesh, lateral_m2: float) -> float:
     """Return the mean thickness in metres: plan area over half the plan's girth, whatever way the wall bends."""
     height = float(np.ptp(mesh.bounds_m[:, 2]))
     corners = mesh.corners_m
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     plan_m2 = float(np.abs(across[:, 2]).sum() / 4.0)
     return 2.0 * plan_m2 * height / lateral_m2 if lateral_m2 > 0.0 else 0.0
 
