@@ -54,6 +54,9 @@ def wanted_views(
 
 
 def _is_open(element: ElementProgress) -> bool:
+    """Say whether a photo can tell more of it: what is displaced is for a person to accept."""
+    if element.state == "displaced":
+        return False
     return element.completion.upper - element.completion.lower >= WORTH_IT and element.design_area_m2 > 0.0
 
 
