@@ -173,7 +173,7 @@ def test_photos_that_tell_another_day_than_the_visits_decide_nothing(
     for element in second.elements:
         assert element.notes[0].code is Reason.DECIDED_NOTHING
         assert element.notes[0].values == {"cause": "photos of another day"}
-        assert element.cells_open == 0.0 and element.completion.upper == 1.0 or element.state == "complete"
+        assert (element.cells_open == 0.0 and element.completion.upper == 1.0) or element.state == "complete"
 
 
 def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(
