@@ -116,17 +116,19 @@ def measure_visit(
     taken: dict[str, date] = {}
     step = f"measure {visit.date.isoformat()}"
     outcomes, known = _measured(visit.stations, step, project, rig, place, progress, taken)
-    for name in of_other_days(visit, taken):
-        outcomes[name] = refused(outcomes[name], of_other_day(name, visit))
-    in_order = [outcomes[station.name] for station in visit.stations]
-    showing = {o.station: o.thumbnail_jpeg for o in in_order if isinstance(o, StationMeasurement)}
+    barred = {name: of_other_day(name, visit) for name in of_other_days(visit, taken)}
+    showing = {
+        station.name: found.thumbnail_jpeg
+        for station in visit.stations
+        if isinstance(found := outcomes[station.name], StationMeasurement) and station.name not in barred
+    }
     twins, all_shown = stations_shown_before(visit.date, showing, earlier)
-    outcomes |= {name: refused(outcomes[name], reason) for name, reason in twins.items()}
+    barred |= twins
+    outcomes |= {name: refused(outcomes[name], reason) for name, reason in barred.items()}
 
     def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
-        stations = [station for station in visit.stations if station.name in names]
-        step = f"measure {visit.date.isoformat()} again, rig refined"
-        return _measured(stations, step, project, refined, place, progress)[0]
+        stations = [one for one in visit.stations if one.name in names and one.name not in barred]
+        return _measured(stations, f"{step} again, rig refined", project, refined, place, progress)[0]
 
     in_order = [outcomes[station.name] for station in visit.stations]
     watched = watch_rig(in_order, rig, again if project.rig.refine else None)

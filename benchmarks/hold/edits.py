@@ -14,6 +14,7 @@ import ifcopenshell
 import ifcopenshell.guid
 import numpy as np
 import yaml
+from ifcopenshell.util.unit import calculate_unit_scale
 
 from asbuilt_bim.geometry.arrays import FloatArray
 
@@ -200,7 +201,8 @@ def _move(file: ifcopenshell.file, product: Any, move_m: tuple[float, float, flo
     placement = product.ObjectPlacement
     axes = placement.RelativePlacement
     here = axes.Location.Coordinates
-    there = file.createIfcCartesianPoint(tuple(float(a) + b for a, b in zip(here, move_m, strict=True)))
+    unit_m = calculate_unit_scale(file)
+    there = file.createIfcCartesianPoint(tuple(float(a) + b / unit_m for a, b in zip(here, move_m, strict=True)))
     place = file.createIfcAxis2Placement3D(there, axes.Axis, axes.RefDirection)
     product.ObjectPlacement = file.createIfcLocalPlacement(placement.PlacementRelTo, place)
 

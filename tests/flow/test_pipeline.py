@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,11 +11,13 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
+from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about
 from asbuilt_bim.flow.measure_visit import Workplace, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
+from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, WatchedVisit, watch_rig
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.progress.report import ProgressReport
@@ -185,6 +188,20 @@ def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(
     ).reports[1]
     assert report.placed == result.reports[1].placed
     assert [e.state for e in report.elements] == [e.state for e in result.reports[1].elements]
+
+
+def test_a_station_of_another_day_is_not_measured_again_with_a_refined_rig(
+    project: Project, cache: Cache, result: RunResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refining(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
+        assert again is not None
+        assert again([outcome.station for outcome in outcomes], rig) == {}
+        return watch_rig(outcomes, rig)
+
+    monkeypatch.setattr("asbuilt_bim.flow.measure_visit.watch_rig", refining)
+    visit = replace(project.visits[1], date=project.visits[1].date.replace(year=2027))
+    other = replace(project, visits=(visit,), rig=replace(project.rig, refine=True))
+    assert run_project(other, Workplace(workers=1, cache=cache), Heard()).reports[0].nothing_seen
 
 
 def test_a_survey_that_lies_beside_the_design_decides_no_state(

@@ -38,7 +38,7 @@ def _knocked(note: Note) -> str:
 RIG_NOTES: Mapping[Reason, Template] = {
     Reason.RIG_USED_REFINED: _refined,
     Reason.RIG_KNOCKED_BETWEEN: _knocked,
-    Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale: each area's sigma holds {share:tenth %} for it",
+    Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale: each area's sigma holds {share:hundredth %}",
     Reason.CALIBRATION_COVERAGE: "the boards cover only {share:%} of the frame",
     Reason.CALIBRATION_HOLD_OUT: "views kept back miss by {hold_out_px:px}, the others by {rms_px:px}",
     Reason.CALIBRATION_LENGTH: "the boards' diagonals come out {share:hundredth %} wrong",
