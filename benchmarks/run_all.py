@@ -57,6 +57,7 @@ CASES = (
     Case(script="site/light.py", packages=RENDERER),
     Case(script="site/crash.py", quick="--quick --check"),
     Case(script="hold/photos.py", quick="--quick --check"),
+    Case(script="hold/inputs.py", quick="--quick"),
     Case(script="site/speed.py", slow=""),
     Case(script="site/cost.py", slow=""),
     Case(script="house/scrambled.py", quick="--quick --check", room="asbuilt_bim/report/wording"),
