@@ -58,6 +58,7 @@ CASES = (
     Case(script="site/crash.py", quick="--quick --check"),
     Case(script="hold/photos.py", quick="--quick --check"),
     Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),
+    Case(script="hold/inputs.py", quick="--quick"),
     Case(script="site/speed.py", slow=""),
     Case(script="site/cost.py", slow=""),
     Case(script="house/scrambled.py", quick="--quick --check", room="asbuilt_bim/report/wording"),

@@ -101,7 +101,7 @@ def tried(data: bytes, truth: ByteImage, done: str, tally: Tally) -> None:
 def lines_of(tallies: dict[str, Tally], sound: list[bool], seconds: dict[str, float], *, quick: bool) -> list[Line]:
     """Return the table."""
     lines = [
-        told(f"{name}: of {one.harmful} wrong pictures without a word", str(len(one.unsaid)), one.harmful + one.taken)
+        told(f"{name}: wrong pictures without a word", str(len(one.unsaid)), one.harmful)
         for name, one in tallies.items()
     ]
     harmful, unsaid = sum(t.harmful for t in tallies.values()), sum(len(t.unsaid) for t in tallies.values())

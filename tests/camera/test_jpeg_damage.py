@@ -159,3 +159,16 @@ def test_four_of_five_turned_bits_that_change_the_picture_are_found() -> None:
         except PhotoError:
             found += changed
     assert harmful >= 10 and 5 * found >= 4 * harmful
+
+
+@pytest.mark.parametrize("options", [(), (cv2.IMWRITE_JPEG_PROGRESSIVE, 1)])
+def test_any_bit_of_a_photos_frame_may_be_turned(options: tuple[int, ...]) -> None:
+    data = coded(a_photo()[:64, :64], *options)
+    frame = data.index(b"\xff\xc2" if options else b"\xff\xc0")
+    for bit in range(8 * frame, 8 * (frame + 19)):
+        broken = bytearray(data)
+        broken[bit // 8] ^= 1 << bit % 8
+        try:
+            decode(photo_from_bytes("a.jpg", bytes(broken)))
+        except PhotoError as refusal:
+            assert "a.jpg" in str(refusal)

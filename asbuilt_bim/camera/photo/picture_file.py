@@ -86,7 +86,7 @@ def _png(data: bytes) -> PictureOutside:
     while at + 12 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, at)
         body = at + 8
-        if kind == b"IHDR" and length >= 8:
+        if kind == b"IHDR" and body + 8 <= len(data):
             width, height = struct.unpack_from(">II", data, body)
         if kind == b"eXIf" and not exif:
             exif = data[body : body + length]

@@ -1,5 +1,6 @@
 """The one model inside an .ifczip, unpacked within bounds."""
 
+import struct
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -16,6 +17,8 @@ MAX_RATIO = 100.0
 """STEP text packs 4 to 20 times; deflate can pack zeros 1,032 times, and that is a bomb."""
 _FREE_BYTES = 10_000_000  # small archives may be packed as tightly as they like
 _CHUNK = 1 << 20
+_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError, RuntimeError, ValueError)
+"""What `zipfile` raises, whichever byte is wrong."""
 _ENCRYPTED = 0x1
 
 
@@ -26,16 +29,20 @@ def unpacked(path: Path) -> Iterator[Path]:
     Raises:
         DesignError: it is damaged, encrypted, holds no model, several, or one that would be too large.
     """
-    try:
-        with zipfile.ZipFile(path) as archive, TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-            member = _only_model(path, archive.infolist())
-            inside = Path(folder) / "model.ifc"
-            with archive.open(member) as packed, inside.open("wb") as plain:
-                _copy(path, member, packed, plain)
-            yield inside
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
-        raise DesignError(f"{path}: the archive is damaged ({reason}); pack the model again") from error
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        inside = Path(folder) / "model.ifc"
+        try:
+            with zipfile.ZipFile(path) as archive:
+                member = _only_model(path, archive.infolist())
+                with archive.open(member) as packed, inside.open("wb") as plain:
+                    _copy(path, member, packed, plain)
+        except _DAMAGE as error:
+            reason = " ".join(str(error).split())[:160] or type(error).__name__
+            raise DesignError(f"{path}: the archive is damaged ({reason}); pack the model again") from error
+        except OSError as error:  # a damaged directory points before the file's beginning, too
+            reason = error.strerror or str(error)
+            raise DesignError(f"{path}: can't be unpacked ({reason}); pack it again, or free space") from error
+        yield inside
 
 
 def _only_model(path: Path, members: list[zipfile.ZipInfo]) -> zipfile.ZipInfo:

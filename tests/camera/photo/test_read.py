@@ -145,3 +145,10 @@ def test_a_damaged_file_is_refused_or_decoded_never_a_crash(place: int, junk: by
 )
 def test_the_day_is_the_cameras_clocks_and_unknown_where_it_says_none_or_nonsense(taken: str, day: date | None) -> None:
     assert photo_from_bytes("a.jpg", with_exif(encoded(), exif_block(taken=taken))).exif.taken == day
+
+
+def test_a_png_that_ends_within_its_first_chunk_is_refused() -> None:
+    for count in range(8, 32):
+        data = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(40)
+        with pytest.raises(PhotoError, match=r"a\.png: "):
+            photo_from_bytes("a.png", data[:count])

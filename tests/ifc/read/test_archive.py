@@ -115,3 +115,14 @@ def test_what_comes_out_is_counted_whatever_the_archive_declares(
     monkeypatch.setattr(archive, "_only_model", lambda path, members: members[0])
     with pytest.raises(DesignError, match="MB exceeds"):
         read_design(path)
+
+
+def test_an_archive_whose_directory_points_before_its_beginning_is_refused(tmp_path: Path) -> None:
+    path = _zipped(tmp_path / "bad.ifczip", a__dot__ifc=b"ISO-10303-21;" * 40)
+    data = bytearray(path.read_bytes())
+    end = data.rindex(b"PK\x05\x06")
+    data[end + 16 : end + 20] = (len(data) * 2).to_bytes(4, "little")  # where the directory begins
+    data[end + 12 : end + 16] = (len(data)).to_bytes(4, "little")  # and its length
+    path.write_bytes(bytes(data))
+    with pytest.raises(DesignError, match=r"bad\.ifczip: (can.t be unpacked|the archive is damaged)"):
+        read_design(path)

@@ -25,6 +25,8 @@ def decoded_jpeg(data: bytes, *, counted: bool) -> tuple[ByteImage | None, str]:
         four = simplejpeg.decode_jpeg_header(data, strict=False)[2] in ("CMYK", "YCCK")
         pixels = simplejpeg.decode_jpeg(data, "CMYK" if four else "BGR", strict=True)
         return (decoded_by_opencv(data) if four else np.asarray(pixels, dtype=np.uint8)), ""
+    except KeyError:  # simplejpeg's own, of a colour space without a name
+        said = "Unsupported color space"
     except (ValueError, RuntimeError) as problem:
         said = str(problem)
     if said.startswith(_DAMAGE) and not (counted and _LEFT_OVER in said):
