@@ -1,14 +1,18 @@
 """The cells of an element: a wall is divided over length x height, a column over height; and samples of its surface."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
-from asbuilt_bim.bim.border_boxes import grid_of, sample_areas
+from asbuilt_bim.bim.border_boxes import sample_areas
+from asbuilt_bim.bim.face_grid import face_grid, inside_grid, own_lines
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
-from asbuilt_bim.geometry.polygon import Region, bounds, centroid, contains
+from asbuilt_bim.geometry.polygon import Region, centroid
 from asbuilt_bim.geometry.transform import apply, rotate
 
 WALL_CELL_M = 0.25
@@ -16,6 +20,7 @@ COLUMN_CELL_M = 0.10
 MIN_WALL_CELLS = 4
 MIN_WEIGHT = 0.10
 """A cell with less solid than this is an opening, and no cell."""
+_AT_HAND = 8  # elements whose samples are kept while one is judged: it asks for them up to four times
 _FINE = 5  # points along each side of a cell when its solid is measured: shares to 4 %
 
 
@@ -35,6 +40,9 @@ class Cells:
     def count(self) -> int:
         """Return how many real cells there are."""
         return int(np.count_nonzero(self.weight))
+
+
+_LAID_OUT: WeakKeyDictionary[BimElement, Cells] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,15 +65,28 @@ class CellSamples:
 
 
 def element_cells(element: BimElement) -> Cells:
-    """Divide an element into cells of about 0.25 m x 0.25 m (wall, at least 4 x 4) or 0.10 m of height (column)."""
+    """Divide an element into cells of about 0.25 m x 0.25 m (wall, at least 4 x 4) or 0.10 m of height (column).
+
+    They follow from the design alone, so they are laid out once for as long as the element is held.
+    """
+    laid_out = _LAID_OUT.get(element)
+    if laid_out is None:
+        laid_out = _LAID_OUT[element] = _cells(element)
+    return laid_out
+
+
+def _cells(element: BimElement) -> Cells:
     shape = _shape(element)
     solid = _solid_shares(element, shape)
-    seen = np.zeros(shape[0] * shape[1], dtype=bool)
-    seen[_samples(element, shape, min(WALL_CELL_M, COLUMN_CELL_M) / 4.0).cell] = True
-    weight = np.where((solid >= MIN_WEIGHT) & seen.reshape(shape), solid, 0.0)
+    seen = np.zeros(shape, dtype=bool)
+    for face in element.faces:
+        if face.role != "reveal" and face.exposed_area_m2 > 0.0 and face.exposed_uv_m:
+            seen |= _counts(element, face, face.exposed_uv_m, shape, min(WALL_CELL_M, COLUMN_CELL_M) / 4.0)[0] > 0
+    weight = np.where((solid >= MIN_WEIGHT) & seen, solid, 0.0)
     return Cells(element=element.global_id, shape=shape, weight=frozen(weight))
 
 
+@lru_cache(maxsize=_AT_HAND)
 def cell_samples(element: BimElement, spacing_m: float = 0.05) -> CellSamples:
     """Sample an element's exposed lateral surface about every `spacing_m`, each sample with its cell."""
     return _samples(element, _shape(element), spacing_m)
@@ -103,12 +124,30 @@ def _samples(element: BimElement, shape: tuple[int, int], spacing_m: float) -> C
 
 def _grid(region: Region, spacing_m: float) -> tuple[FloatArray, FloatArray]:
     """Return the centres (N, 2) of the grid boxes that lie in a region, and the spacing (2,); at least one point."""
-    u0, v0, u1, v1 = bounds(region)
-    size = np.array([u1 - u0, v1 - v0])
-    step = size / np.maximum(1, np.round(size / spacing_m))
-    grid = grid_of(region, step)
-    kept = grid[contains(region, grid)]
+    grid, step = face_grid(region, spacing_m)
+    kept = np.stack(np.meshgrid(grid.u_m, grid.v_m, indexing="ij"), axis=-1)[grid.inside]
     return (kept if len(kept) else centroid(region)[None, :]), step
+
+
+def _counts(
+    element: BimElement, face: DesignFace, region: Region, shape: tuple[int, int], spacing_m: float
+) -> tuple[IntArray, int]:
+    """Return how many points (nx, nz) of the grid over a face's region lie in each cell, and how many do in all.
+
+    A face whose u runs level and whose v runs up is counted line by line, any other point by point.
+    """
+    grid, _ = face_grid(region, spacing_m)
+    lines = own_lines(face, grid, element.axis_from_world, along=shape[0] > 1) if grid.inside.any() else None
+    counts = np.zeros(shape, dtype=np.int32)
+    if lines is None:
+        points = _lifted(face, _grid(region, spacing_m)[0])[0]
+        np.add.at(counts.reshape(-1), _cell_numbers(element, shape, points), 1)
+        return counts, len(points)
+    columns, rows = (_places(at, size, n) for at, size, n in zip(lines, _size(element), shape, strict=True))
+    by_column = np.zeros((shape[0], len(rows)), dtype=np.int32)
+    np.add.at(by_column, columns, grid.inside)
+    np.add.at(counts.T, rows, by_column.T)
+    return counts, int(np.count_nonzero(grid.inside))
 
 
 def _lifted(face: DesignFace, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -120,52 +159,51 @@ def _lifted(face: DesignFace, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _cell_numbers(element: BimElement, shape: tuple[int, int], points: FloatArray) -> IntArray:
     own = apply(element.axis_from_world, points)
-    size = np.array([max(element.length_m, 1e-9), max(element.height_m, 1e-9)])
-    index = np.floor(own[:, [0, 2]] / size * shape).astype(int)
-    index = np.clip(index, 0, np.array(shape) - 1)
-    numbers: IntArray = (index[:, 0] * shape[1] + index[:, 1]).astype(np.int32)
+    column, row = (_places(own[:, axis], size, n) for axis, size, n in zip((0, 2), _size(element), shape, strict=True))
+    numbers: IntArray = (column * shape[1] + row).astype(np.int32)
     return numbers
+
+
+def _size(element: BimElement) -> tuple[float, float]:
+    return max(element.length_m, 1e-9), max(element.height_m, 1e-9)
+
+
+def _places(at_m: FloatArray, size_m: float, count: int) -> NDArray[np.intp]:
+    """Return in which of `count` equal pieces of a size places (N,) lie."""
+    places: NDArray[np.intp] = np.clip(np.floor(at_m / size_m * count).astype(np.intp), 0, count - 1)
+    return places
 
 
 def _solid_shares(element: BimElement, shape: tuple[int, int]) -> FloatArray:
     """Return the share (nx, nz) of each cell that is solid: by a wall's sides seen flat, by a column's girth."""
     if element.kind == "column":
-        around = _samples_of_faces(element, COLUMN_CELL_M / _FINE)
-        area = np.bincount(_cell_numbers(element, shape, around[0]), around[1], minlength=shape[0] * shape[1])
+        area = np.zeros(shape)
+        for face in element.faces:
+            counts, count = _counts(element, face, face.rings_uv_m, shape, COLUMN_CELL_M / _FINE)
+            area += counts * (face.area_m2 / count)
         share = area / max(float(np.median(area[area > 0.0])) if (area > 0.0).any() else 1.0, 1e-12)
         return np.minimum(share, 1.0).reshape(shape)
     fine = (shape[0] * _FINE, shape[1] * _FINE)
     x, z = (size * (np.arange(n) + 0.5) / n for size, n in zip((element.length_m, element.height_m), fine, strict=True))
-    grid = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1)
     solid = np.zeros(fine, dtype=bool)
     for face in element.faces:
         if face.role == "side":
-            solid |= _covered(element, face, grid)
+            solid |= _covered(element, face, x, z)
     share = solid.reshape(shape[0], _FINE, shape[1], _FINE).mean(axis=(1, 3))
     return np.asarray(share, dtype=np.float64)
 
 
-def _covered(element: BimElement, face: DesignFace, grid: FloatArray) -> BoolArray:
-    """Say which points (..., 2) of the length-height plane a side face covers, looked at square on."""
+def _covered(element: BimElement, face: DesignFace, x: FloatArray, z: FloatArray) -> BoolArray:
+    """Say which points (nx, nz) of a grid in the length-height plane a side face covers, looked at square on."""
     if isinstance(face.frame, CylinderFrame):
         points = apply(element.axis_from_world, face.frame.from_uv(np.concatenate([r[0] for r in face.rings_uv_m])))
         low, high = points.min(axis=0)[[0, 2]], points.max(axis=0)[[0, 2]]
-        return np.asarray(((grid >= low) & (grid <= high)).all(axis=-1))
+        return np.asarray(np.outer((x >= low[0]) & (x <= high[0]), (z >= low[1]) & (z <= high[1])))
     normal = rotate(element.axis_from_world, face.frame.normal)
     if abs(normal[1]) < 0.1:
-        return np.zeros(grid.shape[:-1], dtype=bool)
+        return np.zeros((len(x), len(z)), dtype=bool)
     flat = tuple(
         tuple(apply(element.axis_from_world, face.frame.from_uv(ring))[:, [0, 2]] for ring in rings)
         for rings in face.rings_uv_m
     )
-    return contains(flat, grid)
-
-
-def _samples_of_faces(element: BimElement, spacing_m: float) -> tuple[FloatArray, FloatArray]:
-    """Return points (N, 3) and their areas (N,) over the whole lateral surface, contact kept on."""
-    points, areas = [np.zeros((0, 3))], [np.zeros(0)]
-    for face in element.faces:
-        uv, _ = _grid(face.rings_uv_m, spacing_m)
-        points.append(_lifted(face, uv)[0])
-        areas.append(np.full(len(uv), face.area_m2 / len(uv)))
-    return np.concatenate(points), np.concatenate(areas)
+    return inside_grid(flat, x, z)

@@ -33,7 +33,7 @@ class DesignFace:
     exposed_area_m2: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class BimElement:
     """One IfcWall or IfcColumn: where it belongs, its mesh, its lateral faces.
 

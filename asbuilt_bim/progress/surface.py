@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from asbuilt_bim.bim.model import DesignFace
 from asbuilt_bim.codes import Note
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 
 
@@ -40,11 +41,23 @@ class SurfaceState:
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
 
 
-def unseen(face: DesignFace) -> SurfaceState:
-    """Return the state of a face of which nothing is known."""
+def unseen(face: DesignFace, again: bool = False) -> SurfaceState:
+    """Return the state of a face of which nothing is known; `again`, after an earlier visit knew nothing either.
+
+    Its outline then begins at the corner where the one of a face begins that was judged: results stay the same.
+    """
+    exposed = polygon.difference(face.exposed_uv_m, polygon.EMPTY) if again else face.exposed_uv_m
     return SurfaceState(
-        face_id=face.face_id, element=face.element, built_uv_m=(), open_uv_m=(), unknown_uv_m=face.exposed_uv_m,
+        face_id=face.face_id, element=face.element, built_uv_m=(), open_uv_m=(), unknown_uv_m=exposed,
         outline_uv_m=(), built_area_m2=0.0, open_area_m2=0.0, unknown_area_m2=face.exposed_area_m2,
         as_built_area_m2=None, as_built_sigma_calibration_m2=0.0, as_built_sigma_image_m2=0.0, offset_m=None,
         offset_sigma_m=None, tilt_rad=None, stations={}, conflict_area_m2=0.0, notes=(),
     )  # fmt: skip
+
+
+def knows_anything(state: SurfaceState | None) -> bool:
+    """Say whether an earlier state tells more than that nothing is known: of such a face a visit has to decide anew."""
+    if state is None:
+        return False
+    seen = (state.built_uv_m, state.open_uv_m, state.was_open_uv_m, state.outline_uv_m)
+    return any(seen) or state.as_built_area_m2 is not None

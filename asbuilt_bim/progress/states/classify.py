@@ -9,7 +9,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.decide import decide_element
 from asbuilt_bim.progress.states.evidence import view_of
 from asbuilt_bim.progress.states.learn_colour import visit_colours
-from asbuilt_bim.progress.surface import SurfaceState, unseen
+from asbuilt_bim.progress.surface import SurfaceState, knows_anything, unseen
 
 
 def classify_surface(
@@ -33,10 +33,11 @@ def classify_surface(
     states: list[SurfaceState] = []
     for element in design.elements:
         earlier = [history.earlier(element.global_id, face, options) for face in element.faces]
-        if element.global_id in displaced or (
-            all(face.face_id in unobserved for face in element.faces) and not any(earlier)
-        ):
+        if element.global_id in displaced:
             states.extend(unseen(face) for face in element.faces)
+            continue
+        if all(face.face_id in unobserved for face in element.faces) and not any(map(knows_anything, earlier)):
+            states.extend(unseen(face, again=any(earlier)) for face in element.faces)
             continue
         states.extend(decide_element(element, views, by_face, earlier, options))
     return tuple(states)
