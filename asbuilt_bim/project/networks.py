@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import cast
 
 from asbuilt_bim.measure.station import Models
+from asbuilt_bim.project.trial import try_network
 from asbuilt_bim.storage.plugins import PREFIX, PluginGroup, find
 from asbuilt_bim.vision.masks.segment import Segmenter
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
-from asbuilt_bim.vision.networks.trial import try_network
 from asbuilt_bim.vision.stereo.depth import RelativeDepth
 
 

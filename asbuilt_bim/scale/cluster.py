@@ -10,7 +10,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
-from urllib.parse import urlsplit
 
 from asbuilt_bim.errors import MissingExtraError, OptionError, OutputError
 from asbuilt_bim.scale.fingerprint import measuring_identity
@@ -19,8 +18,9 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 CONNECT_S = 10.0
-WORKERS_S = 15.0
+WORKERS_S = 10.0
 """How long a cluster may be without any worker: Dask starts one anew in a few seconds."""
+_CHATTY = ("distributed", "distributed.client", "distributed.core", "tornado", "tornado.application", "asyncio")
 _KEPT = "What was measured so far is in the cache; run again, and only the rest is measured"
 
 
@@ -105,8 +105,8 @@ def cluster(scheduler: Scheduler) -> Iterator[Cluster]:
         raise MissingExtraError(
             '--scheduler needs Dask, which isn\'t installed: pip install "asbuilt-bim[dask]"'
         ) from problem
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters of it is said here
-    logging.getLogger("tornado").setLevel(logging.CRITICAL)
+    for name in _CHATTY:  # what matters of it is said here
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     security = _security(scheduler, Security) if scheme == "tls" else None
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "10GB"}):  # photos are large
         try:
@@ -129,13 +129,11 @@ def check_address(scheduler: Scheduler) -> str:
     Raises:
         OptionError: it is another, or tcp to another machine without leave.
     """
-    address = scheduler.address if "://" in scheduler.address else f"tcp://{scheduler.address}"
-    try:
-        parts = urlsplit(address)
-        scheme, host, port = parts.scheme, parts.hostname or "", parts.port
-    except ValueError:
-        scheme, host, port = "", "", None
-    if scheme not in ("tcp", "tls") or not host or port is None:
+    scheme, found, place = scheduler.address.rpartition("://")
+    scheme = scheme if found else "tcp"
+    host, _, port = place.rpartition(":")
+    host = host[1:-1] if host.startswith("[") and host.endswith("]") else host
+    if scheme not in ("tcp", "tls") or not host or "[" in host or not (port.isascii() and port.isdecimal()):
         raise OptionError(f"--scheduler {scheduler.address}: is no address; write tcp://HOST:PORT or tls://HOST:PORT")
     if scheme == "tcp" and not _loopback(host) and not scheduler.insecure:
         raise OptionError(

@@ -11,7 +11,6 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from asbuilt_bim.errors import NetworkError
-from asbuilt_bim.scale.apart import PATIENCE
 from asbuilt_bim.vision.networks.card import ROLES, NetworkCard
 from asbuilt_bim.vision.networks.geometry_input import CHANNELS
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
@@ -21,6 +20,8 @@ MAX_MEMORY_BYTES = 2_000_000_000
 MAX_OUTPUT_VALUES = 200_000_000
 RUN_S = 40.0
 """Processor time for one picture: ten times what a large network takes."""
+LATE_S = 8.0 * RUN_S
+"""The same on the clock, where other work may hold it up."""
 _KINDS: dict[str, type[np.generic]] = {
     "tensor(float)": np.float32,
     "tensor(float16)": np.float16,
@@ -51,15 +52,13 @@ class Network:
         """
         feeds = {name: p.astype(kind) for name, p, kind in zip(self.inputs, pictures, self.kinds, strict=True)}
         options = onnxruntime.RunOptions()
-        end = threading.Timer(
-            PATIENCE * RUN_S, setattr, (options, "terminate", True)
-        )  # of a loop that the picture sets
+        end = threading.Timer(LATE_S, setattr, (options, "terminate", True))  # of a loop that the picture sets
         end.daemon = True
         end.start()
         try:
             answers = self.session.run(list(self.outputs.values()), feeds, options)
         except Exception as problem:  # onnxruntime raises a dozen types of its own
-            late = f"took more than {PATIENCE * RUN_S:.0f} s for one picture; export it without loops"
+            late = f"took more than {LATE_S:.0f} s for one picture; export it without loops"
             raise NetworkError(f"network {self.path}: {late if options.terminate else _reason(problem)}") from problem
         finally:
             end.cancel()

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import NetworkError
+from asbuilt_bim.project import trial
 from asbuilt_bim.project.networks import NetworkChoice, identities
+from asbuilt_bim.project.trial import try_network
 from asbuilt_bim.scale.apart import Limits
-from asbuilt_bim.vision.networks import session, trial
+from asbuilt_bim.vision.networks import session
 from asbuilt_bim.vision.networks.card import read_card
 from asbuilt_bim.vision.networks.session import open_network
-from asbuilt_bim.vision.networks.trial import try_network
 from tests.vision.networks import graphs
 
 
@@ -38,8 +39,7 @@ def test_a_network_that_comes_to_an_end_passes_its_trial_whatever_it_answers(tmp
 def test_a_loop_that_a_picture_sets_going_is_ended_by_the_clock(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session, "RUN_S", 1.0)
-    monkeypatch.setattr(session, "PATIENCE", 1.0)
+    monkeypatch.setattr(session, "LATE_S", 1.0)
     path = graphs.card(tmp_path, graphs.endless(), "semantic")
     network = open_network(read_card(path), tmp_path / "tiny.onnx")
     with pytest.raises(NetworkError, match="took more than 1 s for one picture; export it without loops"):
