@@ -98,6 +98,20 @@ def _words(sort: Sort, data: bytes, place: Path) -> list[str]:
         other = SAMPLE / "visits/2026-03-02/G1_right.jpg"
         rig_file = _rig(site)
         return ["measure", str(site / sort.file), str(other), "--rig", str(rig_file), "--out", str(place / "out")]
+    if sort.name.startswith("masks"):
+        pair = [str(SAMPLE / f"visits/2026-03-02/G1_{side}.jpg") for side in ("left", "right")]
+        given = ["--mask-class", "1=wall", "--mask-class", "2=column"] if sort.name.endswith("PNG") else []
+        return [
+            "measure",
+            *pair,
+            "--masks",
+            str(site / sort.file),
+            *given,
+            "--rig",
+            str(_rig(site)),
+            "--out",
+            str(place / "out"),
+        ]
     text = (site / "project.yaml").read_text(encoding="utf-8", errors="surrogateescape")
     if sort.name.startswith("rig"):
         second = f", file_right: {next(iter(sort.beside))}" if sort.beside else ""
