@@ -145,8 +145,8 @@ def _counts(
         return counts, len(points)
     columns, rows = (_places(at, size, n) for at, size, n in zip(lines, _size(element), shape, strict=True))
     if grid.inside.all():
-        counts = np.outer(np.bincount(columns, minlength=shape[0]), np.bincount(rows, minlength=shape[1]))
-        return counts.astype(np.int32), grid.inside.size
+        counts[:] = np.outer(np.bincount(columns, minlength=shape[0]), np.bincount(rows, minlength=shape[1]))
+        return counts, grid.inside.size
     first, low = (np.flatnonzero(np.diff(places, prepend=-1)) for places in (columns, rows))  # lines lie in order
     by_column = np.add.reduceat(grid.inside, first, axis=0, dtype=np.int32)
     counts[np.ix_(columns[first], rows[low])] = np.add.reduceat(by_column, low, axis=1)
