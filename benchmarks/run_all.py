@@ -63,6 +63,7 @@ CASES = (
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),
     Case(script="site/speed.py", slow=""),
     Case(script="site/cost.py", slow=""),
+    Case(script="hold/scale.py", slow="", packages=("asbuilt_synthetic",)),
     Case(script="house/scrambled.py", quick="--quick --check", room="asbuilt_bim/report/wording"),
     Case(script="target/target.py"),
     Case(script="target/odds.py"),

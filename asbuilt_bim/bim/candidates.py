@@ -1,6 +1,8 @@
 """Which design faces a station could see at all: in the frame, near enough, and not turned away."""
 
+from dataclasses import dataclass
 from typing import Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +15,18 @@ from asbuilt_bim.geometry.transform import apply, inverse
 
 _GRID_M = 0.25  # a face that fills the frame still has a point in it: at 1 m a frame sees more than this
 _MAX_POINTS = 40  # a side, for halls a hundred metres long
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Balls:
+    """Exposed faces with a ball round each: middles (N, 3) and radii (N,) in metres."""
+
+    faces: list[DesignFace]
+    middles_m: FloatArray
+    radii_m: FloatArray
+
+
+_LAID_OUT: WeakKeyDictionary[BimModel, _Balls] = WeakKeyDictionary()
 
 
 class PinholeCamera(Protocol):
@@ -37,15 +51,14 @@ def candidates(
 
     What stands in front is not asked: that is for the measured depth to say.
     """
-    faces = [face for element in design.elements for face in element.faces if face.exposed_uv_m]
-    if not faces:
+    balls = _balls_of(design)
+    if not balls.faces:
         return ()
     eye = world_from_left[:3, 3]
-    middles, radii = _balls(faces)
-    near = np.linalg.norm(middles - eye, axis=1) - radii <= max_distance_m
-    ahead = (middles - eye) @ world_from_left[:3, 2] + radii > 0.0
-    turned = np.array([_faces(face, eye) for face in faces])
-    left = [faces[i] for i in np.flatnonzero(near & ahead & turned)]
+    near = np.linalg.norm(balls.middles_m - eye, axis=1) - balls.radii_m <= max_distance_m
+    ahead = (balls.middles_m - eye) @ world_from_left[:3, 2] + balls.radii_m > 0.0
+    within = [balls.faces[i] for i in np.flatnonzero(near & ahead)]
+    left = [face for face in within if _faces(face, eye)]
     if not left:
         return ()
     grids = [_points(face) for face in left]
@@ -59,8 +72,15 @@ def candidates(
     return tuple(face for face, count in zip(left, hits, strict=True) if count > 0)
 
 
-def _balls(faces: list[DesignFace]) -> tuple[FloatArray, FloatArray]:
-    """Return a ball round each face: centres (N, 3) and radii (N,) in metres."""
+def _balls_of(design: BimModel) -> _Balls:
+    """Return the balls round a design's faces; they are laid out once for as long as the design is held."""
+    found = _LAID_OUT.get(design)
+    if found is None:
+        found = _LAID_OUT[design] = _balls([f for element in design.elements for f in element.faces if f.exposed_uv_m])
+    return found
+
+
+def _balls(faces: list[DesignFace]) -> _Balls:
     centres, radii = np.zeros((len(faces), 3)), np.zeros(len(faces))
     for i, face in enumerate(faces):
         u0, v0, u1, v1 = bounds(face.exposed_uv_m)
@@ -70,7 +90,7 @@ def _balls(faces: list[DesignFace]) -> tuple[FloatArray, FloatArray]:
         else:
             centres[i] = face.frame.from_uv([(u0 + u1) / 2.0, (v0 + v1) / 2.0])
             radii[i] = np.hypot(u1 - u0, v1 - v0) / 2.0
-    return centres, radii
+    return _Balls(faces=faces, middles_m=centres, radii_m=radii)
 
 
 def _faces(face: DesignFace, eye: FloatArray) -> bool:

@@ -144,9 +144,12 @@ def _counts(
         np.add.at(counts.reshape(-1), _cell_numbers(element, shape, points), 1)
         return counts, len(points)
     columns, rows = (_places(at, size, n) for at, size, n in zip(lines, _size(element), shape, strict=True))
-    by_column = np.zeros((shape[0], len(rows)), dtype=np.int32)
-    np.add.at(by_column, columns, grid.inside)
-    np.add.at(counts.T, rows, by_column.T)
+    if grid.inside.all():
+        counts[:] = np.outer(np.bincount(columns, minlength=shape[0]), np.bincount(rows, minlength=shape[1]))
+        return counts, grid.inside.size
+    first, low = (np.flatnonzero(np.diff(places, prepend=-1)) for places in (columns, rows))  # lines lie in order
+    by_column = np.add.reduceat(grid.inside, first, axis=0, dtype=np.int32)
+    counts[np.ix_(columns[first], rows[low])] = np.add.reduceat(by_column, low, axis=1)
     return counts, int(np.count_nonzero(grid.inside))
 
 

@@ -120,7 +120,7 @@ class Obstacle:
     triangles: IntArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class BimModel:
     """The design: walls and columns with their faces, what stands around them, storeys, tasks, cost lines."""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asbuilt_bim.bim import candidates as candidates_module
 from asbuilt_bim.bim.candidates import candidates
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.rectify import RectifiedCamera
@@ -54,3 +55,19 @@ def test_a_face_that_fills_the_whole_frame_is_a_candidate(design: BimModel) -> N
 def test_distance_limits_the_candidates(design: BimModel) -> None:
     assert _names(design, _looking_north((0.0, 0.0, 1.5)), reach_m=6.0) == [("W", 12.0)]
     assert ("far", 1.2) in _names(design, _looking_north((0.0, 0.0, 1.5)), reach_m=100.0)
+
+
+def test_balls_are_laid_round_the_faces_once_for_all_stations(
+    design: BimModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+    before = candidates_module._balls
+
+    def counted(faces):  # type: ignore[no-untyped-def]
+        asked.append(len(faces))
+        return before(faces)
+
+    monkeypatch.setattr(candidates_module, "_balls", counted)
+    first = candidates(design, _looking_north((0.0, 0.0, 1.5)), CAMERA, 20.0)
+    assert candidates(design, _looking_north((0.0, 0.0, 1.5)), CAMERA, 20.0) == first
+    assert len(asked) == 1

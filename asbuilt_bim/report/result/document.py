@@ -1,5 +1,6 @@
 """`result.json`: the one file that every other output is made from."""
 
+import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,6 +22,8 @@ MINOR = 5  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
+_FIT: set[bytes] = set()
+"""Digests of what this process held against the schema and wrote: a run reads its own results back, byte for byte."""
 REMEDY = "run the visit again, or take the file of another run folder"
 
 
@@ -31,10 +34,14 @@ def write_result(report: ProgressReport, path: Path) -> None:
         ResultError: the report itself is not right (a number that isn't finite, a key the schema doesn't know).
         OutputError: the file can't be written.
     """
-    document = result_document(report)
-    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    document = _plain(report)
+    text = json.dumps(document, ensure_ascii=False, separators=(",", ":"))
+    data = f"{text}\n".encode("utf-8", "backslashreplace")  # a lone surrogate becomes JSON's own escape
+    if (digest := hashlib.sha256(data).digest()) not in _FIT:
+        _check(document)
     with writing(path):
-        path.write_bytes(f"{text}\n".encode("utf-8", "backslashreplace"))  # a lone surrogate becomes JSON's own escape
+        path.write_bytes(data)
+    _FIT.add(digest)
 
 
 def result_document(report: ProgressReport) -> dict[str, Any]:
@@ -43,12 +50,20 @@ def result_document(report: ProgressReport) -> dict[str, Any]:
     Raises:
         ResultError: a number isn't finite, or the report doesn't fit the schema; this is an error of the program.
     """
-    document = {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_plain(report)}
+    document = _plain(report)
+    _check(document)
+    return document
+
+
+def _plain(report: ProgressReport) -> dict[str, Any]:
+    return {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_plain(report)}
+
+
+def _check(document: dict[str, Any]) -> None:
     faults = [f"{where}: {value} is not a finite number" for where, value in _not_finite(document)]
     faults = faults or first_faults("result-1", document)
     if faults:
         raise ResultError("the result is not fit to be written: " + "; ".join(faults[:5]))
-    return document
 
 
 def read_result(path: Path | str) -> ProgressReport:
@@ -58,7 +73,7 @@ def read_result(path: Path | str) -> ProgressReport:
         ResultError: missing, too large, no JSON, another format or a newer version, or damaged; says where.
     """
     path = Path(path)
-    document = _loaded(path)
+    document, digest = _loaded(path)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ResultError(f'{path}: not a result: "format" is not "{FORMAT}"; give the result.json of a run folder')
     version, minor = document.get("version"), document.get("minor", 0)
@@ -67,7 +82,7 @@ def read_result(path: Path | str) -> ProgressReport:
     if version != VERSION:
         remedy = "update asbuilt-bim" if version > VERSION else "run the visit again"
         raise ResultError(f"{path}: result version {version}, this program reads version {VERSION}; {remedy}")
-    faults = first_faults("result-1", document, newer=minor > MINOR)
+    faults = [] if digest in _FIT else first_faults("result-1", document, newer=minor > MINOR)
     if faults:
         raise ResultError(f"{path}: damaged: {'; '.join(faults)}; {REMEDY}")
     values = {key: value for key, value in document.items() if key not in ("format", "version", "minor")}
@@ -112,15 +127,16 @@ def read_before(folder: Path, day: date) -> tuple[ProgressReport, ...]:
     return tuple(sorted(before, key=lambda report: report.visit_date))
 
 
-def _loaded(path: Path) -> Any:
-    """Read the bytes within bounds and parse them strictly."""
+def _loaded(path: Path) -> tuple[Any, bytes]:
+    """Read the bytes within bounds and parse them strictly; returns their digest, too."""
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:
             sizes = f"{size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB"
             raise ResultError(f"{path}: {sizes}; not a result of this program")
         with open_regular(path) as file:
-            return parse_json(file.read().decode("utf-8"))
+            data = file.read()
+        return parse_json(data.decode("utf-8")), hashlib.sha256(data).digest()
     except OSError as error:
         raise ResultError(f"{path}: can't be read: {error.strerror or error}; {REMEDY}") from error
     except RecursionError as error:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import OutputError, ResultError
+from asbuilt_bim.report.result import document as document_module
 from asbuilt_bim.report.result.document import read_result, result_document, write_result
 from asbuilt_bim.report.result.schema import result_schema
 from asbuilt_bim.storage.schemas import schema
@@ -167,3 +168,38 @@ def test_a_file_beyond_the_bound_is_refused_unread(path, monkeypatch):
     monkeypatch.setattr("asbuilt_bim.report.result.document.MAX_BYTES", 1000)
     with pytest.raises(ResultError, match="exceeds"):
         read_result(path)
+
+
+@pytest.fixture
+def passes(monkeypatch):
+    """A list that grows with each pass of the schema over a whole document."""
+    asked = []
+    before = document_module.first_faults
+    monkeypatch.setattr(document_module, "_FIT", set())
+    monkeypatch.setattr(document_module, "first_faults", lambda *a, **k: asked.append(a[0]) or before(*a, **k))
+    return asked
+
+
+def test_what_a_run_wrote_is_held_against_the_schema_once(passes, tmp_path):
+    for name in ("visit.json", "result.json"):
+        write_result(sample_report(), tmp_path / name)
+        read_result(tmp_path / name)
+    assert passes == ["result-1"]
+
+
+def test_what_was_changed_after_it_was_written_is_held_against_the_schema_again(passes, tmp_path):
+    write_result(sample_report(), tmp_path / "r.json")
+    damage(tmp_path / "r.json", lambda d: d["elements"][2].update(state="nearly"))
+    with pytest.raises(ResultError, match=r"elements\[2\]\.state"):
+        read_result(tmp_path / "r.json")
+    assert len(passes) == 2
+
+
+def test_what_is_not_fit_is_refused_each_time_it_is_written(passes, tmp_path):
+    report = sample_report()
+    completion = replace(report.whole.completion, upper=1.2)
+    for _ in range(2):
+        with pytest.raises(ResultError, match=r"whole\.completion\.upper"):
+            write_result(replace(report, whole=replace(report.whole, completion=completion)), tmp_path / "r.json")
+    assert len(passes) == 2
+    assert not (tmp_path / "r.json").exists()

@@ -1,0 +1,215 @@
+"""How reading and judging grow: designs of 250 to 16,000 elements, and 10 to 1,000 stations.
+
+python benchmarks/hold/scale.py --check --json figures.json     hours on a small machine
+python benchmarks/hold/scale.py --quick                         250 elements, two stations
+
+Every measurement is a process of its own on one thread; judged are processor seconds. A design is the sample's building
+many times side by side. Reading is held against IfcOpenShell's own iterator with the same settings for the same
+elements, in the same process. Judging has the stations of the sample's first visit, which see the first building alone;
+they are measured once and found in the user's cache. More stations are copies of them with other names, judged without
+any cache; 1,000 are not run but reckoned from 10 and 100 with the exponent between these.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
+
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.flow.design_source import design_of
+from asbuilt_bim.flow.measure_visit import Workplace, measure_visit
+from asbuilt_bim.flow.pipeline import monitor
+from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.ifc.geometry.bodies import ANGLE_RAD, SEGMENTS
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.read.elements import walls_and_columns
+from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.progress.history import EMPTY_HISTORY
+from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.scale.cache import Cache, default_folder
+from benchmarks.hold.wide_design import write_copies
+from benchmarks.ifc.rounds import peak_mb
+from benchmarks.sites import ONE_THREAD, ROOT, SAMPLE
+from benchmarks.table import Line, line, options, report, told
+
+Figures = dict[str, float]
+MOST_TIMES, MOST_CACHED_S, MOST_JUDGING, MOST_EXPONENT = 2.0, 3.0, 1.5, 1.1
+COPIES, QUICK_COPIES = (9, 36, 143, 571), (9,)
+"""Of 28 walls and columns: 252, 1,008, 4,004 and 15,988."""
+UNSEEN, QUICK_UNSEEN = (1, 100), (1, 9)
+STATIONS, QUICK_STATIONS = (10, 100), (1, 2)
+RECKONED = 1000
+
+
+def spent(call: Callable[[], object]) -> float:
+    """Return the processor seconds of a call."""
+    start = time.process_time()
+    call()
+    return time.process_time() - start
+
+
+def iterate(path: Path) -> None:
+    """Draw a file's walls and columns as IfcOpenShell itself does, and read nothing."""
+    import ifcopenshell
+    import ifcopenshell.geom
+
+    file = ifcopenshell.open(str(path))
+    settings = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
+    settings.set("mesher-angular-deflection", ANGLE_RAD)
+    settings.set("circle-segments", SEGMENTS)
+    iterator = ifcopenshell.geom.iterator(settings, file, 1, include=walls_and_columns(file))
+    found = iterator.initialize()
+    while found:
+        found = iterator.next()
+
+
+def reading(copies: int, repeats: int) -> Figures:
+    """Read one design: by the iterator, by us, and from the cache; the least of a few, since others only add."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "design.ifc"
+        write_copies(path, copies)
+        project = replace(read_project(SAMPLE / "project.yaml"), ifc=(path,), scope=None)
+        cache = Cache(folder=Path(folder) / "cache")
+        elements = len(design_of(project, cache).elements)
+        calls: dict[str, Callable[[], object]] = {
+            "iterator_s": lambda: iterate(path),
+            "read_s": lambda: read_design(path),
+            "cached_s": lambda: design_of(project, cache),
+        }
+        rounds = [{name: spent(call) for name, call in calls.items()} for _ in range(repeats)]  # by turns
+    least = {name: min(one[name] for one in rounds) for name in calls}
+    return {"elements": elements, **least, "peak_mb": peak_mb()}
+
+
+def judging(copies: int, stations: int) -> Figures:
+    """Judge a visit of so many stations on a design of so many copies; 0 stations are those of the sample."""
+    project = read_project(SAMPLE / "project.yaml")
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    measured = _measured(project, survey, stations)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "design.ifc"
+        write_copies(path, copies)
+        design: BimModel = read_design(path)
+    day = project.visits[0].date
+    judge = lambda: monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options)  # noqa: E731
+    figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": spent(judge)}
+    return {**figures, "peak_mb": peak_mb()}
+
+
+def _measured(project: Project, survey: tuple[SurveyedMarker, ...], wanted: int) -> tuple[StationMeasurement, ...]:
+    """Return the stations of the sample's first visit, repeated with other names where more are wanted."""
+    cache = Cache(folder=default_folder())
+    rig, _ = rig_of(project, cache, _silent)
+    visit = project.visits[0]
+    few = visit.stations[: wanted or len(visit.stations)]
+    place = Workplace(workers=1, cache=cache)
+    found = measure_visit(replace(visit, stations=few), project, rig, place, _silent, survey).measured
+    rounds = range(max(1, -(-wanted // len(found))))
+    return tuple(_renamed(one, f"{one.station}c{k}") if k else one for k in rounds for one in found)[: wanted or None]
+
+
+def _renamed(station: StationMeasurement, name: str) -> StationMeasurement:
+    faces = tuple(replace(face, face_id=face.face_id.replace(station.station, name, 1)) for face in station.faces)
+    return replace(station, station=name, faces=faces)
+
+
+def _silent(step: str, done: int, total: int, what: str = "") -> None:
+    """Say nothing."""
+
+
+def child(task: str, *numbers: int) -> Figures:
+    """Do one task in a process of its own, on one thread."""
+    folders = [str(ROOT), str(ROOT / "synthetic"), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(folder for folder in folders if folder)}
+    command = [sys.executable, __file__, "--task", task, *map(str, numbers)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    if done.returncode:
+        raise SystemExit(f"{task} {numbers} failed:\n{done.stderr[-2000:]}")
+    figures: Figures = json.loads(done.stdout.splitlines()[-1])
+    return figures
+
+
+def exponent(rows: list[Figures], size: str, figure: str) -> float:
+    """Return with which power of a size a figure grows, by the first and the last row."""
+    return float(np.log(rows[-1][figure] / rows[0][figure]) / np.log(rows[-1][size] / rows[0][size]))
+
+
+def reading_lines(rows: list[Figures]) -> list[Line]:
+    """Judge reading against the iterator, and the cache."""
+    lines = []
+    for row in rows:
+        times, name = row["read_s"] / row["iterator_s"], f"{row['elements']:,.0f} elements"
+        lines.append(line(f"{name}: read, over the iterator", f"{times:.2f} times", f"<= {MOST_TIMES:g}", 1,
+                          times <= MOST_TIMES, least_n=1))  # fmt: skip
+        lines.append(told("  read, iterator", f"{row['read_s']:.1f} s, {row['iterator_s']:.1f} s", 1))
+        lines.append(line(f"{name}: from the cache", f"{row['cached_s']:.2f} s", f"<= {MOST_CACHED_S:g} s", 1,
+                          row["cached_s"] <= MOST_CACHED_S, least_n=1))  # fmt: skip
+    return [*lines, *_growth(rows, "reading", "elements", ("read_s", "peak_mb"))]
+
+
+def judging_lines(unseen: list[Figures], stations: list[Figures]) -> list[Line]:
+    """Judge what unseen elements cost, and how judging grows with stations."""
+    few, many = unseen[0], unseen[-1]
+    times = many["judge_s"] / few["judge_s"]
+    what = f"judging {many['elements']:,.0f} elements over {few['elements']:.0f}, the same stations"
+    lines = [
+        line(what, f"{times:.2f} times", f"<= {MOST_JUDGING:g}", 1, times <= MOST_JUDGING, least_n=1),
+        told("  seconds", f"{many['judge_s']:.1f} s, {few['judge_s']:.1f} s", 1),
+        *(told(f"judging {row['stations']:.0f} stations", f"{row['judge_s']:.1f} s, {row['peak_mb']:.0f} MB", 1)
+          for row in stations),
+    ]  # fmt: skip
+    power = exponent(stations, "stations", "judge_s")
+    reckoned = stations[-1]["judge_s"] * (RECKONED / stations[-1]["stations"]) ** power
+    lines.append(told(f"judging {RECKONED:,} stations, reckoned and not run", f"{reckoned:.0f} s", 1))
+    return [*lines, *_growth(stations, "judging", "stations", ("judge_s", "peak_mb"))]
+
+
+def _growth(rows: list[Figures], what: str, size: str, figures: tuple[str, ...]) -> list[Line]:
+    if len(rows) < 2:
+        return []
+    found = [(figure, exponent(rows, size, figure)) for figure in figures]
+    return [
+        line(f"{what}: {name} grows with {size} to the power of", f"{power:.2f}", f"<= {MOST_EXPONENT:g}", 2,
+             power <= MOST_EXPONENT, least_n=1)
+        for name, power in found
+    ]  # fmt: skip
+
+
+def main() -> int:
+    """Measure and print the table."""
+    if sys.argv[1:2] == ["--task"]:
+        task: Callable[..., Figures] = {"reading": reading, "judging": judging}[sys.argv[2]]
+        print(json.dumps(task(*map(int, sys.argv[3:]))))
+        return 0
+    args = options(__doc__ or "").parse_args()
+    read = [child("reading", n, 3 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else COPIES)]
+    seen = QUICK_STATIONS[-1] if args.quick else 0
+    child("judging", 1, seen)  # measures them, so that no other process has to
+    unseen = [child("judging", n, seen) for n in (QUICK_UNSEEN if args.quick else UNSEEN)]
+    stations = [child("judging", 1, n) for n in (QUICK_STATIONS if args.quick else STATIONS)]
+    figures: dict[str, Any] = {
+        "machine": {"processors": os.cpu_count(), "threads of each process": 1},
+        "reading": read, "unseen": unseen, "stations": stations,
+    }  # fmt: skip
+    lines = [*reading_lines(read), *judging_lines(unseen, stations)]
+    if args.quick:
+        lines = [told(one.what, one.figure, one.n) if "power" in one.what else one for one in lines]
+    return report("Scale", lines, args, figures)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
