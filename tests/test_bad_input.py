@@ -206,11 +206,11 @@ def test_a_disk_that_fills_half_way_leaves_the_earlier_result(
     assert run(good, out).exit_code == 0
     before = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
 
-    def full(_source: Path, _report: object, target: Path, **_: object) -> None:
-        target.write_bytes(b"half a file")
-        raise OSError(errno.ENOSPC, "No space left on device", str(target))
+    def full(_sources: object, _report: object, folder: Path, **_: object) -> None:
+        (folder / "design.asbuilt.ifc").write_bytes(b"half a file")
+        raise OSError(errno.ENOSPC, "No space left on device", str(folder))
 
-    monkeypatch.setattr("asbuilt_bim.ifc.write.federation.write_asbuilt", full)
+    monkeypatch.setattr("asbuilt_bim.flow.output.publish.write_copies", full)
     result = run(good, out)
     assert result.exit_code == 1
     assert "disk is full" in result.stderr
