@@ -156,6 +156,17 @@ def visits_exchanged_without_exif(site: Path, other: Path) -> None:
     visits_exchanged(site, other)
 
 
+def visits_exchanged_by_clock(site: Path, _: Path) -> None:
+    """Exchange the visits' dates, and say that the camera's clock is to blame for what EXIF tells."""
+
+    def change(project: dict[str, Any]) -> None:
+        first, last = project["visits"][0], project["visits"][-1]
+        first["date"], last["date"] = last["date"], first["date"]
+        first["camera_clock_wrong"] = last["camera_clock_wrong"] = True
+
+    _change(site, change)
+
+
 def last_visits_photos(site: Path, _: Path) -> None:
     """Give the first visit's photos again at the last one, saved again without EXIF."""
     first, last = _photos(site)[0], _photos(site)[-1]
@@ -265,6 +276,7 @@ FAULTS = (
     Fault(name="left and right exchanged", edit=sides_exchanged, anew=True),
     Fault(name="another site's photos", edit=photos_of_other_site, anew=True),
     Fault(name="visits exchanged", edit=visits_exchanged, quick=True),
+    Fault(name="visits exchanged, clock blamed", edit=visits_exchanged_by_clock, quick=True),
     Fault(name="visits exchanged, no EXIF", edit=visits_exchanged_without_exif, anew=True),
     Fault(name="last visit's photos again, no EXIF", edit=last_visits_photos, anew=True),
     Fault(name="disc given 1 % too large", edit=_wrong_disc(0.01), anew=True),

@@ -23,11 +23,13 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
+from asbuilt_bim.codes import Reason, SubjectKind
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.flow.measure_visit import Workplace
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.tables import OF_FACES
 from asbuilt_bim.scale.cache import Cache
 from benchmarks.hold.edits import FAULTS, Fault
 from benchmarks.sites import SAMPLE, benchmark_folder, generated_site
@@ -36,6 +38,8 @@ from benchmarks.table import Line, line, options, report, told, unjudged
 SITES = (20, 31)
 ROUNDED = 0.0005
 """What the truth's shares are rounded by."""
+NO_REASON = Reason.STATIONS_NOT_USED, Reason.NOT_IN_TASKS, Reason.NOT_IN_COST_LINES
+"""Words that say what follows from a fault, and not which one it is."""
 Wrong = dict[str, str]
 """What is wrong of one visit, by element or storey: in words."""
 
@@ -81,8 +85,8 @@ def faulty(site: Path, other: Path, fault: Fault, cache: Cache) -> Ran:
 
 def said(one: ProgressReport) -> set[str]:
     """Return what is said of a visit, its rig, its survey, its stations and the design: all but single faces."""
-    rejections = {f"{r.code} {r.subject.kind} {r.subject.name}" for r in one.rejections}
-    return rejections | {f"{note.code} {note.subject.kind} {note.subject.name}" for note in one.notes}
+    told = [*(r for r in one.rejections if r.subject.kind not in (*OF_FACES, SubjectKind.DISC)), *one.notes]
+    return {f"{each.code} {each.subject.kind} {each.subject.name}" for each in told if each.code not in NO_REASON}
 
 
 def said_of(one: ProgressReport) -> dict[str, set[str]]:
@@ -124,7 +128,9 @@ def judged(fault: Fault, site: str, ran: Ran, sound: Ran, truth: Mapping[str, An
         day = visit["date"]
         own, base = ran.reports[day], sound.reports[day]
         news = said(own) - said(base)
-        codes |= {one.rsplit(" ", 2)[0] for one in news}
+        codes |= {
+            str(each.code) for each in (*own.rejections, *own.notes) if any(n.startswith(each.code) for n in news)
+        }
         of_base, of_own = said_of(base), said_of(own)
         for kind, find in enumerate((wrong_states, outside)):
             found, known = find(own, visit), find(base, visit)
