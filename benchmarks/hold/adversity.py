@@ -84,7 +84,8 @@ def _full_disk(site: Path, scratch: Path, points: int, dice: random.Random) -> L
                 ballast.write(bytes(max(0, free - room)))
             process = _run(site, out)
             _, said = process.communicate()
-            told_so = process.returncode == 1 and "Traceback" not in said and "disk is full" in said
+            named = "disk is full" in said or "No space left" in said
+            told_so = process.returncode == 1 and "Traceback" not in said and named
             held.append(told_so and digests_of(current(out)) == before and not list(out.rglob("*.part")))
     return line("disk full: told, and the old run stands", f"{sum(held)} of {points}", "all", points, all(held), points)
 
