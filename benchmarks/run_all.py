@@ -57,7 +57,7 @@ CASES = (
     Case(script="site/light.py", packages=RENDERER),
     Case(script="hold/photos.py", quick="--quick --check"),
     Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),
-    Case(script="hold/inputs.py", quick="--quick"),
+    Case(script="hold/inputs.py", quick="--quick --check"),
     Case(script="hold/kills.py", quick="--quick --check"),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),

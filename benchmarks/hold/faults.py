@@ -94,6 +94,11 @@ def said_of(one: ProgressReport) -> dict[str, set[str]]:
     return {element.global_id: {str(note.code) for note in element.notes} for element in one.elements}
 
 
+def beside(one: ProgressReport) -> set[str]:
+    """Return which elements are said to stand beside their design."""
+    return {f"displaced: {element.name}" for element in one.elements if element.state == "displaced"}
+
+
 def wrong_states(one: ProgressReport, truth: Mapping[str, Any]) -> Wrong:
     """Return the elements whose state contradicts the truth; one that the truth doesn't have isn't built either."""
     true = {element["global_id"]: element["state"] for element in truth["elements"]}
@@ -131,6 +136,7 @@ def judged(fault: Fault, site: str, ran: Ran, sound: Ran, truth: Mapping[str, An
         codes |= {
             str(each.code) for each in (*own.rejections, *own.notes) if any(n.startswith(each.code) for n in news)
         }
+        codes |= beside(own) - beside(base)
         of_base, of_own = said_of(base), said_of(own)
         for kind, find in enumerate((wrong_states, outside)):
             found, known = find(own, visit), find(base, visit)
@@ -176,6 +182,7 @@ def faultless_lines(sound: Mapping[str, Ran]) -> list[Line]:
     """Judge the runs without a fault: none is named."""
     visits = [(name, one) for name, ran in sound.items() for one in ran.reports.values()]
     named = [f"{name} {one.visit_date}: {fault.code}" for name, one in visits for fault in one.faults]
+    named += [f"{name} {one.visit_date}: {text}" for name, one in visits for text in sorted(beside(one))]
     lost = [f"{name}: {ran.refusal}" for name, ran in sound.items() if ran.refusal]
     first = line("visits without a fault where one is named", str(len(named)), "0", len(visits), not named + lost, 2)
     return [first, *(told(f"  {text}", "", 1) for text in (*named, *lost))]

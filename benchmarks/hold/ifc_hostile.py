@@ -312,7 +312,7 @@ def main() -> int:
     asked: list[tuple[str, str, Told, bool]] = []
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-hostile-") as folder:
         jobs = [(name, change, True) for name, change in REFUSED.items()]
-        jobs += [("boolean bush", boolean_bush, False)]
+        jobs += [] if args.quick else [("boolean bush", boolean_bush, False)]  # runs to the limit
         jobs += [] if args.quick else [(f"mutation {i}", mutation, False) for i in range(MUTATIONS)]
         for number, (name, change, refused) in enumerate(jobs):
             model, path = Model.read(SAMPLE / "design.ifc"), Path(folder) / f"{name.replace(' ', '-')}.ifc"

@@ -30,7 +30,7 @@ from benchmarks.hold.run_checks import Reference, broken_copies, current, digest
 from benchmarks.sites import small_sample
 from benchmarks.table import Line, line, options, report, told
 
-TRIALS, QUICK_TRIALS = 300, 12
+TRIALS, QUICK_TRIALS = 300, 6
 SHARES = {"report": 7 / 15, "run": 1 / 3, "strip": 1 / 5}
 RECOVER_EVERY = (
     5  # a full run after every fifth; the trials between recover too, since each starts on what the last left
@@ -224,7 +224,7 @@ def main() -> int:
         afresh = uninterrupted(run, out)
         trials(afresh, out, counts["run"], afresh, dice, seen)
         stripped, came = strips(next(out.glob("*.asbuilt.ifc")), Path(scratch), counts["strip"], dice)
-        others = adversities(site, Path(scratch), 3 if args.quick else 20, dice)
+        others = adversities(site, Path(scratch), 1 if args.quick else 20, dice)
     for fault in seen.faults:
         print(f"  fault: {fault}")
     kills, least = len(seen.pointing), counts["report"] + counts["run"]
