@@ -46,7 +46,10 @@ def by_readers(seeds: Iterable[int], done: dict[int, dict[str, Any]], keep: Path
 def _asked(seeds: list[int], done: dict[int, dict[str, Any]], keep: Path | None) -> None:
     with Child() as child:
         for seed in seeds:
-            _note(child.ask(seed), done, keep)
+            found = child.ask(seed)
+            if sorts()[seed % len(sorts())].name.startswith("IFC") and found["told"] not in FINE:
+                found = by_command(seed)  # the geometry kernel died: the program reads it in a process apart
+            _note(found, done, keep)
 
 
 def _note(found: dict[str, Any], done: dict[int, dict[str, Any]], keep: Path | None) -> None:
