@@ -16,7 +16,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.geometry.polygon import area, bounds, enclosed, grown, region_from, shape_of
+from asbuilt_bim.geometry.polygon import Rings, area, bounds, enclosed, grown, region_from, rings_area, shape_of
 from asbuilt_bim.geometry.transform import cross
 
 LIFT_M = 0.005
@@ -205,8 +205,19 @@ def _exposed(face: DesignFace, windows: _Windows, near: Sequence[tuple[int, Mesh
     if not any(cut.area > 0.0 for cut in contact):
         return face
     pieces_left = region_from(shape_of(face.rings_uv_m).difference(shapely.union_all(contact)))
-    left = tuple(rings for rings in pieces_left if grown((rings,), -SLIVER_M / 2.0))
+    left = tuple(rings for rings in pieces_left if _is_wide(rings) or grown((rings,), -SLIVER_M / 2.0))
     return replace(face, exposed_uv_m=left, exposed_area_m2=area(left))
+
+
+def _is_wide(rings: Rings) -> bool:
+    """Say of most polygons without holes that are no slivers that they are none, by area over girth.
+
+    Somewhere within, the border is at least that far. Shrinking leaves all that is over four times as far from it as it
+    is shrunk, by the limit of mitred corners: here a disc is left.
+    """
+    outer, *holes = rings
+    girth_m = float(np.sqrt(((outer - np.roll(outer, 1, axis=0)) ** 2).sum(axis=1)).sum())
+    return not holes and rings_area(rings) > 4.0 * SLIVER_M * girth_m
 
 
 def _met(windows: _Windows, near: Sequence[tuple[int, Mesh]]) -> list[tuple[int, Mesh]]:

@@ -36,6 +36,7 @@ from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
 from asbuilt_bim.scale.executor import one_thread
+from asbuilt_bim.scale.share import AmongProcesses, Share, in_turn
 from asbuilt_bim.schedule.read import scheduled
 
 
@@ -63,24 +64,26 @@ def monitor(
     options: Options,
     accept_shift: Shift | None = None,
     accept_moved: Collection[str] = (),
+    share: Share = in_turn,
 ) -> ProgressReport:
     """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
 
     What is known to be wrong decides nothing. Where the survey lies beside the design, or the visit would undo what
     earlier ones saw, not one station counts, and everything is as the visits before left it. Nothing is said of
-    elements that stand beside their design, until a person accepts that: then they are judged where they stand.
+    elements that stand beside their design, until a person accepts that: then they are judged where they stand. `share`
+    has the elements judged, here or in several processes: that changes nothing.
     """
     placement = register(tuple(measured), survey, options.register)
     held = hold_against_design(placement, design, options.match, accept_shift)
     standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
     matched = adjust_with_design(standing.matched, design, options.match)
-    surfaces = classify_surface(matched, design, history, options.progress, beside)
+    surfaces = classify_surface(matched, design, history, options.progress, beside, share)
     undone = undone_front(surfaces, design, history, day, options.progress)
     if undone:
         undone += refused_stations(matched, Reason.STATION_VISIT_UNDOES)
         matched = without_stations(matched, design, options.match)
-        surfaces = classify_surface(matched, design, history, options.progress, beside)
+        surfaces = classify_surface(matched, design, history, options.progress, beside, share)
     placed = {station.measurement.station for station in matched.stations}
     report = summarise(
         surfaces,
@@ -137,13 +140,16 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
     pictures: dict[str, bytes] = {}
     shown: tuple[Shown, ...] = ()
+    share = AmongProcesses(workers=place.workers)
     for visit in project.visits:
         seen = measure_visit(visit, project, rig, place, progress, survey, shown)
         shown = seen.shown
         timer.done("measure")
         rejections = (*seen.rejections, *stray)
         accepted = project.accepted_shift, project.accept_moved
-        report = monitor(seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted)
+        report = monitor(
+            seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share
+        )
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
         names = [station.name for station in visit.stations if station.name not in report.placed]

@@ -24,7 +24,7 @@ from asbuilt_bim.scale.fingerprint import measuring_identity
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-THREADS = ("OMP_NUMTHREADS", "OPENBLAS_NUMTHREADS", "MKL_NUMTHREADS", "NUMEXPR_NUMTHREADS")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _LOOK_S = 1.0
 _DIED = "the process that measured it died (out of memory?)"
 
@@ -63,7 +63,7 @@ def run_jobs(
             same = SameCode(work=work, identity=measuring_identity())
             yield from _drain(found.executor, same, iter(jobs), 2 * found.size, [], found)
         return
-    workers = workers or _processors()
+    workers = workers or processors()
     if workers == 1:
         for job in jobs:
             yield Done(job=job, result=work(job))
@@ -143,7 +143,7 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
                 os.environ[name] = value
 
 
-def _processors() -> int:
+def processors() -> int:
     """Return how many processors this process may use: in a container, fewer than the machine has."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

@@ -26,6 +26,10 @@ def threads(number: int) -> set[int]:
     return {cv2.getNumThreads(), *(int(library["num_threads"]) for library in threadpool_info())}
 
 
+def variable(name: str) -> str | None:
+    return os.environ.get(name)
+
+
 def die_on_three(number: int) -> int:
     if number == 3:
         os.kill(os.getpid(), signal.SIGTERM if sys.platform == "win32" else signal.SIGKILL)
@@ -71,6 +75,11 @@ def test_work_is_held_to_one_thread_whatever_the_machine_says(workers: int, monk
     assert [d.result for d in run_jobs(threads, iter([1, 2]), workers=workers)] == [{1}, {1}]
     assert os.environ["OMP_NUM_THREADS"] == "4"
     assert cv2.getNumThreads() == before
+
+
+def test_a_process_of_the_pool_starts_with_one_thread_for_each_library() -> None:
+    names = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"]
+    assert [done.result for done in run_jobs(variable, iter(names), workers=2)] == ["1"] * 4
 
 
 def test_a_worker_that_dies_costs_its_own_job_only() -> None:

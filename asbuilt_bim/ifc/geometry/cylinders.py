@@ -22,6 +22,7 @@ MAX_RADIUS_M = 1.5
 """Beyond this a curved wall: its facets are flat to a camera that stands a few metres away."""
 FIT_M = 0.002
 FIT_SHARE = 0.01
+_FEW = 256  # facets of which every two are held against each other: a millisecond at most
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,6 +42,11 @@ def find_cylinders(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> tuple[Found
 
 def _chains(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> list[list[int]]:
     """Return groups of facets that meet neighbours of about their own width along an edge with a small convex turn."""
+    if len(parts) < MIN_SIDES:
+        return []
+    normals = np.array([part.normal for part in parts])
+    if _none_alike(normals):
+        return []
     part_of = np.full(len(mesh.triangles), -1)
     for number, part in enumerate(parts):
         part_of[part.triangles] = number
@@ -53,7 +59,6 @@ def _chains(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> list[list[int]]:
     if len(same) == 0:
         return []
     first, second = owner[same], owner[same + 1]
-    normals = np.array([part.normal for part in parts])
     middles, widths = _extents(mesh, parts, normals)
     turn = np.arccos(np.clip((normals[first] * normals[second]).sum(axis=1), -1.0, 1.0))
     behind = ((middles[second] - mesh.vertices_m[edges[same, 0]]) * normals[first]).sum(axis=1) < 0.0
@@ -71,6 +76,15 @@ def _chains(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> list[list[int]]:
             break
     found, size = np.unique(labels, return_counts=True)
     return [list(np.flatnonzero(labels == label)) for label in found[size > 1]]
+
+
+def _none_alike(normals: FloatArray) -> bool:
+    """Say of few facets, by their normals (P, 3), that no two turn so little that an arc could join them: a box's."""
+    if len(normals) > _FEW:
+        return False
+    turned = normals @ normals.T
+    np.fill_diagonal(turned, -1.0)
+    return bool(turned.max() < np.cos(MAX_TURN_RAD) - 1e-9)
 
 
 def _extents(mesh: Mesh, parts: tuple[CoplanarRegion, ...], normals: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -20,6 +20,7 @@ _BENT = 2.0
 """A wall whose rectangle is this many thicknesses deep goes round a corner or a curve."""
 _GENTLE = float(np.cos(np.radians(45.0)))
 _JOINT_M = 0.005
+_BEFORE_M = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,7 +90,10 @@ def _ends_of_bent(surfaces: list[Surface]) -> list[bool]:
 def _across(mesh: Mesh, surface: Surface) -> FaceRole:
     """Say whether a face across the wall looks at the wall's own concrete."""
     assert isinstance(surface.frame, PlaneFrame)
+    before_m = (mesh.vertices_m - surface.frame.origin_m) @ surface.frame.normal
+    if before_m.max() < _BEFORE_M:  # no concrete there to look at, as before most ends
+        return "end"
     u0, v0, u1, v1 = bounds(surface.region)
     grid = np.stack(np.meshgrid(np.linspace(u0, u1, 5)[1:-1], np.linspace(v0, v1, 9)[1:-1]), axis=-1).reshape(-1, 2)
-    count, _ = crossings(mesh, surface.frame.from_uv(grid, height_m=1e-3), surface.frame.normal)
+    count, _ = crossings(mesh, surface.frame.from_uv(grid, height_m=_BEFORE_M), surface.frame.normal)
     return "reveal" if np.mean(count > 0) > 0.5 else "end"

@@ -1,0 +1,65 @@
+"""Elements are judged each on its own: in how many processes changes not a byte of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date
+from typing import Any
+
+import pytest
+
+from asbuilt_bim.match.assign import match_faces
+from asbuilt_bim.match.options import MatchOptions
+from asbuilt_bim.match.result import MatchResult
+from asbuilt_bim.progress.completion.summary import summarise
+from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.scale.codec import plain_digest
+from asbuilt_bim.scale.share import AmongProcesses, Share, in_turn
+from tests.match.small_site import box, element, looking, measured, model, placement, station
+
+WALLS = [box(1.5 * number, 0.0, 0.0, 1.0, 0.25, 2.8) for number in range(5)]
+DESIGN = model([element(f"W{number}", "wall", wall) for number, wall in enumerate(WALLS)])
+AROUND = [box(-30, -30, -0.3, 60, 90, 0.3), box(-30, 12, 0, 60, 0.5, 12)]
+
+
+@pytest.fixture(scope="module")
+def matched() -> MatchResult:
+    """Two stations before five walls: the first two stand, and of one of them an outline was measured."""
+    poses = {"A1": looking([2.0, -5.0, 1.6], [2.0, 0.0, 1.5]), "A2": looking([4.5, -5.0, 1.6], [4.5, 0.0, 1.5])}
+    front = DESIGN.elements[0].faces[0]
+    faces = [measured("A1/1", poses["A1"], front.frame, front.exposed_uv_m)]
+    stations = [
+        station(name, pose, [*WALLS[:2], *AROUND], faces if name == "A1" else []) for name, pose in poses.items()
+    ]
+    return match_faces(placement(*stations), DESIGN, MatchOptions())
+
+
+def _reports(matched: MatchResult, share: Share) -> list[ProgressReport]:
+    history, reports = EMPTY_HISTORY, []
+    for day in (date(2026, 3, 2), date(2026, 3, 16)):
+        surfaces = classify_surface(matched, DESIGN, history, ProgressOptions(), share=share)
+        reports.append(summarise(surfaces, matched, DESIGN, history, day))
+        history = remember(history, reports[-1])
+    return reports
+
+
+def test_two_processes_judge_as_one_does_to_the_byte(matched: MatchResult) -> None:
+    alone = _reports(matched, AmongProcesses(workers=1, least_items=0))
+    shared = _reports(matched, AmongProcesses(workers=2, least_items=0))
+    assert {one.state for one in alone[0].elements} >= {"complete", "not started"}
+    assert [plain_digest(one, ProgressReport) for one in shared] == [plain_digest(one, ProgressReport) for one in alone]
+
+
+def test_what_is_shared_is_asked_once_a_visit_and_stays_in_the_order_of_the_design(matched: MatchResult) -> None:
+    asked: list[int] = []
+
+    def counted(work: Any, items: Sequence[Any]) -> Sequence[Any]:
+        asked.append(len(items))
+        return in_turn(work, items)
+
+    surfaces = classify_surface(matched, DESIGN, EMPTY_HISTORY, ProgressOptions(), ["W3"], counted)
+    assert asked == [4]
+    assert [one.face_id for one in surfaces] == [face.face_id for one in DESIGN.elements for face in one.faces]
