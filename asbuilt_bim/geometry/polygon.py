@@ -108,12 +108,34 @@ def triangles_region(triangles: ArrayLike) -> Region:
 
     Triangles that share their corners, as nearly all meshes' do, are joined along their sides, a fifth of the work.
     """
-    shapes = shapely.polygons(np.asarray(triangles, dtype=np.float64))
+    corners = np.asarray(triangles, dtype=np.float64)
+    if len(corners) == 2 and (quadrangle := _two_joined(corners)) is not None:
+        return quadrangle
+    shapes = shapely.polygons(corners)
     broken = ~shapely.is_valid(shapes)
     if not broken.any() and (joined := _joined(shapes)) is not None:
         return region_from(joined)
     shapes[broken] = shapely.make_valid(shapes[broken])
     return region_from(shapely.union_all(shapes))
+
+
+def _two_joined(triangles: FloatArray) -> Region | None:
+    """Return two triangles that share one side as a quadrangle, None where it isn't clear: most faces are one.
+
+    It begins at the first triangle's corner off that side, as Shapely's does where that isn't the first corner.
+    """
+    first, second = ([(u, v) for u, v in triangle] for triangle in triangles.tolist())
+    own, others = set(first) - set(second), set(second) - set(first)
+    if len(own) != 1 or len(others) != 1 or first[0] in own:
+        return None
+    at = 1 if first[1] in own else 2
+    (u, v), (au, av), (bu, bv), (cu, cv) = first[at], first[at - 2], *others, first[at - 1]
+    one_m2 = 0.5 * ((au - u) * (cv - v) - (av - v) * (cu - u))
+    other_m2 = 0.5 * ((cu - bu) * (av - bv) - (cv - bv) * (au - bu))
+    if min(abs(one_m2), abs(other_m2)) <= MIN_AREA_M2 or (one_m2 > 0.0) != (other_m2 > 0.0):
+        return None
+    ring = [(u, v), (au, av), (bu, bv), (cu, cv)]
+    return ((frozen(ring if one_m2 > 0.0 else [ring[0], *ring[:0:-1]]),),)
 
 
 def _joined(shapes: Sequence[BaseGeometry]) -> Polygon | None:

@@ -56,3 +56,28 @@ def test_a_ring_that_crosses_itself_is_mended_and_not_negative() -> None:
 
 def test_grown_corners_stay_square() -> None:
     assert polygon.area(polygon.grown(polygon.box(0, 0, 1, 1), 0.1)) == pytest.approx(1.44)
+
+
+def test_two_triangles_on_one_side_are_the_quadrangle_that_shapely_makes_of_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng, quick = np.random.default_rng(5), 0
+    for _ in range(200):
+        start, along = rng.uniform(-1.0, 1.0, (2, 2))
+        across = np.array([-along[1], along[0]])
+        apexes = [start + rng.uniform(-0.5, 1.5) * along + side * rng.uniform(0.2, 1.0) * across for side in (-1, 1)]
+        corners = [rng.permutation([start, start + along, apex]) for apex in apexes]
+        pair = np.stack(corners)
+        found = polygon.triangles_region(pair)
+        quick += polygon._two_joined(pair) is not None
+        with monkeypatch.context() as patched:
+            patched.setattr(polygon, "_two_joined", lambda triangles: None)
+            slow = polygon.triangles_region(pair)
+        assert [ring.tobytes() for rings in found for ring in rings] == [r.tobytes() for rings in slow for r in rings]
+    assert quick > 100
+
+
+def test_two_triangles_that_overlap_or_meet_in_a_point_alone_are_no_quadrangle() -> None:
+    shared = [(1.0, 0.0), (0.0, 1.0)]
+    for second in ([*shared, (0.1, 0.1)], [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0)], [*shared, (0.5, 0.5)]):
+        assert polygon._two_joined(np.array([[shared[0], (0.0, 0.0), shared[1]], second])) is None
