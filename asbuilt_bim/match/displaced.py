@@ -220,7 +220,10 @@ def _moves(pairs: Sequence[_Pair]) -> Iterator[FloatArray]:
 
 
 def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tuple[float, tuple[str, ...]]:
-    """Return how much measured surface (m2) lies on an element that is moved, and the stations that saw it."""
+    """Return how much measured surface (m2) lies on an element that is moved, and the stations that saw it.
+
+    In its own place every part counts; beside it faces that lie there whole: part of a face lies on anything.
+    """
     total_m2, stations = 0.0, set()
     for pair in pairs:
         frame, face = pair.design.frame, pair.seen.face
@@ -233,7 +236,7 @@ def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tupl
             place: Region = tuple(tuple(ring + shift for ring in rings) for rings in pair.design.rings_uv_m)
             on_it = polygon.intersection(pair.outline, polygon.grown(place, COARSE_M))
             share = min(share, polygon.area(on_it) / max(polygon.area(pair.outline), 1e-9))
-        if share < WHOLE_SHARE * pair.left:
+        if move_m.any() and share < WHOLE_SHARE * pair.left:
             continue
         total_m2 += share * face.area_m2
         stations.add(pair.seen.pose.station)

@@ -76,6 +76,15 @@ def test_a_face_of_a_neighbour_in_its_own_place_is_never_taken_for_a_displaced_e
     assert found({}, design=near) == {}
 
 
+def test_a_face_that_runs_on_past_its_wall_is_no_move_along_it() -> None:
+    wall = element("W", "wall", box(0, 0, 0, 4, 0.2, 3))
+    frame = wall.faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    seen = [measured("A1/0", POSE, frame, polygon.box(0.5, 0.0, 4.6, 3.0))]  # a neighbour that isn't in the design
+    placed = placement(station("A1", POSE, [box(0, 0, 0, 4.6, 0.2, 3)], seen))
+    assert displaced(match_faces(placed, model([wall]), MatchOptions()), model([wall]), {}) == {}
+
+
 def test_elements_that_were_not_measured_follow_most_of_their_storey_that_moved_alike() -> None:
     all_found = found({n: (0.3, 0.0, 0.0) for n in range(4)}, seen=(0, 1, 2))
     assert set(all_found) == {"C0", "C1", "C2", "C3"}
