@@ -130,13 +130,13 @@ def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceR
     rows_of_it = np.asarray(own.any(axis=1), dtype=bool)
     if not rows_of_it.any():
         return
-    usual = own[rows_of_it].mean(axis=0) > 0.4
+    usual = np.flatnonzero(own[rows_of_it].mean(axis=0) > 0.4)
     bare = top + np.flatnonzero(~rows_of_it[top:foot])
     wide = cv2.boundingRect(own.view(np.uint8))[2] >= NARROW_PX
-    if wide and (not bare.size or np.mean(against[np.ix_(bare, np.flatnonzero(usual))]) > MOST_AGAINST):
+    if not usual.size or (wide and (not bare.size or np.mean(against[np.ix_(bare, usual)]) > MOST_AGAINST)):
         return
-    own[np.ix_(bare, np.flatnonzero(usual))] = True
-    cost[np.ix_(bare, np.flatnonzero(usual))] = SAME_POUR
+    own[np.ix_(bare, usual)] = True
+    cost[np.ix_(bare, usual)] = SAME_POUR
 
 
 def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
