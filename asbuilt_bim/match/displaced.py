@@ -25,8 +25,8 @@ from asbuilt_bim.register.pose import Placement
 
 LEAST_M2 = 0.35
 """So much of its surface has to stand there: less may be a board, a prop, a stack."""
-MORE_THAN_HERE = 2.0
-"""Times as much surface as in its design's place, where a neighbour or clutter may lie on it."""
+MOST_HERE = 0.75
+"""In its own place lies at most so much of it, and `LEAST_M2` less: a face may run on past its element by a quarter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,7 +110,7 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
             pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
         here_m2, _ = _standing(pairs, np.zeros(3), COARSE_M)
         best = _best_move(pairs, element)
-        if best is not None and best.area_m2 >= max(LEAST_M2, MORE_THAN_HERE * here_m2):
+        if best is not None and here_m2 <= min(best.area_m2 - LEAST_M2, MOST_HERE * best.area_m2):
             found[element.global_id] = best
         elif here_m2 >= LEAST_M2:
             here.add(element.global_id)

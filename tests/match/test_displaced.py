@@ -76,6 +76,16 @@ def test_a_face_of_a_neighbour_in_its_own_place_is_never_taken_for_a_displaced_e
     assert found({}, design=near) == {}
 
 
+def test_a_wide_column_moved_along_the_one_side_that_is_seen_is_found() -> None:
+    wide = element("W", "column", box(0, 0, 0, 0.55, 0.55, 3))
+    frame = wide.faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    seen = [measured("A1/0", POSE, frame, polygon.box(0.29, 0.0, 0.84, 2.9))]
+    placed = placement(station("A1", POSE, [box(0.29, 0, 0, 0.55, 0.55, 3)], seen))
+    (one,) = displaced(match_faces(placed, model([wide]), MatchOptions()), model([wide]), {}).values()
+    assert one.distance_m == pytest.approx(0.29, abs=0.07)  # shortest of what explains it, to the border's tolerance
+
+
 def test_a_face_that_runs_on_past_its_wall_is_no_move_along_it() -> None:
     wall = element("W", "wall", box(0, 0, 0, 4, 0.2, 3))
     frame = wall.faces[0].frame
