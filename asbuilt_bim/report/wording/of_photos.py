@@ -71,6 +71,12 @@ PHOTOS: Table = {
         value="serial {serial}",
         remedy=_SWAP,
     ),
+    Reason.PHOTOS_OF_OTHER_SIDES: Words(
+        reason="left and right are swapped: each was taken by the rig's other camera",
+        value="serial {left_serial} left, {right_serial} right",
+        limit="{right_serial} left, {left_serial} right",
+        remedy=_SWAP,
+    ),
     Reason.PHOTO_OF_OTHER_MODEL: Words(
         reason="photo of another camera than the rig's",
         value="{model}",
