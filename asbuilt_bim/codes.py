@@ -97,6 +97,7 @@ class Reason(StrEnum):
     STATION_MEMORY = "station out of memory"
     STATION_CRASHED = "station crashed"  # an error of this program's own
     STATION_WORKER_LOST = "station lost with its worker"
+    STATION_ENDLESS = "station without end"
     # The target.
     DISC_NOT_TARGET = "disc not the target"
     DISC_SPARE = "disc spare"  # another one was taken
