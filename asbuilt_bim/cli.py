@@ -16,6 +16,17 @@ from asbuilt_bim.version import __version__
 FAILED = 1
 _BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
 _FILE = FilePath()
+FAMILY_NAMES = (
+    "apriltag_36h11",
+    "apriltag_36h10",
+    "apriltag_25h9",
+    "apriltag_16h5",
+    "aruco_4x4_50",
+    "aruco_5x5_100",
+    "aruco_6x6_250",
+    "aruco_original",
+)
+"""Of markers, as `vision.markers.find` has them: importing that takes a second, and `--help` shall be quick."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -244,6 +255,72 @@ def label(
         return label_command(
             project, out, workers=workers or 0, replace=replace, allow_outside=allow_outside, screen=screen
         )
+
+    _guarded(context, screen, action)
+
+
+@app.group("print")
+def sheets() -> None:
+    """Print a calibration board, markers or the target: PDF files to scale."""
+
+
+_PDF = click.option("--out", type=_FILE, required=True, metavar="FILE.pdf", help="The PDF file to write.")
+_PAPER = click.option("--paper", type=click.Choice(["A4", "A3"]), default="A4", help="What doesn't fit goes in tiles.")
+_REPLACE = click.option("--replace", is_flag=True, help="Replace FILE.pdf if it exists.")
+
+
+@sheets.command("board")
+@_PDF
+@_PAPER
+@click.option("--board", default="", metavar="BOARD", help=f"{_BOARD} Default: the largest that fits.")
+@_REPLACE
+@click.pass_context
+def board_sheet(context: click.Context, /, **options: Any) -> None:
+    """Write a board to calibrate the rig with."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_board
+
+        return print_board(screen=screen, **options)
+
+    _guarded(context, screen, action)
+
+
+@sheets.command("tags")
+@_PDF
+@_PAPER
+@click.option("--ids", default="0-3", metavar="IDS", help="Their numbers: 0-11, or 0-3,8.")
+@click.option("--family", type=click.Choice(FAMILY_NAMES), default=FAMILY_NAMES[0], help="Their family.")
+@click.option("--size", "size_m", type=Metres(min=0.02, max=3.0), metavar="METRES", help="Side of the black square.")
+@_REPLACE
+@click.pass_context
+def tag_sheets(context: click.Context, /, **options: Any) -> None:
+    """Write markers, one a sheet, to be surveyed."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_tags
+
+        return print_tags(screen=screen, **options)
+
+    _guarded(context, screen, action)
+
+
+@sheets.command("target")
+@_PDF
+@_PAPER
+@click.option("--diameter", "diameter_m", type=Metres(min=0.05, max=2.0), metavar="METRES", help="Of the disc.")
+@_REPLACE
+@click.pass_context
+def target_sheet(context: click.Context, /, **options: Any) -> None:
+    """Write the red disc."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_target
+
+        return print_target(screen=screen, **options)
 
     _guarded(context, screen, action)
 
