@@ -39,6 +39,7 @@ RigFormat = Literal["rig", "opencv", "kalibr", "ros"]
 RIG_FORMATS: tuple[RigFormat, ...] = get_args(RigFormat)
 _PLAIN = Foreign()
 _MOST_FILES = 3
+_OWN_KEYS = {"format", "left", "right", "right_from_left"}
 _MOST_BESIDE, _MOST_LISTED = 8, 2000
 _KINDS = (
     "this program's rig, OpenCV, Kalibr, ROS camera_info, EuRoC sensor.yaml, Stereolabs SN*.conf, an OAK's calibration "
@@ -84,7 +85,7 @@ def read_rig_files(files: Sequence[Path | str], foreign: Foreign = _PLAIN) -> Ri
     refuse_size(rig, where)
     if rig.covariance.any() or _is_own(documents[0]):
         return RigReading(rig=rig)
-    camera = type_of([one.name for one in paths], documents)
+    camera = type_of([*foreign.cameras, *(one.name for one in paths)], documents)
     doubts = [against_type(rig, camera, where) if camera is not None else Doubts(), *_beside(rig, paths, foreign)]
     in_memory = is_zed(documents[0]) or is_oak(documents[0]) or is_realsense(documents[0])
     is_factory = bool(in_memory or zed_listings(documents[0]) or (camera is not None and is_camera_info(documents[0])))
@@ -159,7 +160,7 @@ def _unknown(documents: Sequence[Plain], where: str) -> StereoRig:
     """Refuse what is no rig, by what it is; a mapping on its own may be this program's, and says its mistakes."""
     if len(documents) > 1:
         raise RigError(
-            f"{where}: these files are no rig in parts; name one file, or left and right of one kind, or both "
+            f"{where}: these files are no rig in parts: name one file, or left and right of one kind, or both "
             "cameras and how they stand"
         )
     document = documents[0]
@@ -172,9 +173,9 @@ def _unknown(documents: Sequence[Plain], where: str) -> StereoRig:
             f"{where}: COLMAP's rig says how cameras stand, and nothing of their lenses; export its cameras as "
             "OpenCV's K1, D1, K2, D2, R, T"
         )
-    if not isinstance(document, Mapping):
-        shown = " ".join(str(document).split())[:60]
-        raise RigError(f"{where}: the file holds no rig ({shown!r}); a failed download? Known are: {_KINDS}")
+    if not isinstance(document, Mapping) or not _OWN_KEYS & document.keys():
+        shown = " ".join(str(list(document) if isinstance(document, Mapping) else document).split())[:60]
+        raise RigError(f"{where}: the file is no rig ({shown!r}); a failed download? Known are: {_KINDS}")
     return own_rig(document, where)
 
 

@@ -10,7 +10,7 @@ import yaml
 
 from asbuilt_bim.camera.rig_formats.plain_text import Plain, plain_text
 from asbuilt_bim.errors import RigError
-from asbuilt_bim.storage.regular_file import as_text, read_bytes
+from asbuilt_bim.storage.regular_file import as_text, open_regular, read_bytes
 from asbuilt_bim.storage.strict_yaml import StrictLoader, yaml_words
 
 MAX_BYTES = 200_000
@@ -51,10 +51,8 @@ def read_document(path: Path) -> Plain:
     Raises: RigError where it can't be read, or holds what no rig file needs: aliases, foreign tags, entities.
     """
     name = f"rig file {path}"
+    _refuse_binary(path, name)
     data = read_bytes(path, MAX_BYTES, RigError, name)
-    for start, what in _BINARY.items():
-        if data.startswith(start):
-            raise RigError(f"{name}: this is {what}")
     text = as_text(data, RigError, name)
     if text.startswith("ISO-10303-21"):
         raise RigError(f"rig file {path}: this is an IFC file; name the rig that was calibrated")
@@ -62,6 +60,18 @@ def read_document(path: Path) -> Plain:
         return _xml(text, path)
     found = plain_text(text, name)
     return found if found is not None else _yaml(text, path)
+
+
+def _refuse_binary(path: Path, name: str) -> None:
+    """Say what a binary file is and what to write in its place, however large it is."""
+    try:
+        with open_regular(path) as file:
+            start = file.read(32)
+    except OSError:  # `read_bytes` says why
+        return
+    for magic, what in _BINARY.items():
+        if start.startswith(magic):
+            raise RigError(f"{name}: this is {what}")
 
 
 def _yaml(text: str, path: Path) -> Plain:
