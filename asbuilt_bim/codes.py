@@ -113,6 +113,10 @@ class Reason(StrEnum):
     RIG_MOVED = "rig moved"  # by less than the limit
     RIG_UNDETERMINED = "rig undetermined"
     RIG_REFINED = "rig refined"
+    RIG_SIZE_CONTRADICTED = "rig of photos of another size"  # by its own numbers
+    RIG_PROJECTIONS_CONTRADICT = "projections contradict each other"  # of a ROS pair
+    RIG_BASELINE_NOT_OF_TYPE = "baseline not of its type of camera"
+    RIG_FILES_CONTRADICT = "files of one camera contradict each other"
     SCALE_WRONG = "scale wrong"
     LENGTHS_DOUBTFUL = "lengths doubtful"  # known lengths of one kind or more
     LENGTHS_DOUBTFUL_TOGETHER = "lengths doubtful together"

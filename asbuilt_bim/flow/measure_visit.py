@@ -8,7 +8,7 @@ from typing import Protocol
 
 import cv2
 
-from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
@@ -195,12 +195,14 @@ def _measured(
 
 
 def read_pair(station: Station, project: Project) -> StationPhotos | RejectedStation:
-    """Read a station's two photos; one that can't be used rejects the station."""
-    photos, rejections = [], []
-    for path in (station.left, station.right):
+    """Read a station's two photos, or the file that holds both; one that can't be used rejects the station."""
+    photos: list[Photo] = []
+    rejections = []
+    for path in (station.left,) if station.side_by_side else (station.left, station.right):
         name = project.relative(path)  # results are passed on: they name files as the project does
         try:
-            photos.append(replace(read_photo(path), name=name))
+            photo = replace(read_photo(path), name=name)
+            photos += side_by_side(photo) if station.side_by_side else (photo,)
         except PhotoError as problem:
             subject = about(SubjectKind.STATION, station.name)
             detail = str(problem).replace(str(path), name)

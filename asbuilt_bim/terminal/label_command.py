@@ -38,8 +38,8 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
         )
     place = Workplace(workers=workers, cache=Cache(folder=default_folder()))
     with screen.steps() as progress:
-        rig, _ = rig_of(project, place.cache, progress)
-        labels = label_project(project, rig, place, progress)
+        source = rig_of(project, place.cache, progress)
+        labels = label_project(project, source.rig, place, progress)
     for name, reason in labels.left_out.items():
         screen.warn(f"{name} was LEFT OUT: {reason}")
     _write(target, json.dumps(coco_document(labels.photos), ensure_ascii=False, indent=1))
