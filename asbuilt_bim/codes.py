@@ -242,6 +242,8 @@ class Reason(StrEnum):
     GONE = "gone"
     GONE_LITTLE = "a little gone"
     OTHER_SIZE = "other size than designed"
+    NOT_SEEN = "not seen"
+    SEEN_LITTLE = "seen too little"
     NOT_SEEN_AGAIN = "not seen again"
     SEEN_TO_TOP = "seen to its top"
     NO_FACE_FITS = "no measured face fits"
@@ -293,7 +295,19 @@ class Reason(StrEnum):
     BASIS_COMPLETE = "completion 1"
     BASIS_LOWER = "completion lower bound"
     BASIS_COST = "quantity by its certain bound"
+    BOUNDS = "at least and possibly"
 
+
+WHY_STATE = frozenset(
+    {
+        *(Reason.DECIDED_NOTHING, Reason.NOT_SEEN, Reason.SEEN_LITTLE, Reason.NOT_SEEN_AGAIN, Reason.NO_FACE_FITS),
+        *(Reason.TOP_NOT_SEEN, Reason.FOOT_NOT_SEEN, Reason.SEEN_TO_TOP, Reason.SEEN_WITH_FOOT),
+        *(Reason.DISPLACED, Reason.DISPLACED_WITH_OTHERS),
+    }
+)
+"""Codes that say why an element has the state that it has, where that isn't plain."""
+NOT_COUNTED = frozenset({Reason.STANDS_OFF, Reason.STARTER_BARS, Reason.SURFACE_UNCLEAR, Reason.OTHER_COLOUR})
+"""Codes of measured faces that don't count as concrete; one of another colour does, where its note says so."""
 
 REVISIONS = frozenset(
     {

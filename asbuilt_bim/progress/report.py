@@ -21,6 +21,7 @@ OF_SCALE = Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER
 
 State = Literal["complete", "part", "not started", "displaced", "unknown"]
 """`displaced`: it stands beside its design, and nobody has accepted that."""
+ShownState = State | Literal["complete as far as seen"]  # what is complete, and wasn't seen nearly whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +71,12 @@ class ElementProgress:
     unfinished_on: date | None = None  # the last visit that saw it unfinished
     move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
     accepted: bool = False  # by a person: what is said of it is of where it stands
+    as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
+
+    @property
+    def shown_state(self) -> ShownState:
+        """Return the state as people get it."""
+        return "complete as far as seen" if self.as_far_as_seen else self.state
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +95,7 @@ class GroupProgress:
     as_built_area_m2: float
     as_built_sigma_m2: float
     displaced: int = 0
+    as_far_as_seen: int = 0  # of the complete ones
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -82,7 +82,7 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             storey=names.get(late.element.storey, NO_STOREY),
             name=late.element.name or late.element.global_id,
             global_id=late.element.global_id,
-            state=late.element.state,
+            state=late.element.shown_state,
             best=late.element.completion.best,
             task=late.task,
             due=late.due,

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, State, StationRecord
+from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.drawings.colours import element_names, element_states
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
 from asbuilt_bim.report.wording.values import percent
@@ -24,7 +24,7 @@ class PlanElement:
     """An element's outline in the drawing's units, and its label's place."""
 
     name: str
-    state: State
+    state: ShownState
     tooltip: str
     path: str
     label: tuple[float, float] | None

@@ -105,4 +105,4 @@ def _shown(element: ElementProgress | None) -> tuple[str | None, ...]:
         return ()
     done = element.completion
     built = area(element.as_built_area_m2, element.as_built_sigma_m2)
-    return (element.state, percent_certain(done.lower), percent(done.best), built)
+    return (element.shown_state, percent_certain(done.lower), percent(done.best), built)

@@ -166,7 +166,7 @@ def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     designed |= {e.global_id: "moved in the design" for e in revised.moved}
     for key, element in new.items():
         if key not in old:
-            yield f"{_named(element)}: new in {where}, {element.state}"
+            yield f"{_named(element)}: new in {where}, {element.shown_state}"
         elif parts := [*filter(None, [designed.get(key)]), *_element(old[key], element)]:
             yield f"{_named(element)}: {', '.join(parts)}"
     yield from (f"{_named(old[key])}: no longer in {where}" for key in old if key not in new)
@@ -182,8 +182,8 @@ def _rescoped(before: ProgressReport, after: ProgressReport) -> bool:
 
 def _element(old: ElementProgress, new: ElementProgress) -> Iterator[str]:
     """Yield what changed on one element."""
-    if old.state != new.state:
-        yield f"{old.state} -> {new.state}"
+    if old.shown_state != new.shown_state:
+        yield f"{old.shown_state} -> {new.shown_state}"
     yield from filter(None, [_share("completion", old.completion.best, new.completion.best)])
     yield from filter(None, [_share("seen", old.completion.coverage, new.completion.coverage)])
     if _differ(old.as_built_area_m2, new.as_built_area_m2, SAME_AREA_M2):

@@ -145,7 +145,7 @@ def _part(part: CostPart, storeys: dict[str, str]) -> tuple[Cell, ...]:
         element.name,
         element.global_id,
         storeys.get(element.storey, NO_STOREY),
-        element.state,
+        element.shown_state,
         line.unit,
         part.planned_quantity,
         part.certain,
