@@ -69,6 +69,8 @@ CASES = (
     Case(script="target/target.py"),
     Case(script="target/odds.py"),
     Case(script="rigs/knocked.py"),
+    Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
+    Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
     Case(script="networks/odds.py", slow="", packages=RENDERER),
