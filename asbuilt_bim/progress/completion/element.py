@@ -119,6 +119,7 @@ def progress_of(
         unfinished_on=visit_date if seen_unfinished else history.unfinished_on.get(element.global_id),
         move_m=_plain(displaced.move_m) if displaced else None,
         accepted=displaced is not None and displaced.accepted,
+        type_name=element.type_name,
     )
 
 

@@ -96,6 +96,7 @@ TERMS = {
     "unknown": "Number of elements not decided.",
     "displaced": "Number of elements that stand beside their design, and that nobody has accepted.",
     "move_m": "How it stands beside its design, in world metres; null where it doesn't, or isn't known to.",
+    "type_name": "Name of its type in the IFC file; empty where it has none.",
     "accepted": "A person accepted that it stands beside its design; what is said of it is of where it stands.",
     "progress": "The task's name, elements and completion.",
     "schedule_start": "Planned start.",
