@@ -191,6 +191,24 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("workbook", type=_FILE, metavar="COST.xlsx")
+@click.option("--map", "mapping", type=_FILE, required=True, metavar="MAP.yaml", help="What goes into which column.")
+@click.option("--result", type=_FILE, default=Path("out"), metavar="FOLDER", help="A run's folder, or a result.json.")
+@click.option("--dry-run", is_flag=True, help="List every change, and write nothing.")
+@click.pass_context
+def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dry_run: bool) -> None:
+    """Fill as-built quantities into a workbook of your own; every other cell stays as it is, and a backup is kept."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.fill_command import fill_command
+
+        return fill_command(workbook, mapping, result, screen, datetime.now(UTC), dry_run=dry_run)
+
+    _guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""

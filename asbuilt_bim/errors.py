@@ -14,6 +14,7 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── NetworkError              a network or its card can't be used: damaged, hostile, of another layout
 ├── ScheduleError              the schedule beside the IFC can't be used: no MS Project XML, P6 XML or CSV, damaged
 ├── ResultError               a result file is damaged or doesn't belong to this design
+├── FillError                 a workbook can't be filled: of another sort, signed, ambiguous keys, formulas in the way
 ├── OutputError               outputs can't be written: place, rights, disk full
 ├── PluginError               another package's plugin is missing, doubled, or fails
 └── MissingExtraError         an optional part isn't installed; the message holds the pip line
@@ -94,6 +95,10 @@ class ScheduleError(AsBuiltError):
 
 class ResultError(AsBuiltError):
     """A result file is damaged, or doesn't belong to this design."""
+
+
+class FillError(AsBuiltError):
+    """A workbook of the user's can't be filled; it stays as it is."""
 
 
 class OutputError(AsBuiltError):

@@ -71,6 +71,7 @@ class ElementProgress:
     unfinished_on: date | None = None  # the last visit that saw it unfinished
     move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
     accepted: bool = False  # by a person: what is said of it is of where it stands
+    type_name: str = ""  # of its type in the IFC file
     as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
 
     @property
