@@ -13,7 +13,7 @@ from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressRepor
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import verdict
 from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
-from asbuilt_bim.report.wording.completion import BEST, SEEN, best_words, in_words
+from asbuilt_bim.report.wording.completion import BEST, SEEN, best_words, in_words, seen_words
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import percent, plain
@@ -43,7 +43,7 @@ def _lines(report: ProgressReport) -> list[str]:
         lines += [
             f"{name}: {completion_text(group.completion)}",
             f"  {len(group.elements)} elements: {counts}",
-            f"  {SEEN} {percent(group.completion.coverage)}, measured {measured_words(group, report)}",
+            f"  {SEEN} {seen_words(group.completion)}, measured {measured_words(group, report)}",
         ]
     return lines
 
@@ -127,7 +127,7 @@ def _counts(group: GroupProgress, report: ProgressReport) -> dict[str, int]:
 
 def _measures(group: GroupProgress, report: ProgressReport) -> list[Text]:
     done = group.completion
-    return [Text(t) for t in (in_words(done), best_words(done), percent(done.coverage), measured_words(group, report))]
+    return [Text(t) for t in (in_words(done), best_words(done), seen_words(done), measured_words(group, report))]
 
 
 def _reasons(name: str, report: ProgressReport) -> list[str]:
