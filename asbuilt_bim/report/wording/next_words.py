@@ -25,9 +25,9 @@ def side_words(role: str, towards: str) -> str:
 
 def stand_words(number: int, side: str, away_m: float, where: str) -> str:
     """Say where to stand for a view; its number stands on the plan."""
-    return f"Stand at {number} on the plan, {where}, {away_m:.0f} m before {side}."
+    return f"Stand at {number} on the plan, {where}, {away_m:.0f}\N{NO-BREAK SPACE}m before {side}."
 
 
 def near_words(station: str, away_m: float | None) -> str:
     """Say how far that is from a station of the visit; "" where none stood on that floor."""
-    return "" if away_m is None else f"It is {away_m:.0f} m from where {station} stood."
+    return "" if away_m is None else f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."
