@@ -63,6 +63,7 @@ class Reason(StrEnum):
     PHOTO_SIZE = "photo of another size"
     PHOTO_HELD_TURNED = "photo held turned"  # by its EXIF: the camera was
     PHOTO_OF_OTHER_SIDE = "photo of the other side"  # by its serial number
+    PHOTOS_OF_OTHER_SIDES = "photos of the other sides"  # both of them
     PHOTO_OF_OTHER_MODEL = "photo of another camera model"
     PHOTO_OF_OTHER_CAMERA = "photo of another camera"
     PHOTO_ZOOMED = "photo zoomed"
@@ -96,6 +97,7 @@ class Reason(StrEnum):
     STATION_MEMORY = "station out of memory"
     STATION_CRASHED = "station crashed"  # an error of this program's own
     STATION_WORKER_LOST = "station lost with its worker"
+    STATION_ENDLESS = "station without end"
     # The target.
     DISC_NOT_TARGET = "disc not the target"
     DISC_SPARE = "disc spare"  # another one was taken
@@ -111,6 +113,10 @@ class Reason(StrEnum):
     RIG_MOVED = "rig moved"  # by less than the limit
     RIG_UNDETERMINED = "rig undetermined"
     RIG_REFINED = "rig refined"
+    RIG_SIZE_CONTRADICTED = "rig of photos of another size"  # by its own numbers
+    RIG_PROJECTIONS_CONTRADICT = "projections contradict each other"  # of a ROS pair
+    RIG_BASELINE_NOT_OF_TYPE = "baseline not of its type of camera"
+    RIG_FILES_CONTRADICT = "files of one camera contradict each other"
     SCALE_WRONG = "scale wrong"
     LENGTHS_DOUBTFUL = "lengths doubtful"  # known lengths of one kind or more
     LENGTHS_DOUBTFUL_TOGETHER = "lengths doubtful together"

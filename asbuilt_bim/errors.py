@@ -7,8 +7,8 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── MaskError                 a file of masks can't be used: no PNG, COCO or polygons, wrong size, unknown class
 ├── RejectedError             nothing is left to work with; its `rejections` say why
 │   ├── MeasureError          a photo pair can't be measured; the message holds every reason
-│   └── CalibrationError      boards or control points don't give a rig
-├── RigError                  a rig file or a rig that can't be right
+│   ├── CalibrationError      boards or control points don't give a rig
+│   └── RigError              a rig file or a rig that can't be right
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
 ├── NetworkError              a network or its card can't be used: damaged, hostile, of another layout
@@ -72,8 +72,8 @@ class CalibrationError(RejectedError):
     """Boards or control points don't give a rig."""
 
 
-class RigError(AsBuiltError):
-    """A rig file, or a rig, can't be right."""
+class RigError(RejectedError):
+    """A rig file, or a rig, can't be right; what its numbers contradict is in `rejections`, too."""
 
 
 class SurveyError(AsBuiltError):

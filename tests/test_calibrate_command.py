@@ -160,8 +160,8 @@ def test_a_project_may_name_the_two_files_of_another_program_as_its_rig(tmp_path
     named = {"file": "rig_left.yaml", "file_right": "rig_right.yaml"}
     project = read_project(write_project(tmp_path / "site", {**plain(), "rig": named}))
     write_rig_as(rig(), tmp_path / "site" / "rig.yaml", "ros")
-    found, calibration = rig_of(project, Cache(folder=None), lambda *_, **__: None)
-    assert calibration is None and found.baseline_m == pytest.approx(rig().baseline_m, rel=1e-9)
+    found = rig_of(project, Cache(folder=None), lambda *_, **__: None)
+    assert found.calibration is None and found.rig.baseline_m == pytest.approx(rig().baseline_m, rel=1e-9)
     assert tmp_path / "site" / "rig_right.yaml" in project.sources
 
 

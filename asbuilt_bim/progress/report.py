@@ -107,16 +107,18 @@ class TaskProgress:
     schedule_finish: datetime | None
     actual_start: date | None  # first visit that saw something built; None where unknown
     actual_finish: date | None  # only when all its elements are complete
-    late: bool | None  # schedule_finish passed and not complete; None where unknown
+    late: bool | None  # its planned finish has passed, and it is not complete; None where unknown
     identification: str = ""
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
     links: tuple[TaskLink, ...] = ()
     schedule_uid: str = ""  # what the schedule file knows it by, "" where there is none
     planned: float | None = None  # share that the plan wants by the end of the visit's day
-    days_late: int | None = None  # behind the plan, by the best estimate; negative: ahead
-    days_late_least: int | None = None  # at least, whatever was not seen
-    days_late_most: int | None = None  # at most, by what is certain
+    behind_days: int | None = None  # behind the plan, by the best estimate; negative: ahead
+    behind_least_days: int | None = None  # at least, whatever was not seen
+    behind_most_days: int | None = None  # at most, by what is certain
     others: int = 0  # building elements that it makes, too, and that are not measured here
+    late_days: int | None = None  # from its planned finish to the visit's day where it is late, 0 where it isn't
+    forecast_finish: datetime | None = None  # by what is certain, at the planned pace; None where nothing says when
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

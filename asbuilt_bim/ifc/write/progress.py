@@ -8,6 +8,8 @@ from asbuilt_bim.codes import WHY_STATE, Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.ifc.names import PROGRAM, Value
 from asbuilt_bim.ifc.write.entities import Marker
 from asbuilt_bim.ifc.write.tasks import write_task
+from asbuilt_bim.progress.completion.forecast import forecast_of
+from asbuilt_bim.progress.completion.moments import late_days
 from asbuilt_bim.progress.report import Completion, ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.version import __version__
 
@@ -77,7 +79,17 @@ def mark_storey(
 def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
     """Write a task's measured time, and our set with what was overwritten."""
     kept = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report) | kept.values, kept.dates)
+    marker.properties(thing, _group_values(task.progress, report) | _dates(task, report) | kept.values, kept.dates)
+
+
+def _dates(task: TaskProgress, report: ProgressReport) -> dict[str, Value | None]:
+    """Return how a task stands against its plan, as every other file has it."""
+    finish = forecast_of(task, report).finish
+    return {
+        "DaysBehind": task.behind_days,
+        "DaysLate": late_days(task.schedule_finish, task.late, report.visit_date),
+        "ForecastFinish": None if finish is None else finish.date(),
+    }
 
 
 def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> None:

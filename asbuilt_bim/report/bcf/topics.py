@@ -88,7 +88,7 @@ def _topics(report: ProgressReport) -> Iterator[Topic]:
     yield from _survey(report)
     elements = {element.global_id: element for element in report.elements}
     for row in late_rows(report):
-        text = f"{late_text(row.task, row.due, row.days_late)} {state_text(elements[row.global_id])}"
+        text = f"{late_text(row.task, row.due, row.late_days)} {state_text(elements[row.global_id])}"
         yield _of_element(IssueKind.LATE, elements[row.global_id], text, report, row.due)
     for element in report.elements:
         off = tuple(note for note in element.doubts if note.code in _OFF_DESIGN)
