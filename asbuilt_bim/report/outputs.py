@@ -37,7 +37,7 @@ def write_outputs(
     write_csv(report, table)
     write_workbook(report, workbook)
     issues = write_issues(report, earlier, pictures, folder)
-    write_page(report, pictures, page, earlier[-1] if earlier else None)
+    write_page(report, pictures, page, earlier, read_pictures(earlier[-1], pictures_folder) if earlier else None)
     return (*written, table, workbook, *write_schedules(report, folder), *issues, page)
 
 

@@ -64,6 +64,7 @@ class LateRow:
     global_id: str
     state: str
     best: float | None
+    lower: float
     task: str
     due: date
     late_days: int
@@ -84,6 +85,7 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             global_id=late.element.global_id,
             state=late.element.shown_state,
             best=late.element.completion.best,
+            lower=late.element.completion.lower,
             task=late.task,
             due=late.due,
             late_days=late.late_days,

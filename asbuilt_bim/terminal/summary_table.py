@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
@@ -13,13 +14,22 @@ from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressRepor
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import verdict
 from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
-from asbuilt_bim.report.wording.completion import BEST, SEEN, best_words, in_words
+from asbuilt_bim.report.wording.completion import (
+    AT_LEAST,
+    BEST,
+    POSSIBLY,
+    SEEN,
+    at_most,
+    best_words,
+    in_words,
+    seen_words,
+)
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.values import percent, plain
+from asbuilt_bim.report.wording.values import area, percent, percent_certain, plain
 from asbuilt_bim.terminal.screen import Screen
 
-TABLE_WIDTH, MORE_WIDTH = 118, 12
+TABLE_WIDTH, MORE_WIDTH = 116, 12
 """Columns that the table needs, and more for a state that isn't everywhere; a narrower terminal gets lines."""
 MAX_NOTES = 4
 
@@ -43,18 +53,17 @@ def _lines(report: ProgressReport) -> list[str]:
         lines += [
             f"{name}: {completion_text(group.completion)}",
             f"  {len(group.elements)} elements: {counts}",
-            f"  {SEEN} {percent(group.completion.coverage)}, measured {measured_words(group, report)}",
+            f"  {SEEN} {seen_words(group.completion)}, measured {measured_words(group, report)}",
         ]
     return lines
 
 
 def _table(report: ProgressReport) -> Table:
-    table = Table(title=_title(report), title_justify="left")
-    table.add_column("Storey")
-    for name in ("Elements", *_counts(report.whole, report)):
-        table.add_column(name, justify="right")
-    for heading in ("Complete", "Best estimate", "Seen", "Measured, of the sides photographed"):
-        table.add_column(heading, justify="right")
+    table = Table(title=_title(report), title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("Storey", no_wrap=True)
+    wrapped = (BEST, *_counts(report.whole, report))
+    for heading in (AT_LEAST, POSSIBLY, BEST, SEEN, *_counts(report.whole, report), "measured"):
+        table.add_column(heading, justify="right", no_wrap=heading not in wrapped)
     names = storey_names(report)
     for storey in report.storeys:
         table.add_row(*_cells(storey, names[storey.key], report))
@@ -111,7 +120,7 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
 
 def _cells(group: GroupProgress, name: str, report: ProgressReport) -> list[Text]:
     counts = (str(count) for count in _counts(group, report).values())
-    return [Text(name), Text(str(len(group.elements))), *(Text(count) for count in counts), *_measures(group, report)]
+    return [Text(text) for text in (name, *_shares(group), *counts, _measured(group))]
 
 
 def _counts(group: GroupProgress, report: ProgressReport) -> dict[str, int]:
@@ -125,9 +134,13 @@ def _counts(group: GroupProgress, report: ProgressReport) -> dict[str, int]:
     return counts | {"unknown": group.unknown}
 
 
-def _measures(group: GroupProgress, report: ProgressReport) -> list[Text]:
+def _shares(group: GroupProgress) -> tuple[str, ...]:
     done = group.completion
-    return [Text(t) for t in (in_words(done), best_words(done), percent(done.coverage), measured_words(group, report))]
+    return percent_certain(done.lower), at_most(done.upper), best_words(done), seen_words(done)
+
+
+def _measured(group: GroupProgress) -> str:
+    return area(group.as_built_area_m2, group.as_built_sigma_m2) if group.as_built_area_m2 > 0 else "none"
 
 
 def _reasons(name: str, report: ProgressReport) -> list[str]:

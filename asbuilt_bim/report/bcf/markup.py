@@ -113,5 +113,5 @@ def _moment(day: date) -> str:
 
 def _document(root: ET.Element) -> bytes:
     ET.indent(root, " ")
-    data: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return data
+    document: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return document

@@ -10,6 +10,8 @@ from asbuilt_bim.geometry.polygon import rings_area
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport, StationRecord
 from asbuilt_bim.report.bcf.camera import Camera, station_camera, wanted_camera
 from asbuilt_bim.report.drawings.not_counted import verdicts_of
+from asbuilt_bim.report.page.plan import MOST_VIEWS
+from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.task_rows import late_rows
 from asbuilt_bim.report.wording.issue_words import (
     IssueKind,
@@ -24,8 +26,6 @@ from asbuilt_bim.report.wording.issue_words import (
 from asbuilt_bim.report.wording.reasons import words_of
 
 OPEN, CLOSED = "Open", "Closed"
-MOST_NEXT = 12
-"""As many next views as the page shows."""
 _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://asbuilt-bim.org/bcf")
 _OFF_DESIGN = frozenset({Reason.DISPLACED, Reason.DISPLACED_WITH_OTHERS, Reason.OTHER_SIZE, Reason.PAST_DESIGN})
 _CONTRADICTS = frozenset({Reason.PHOTOS_DISAGREE, Reason.GONE})
@@ -139,10 +139,14 @@ def _not_in_model(report: ProgressReport) -> Iterator[Topic]:
 
 
 def _next_views(report: ProgressReport, elements: dict[str, ElementProgress]) -> Iterator[Topic]:
-    for view in report.wanted_views[:MOST_NEXT]:
+    words = {row.element.global_id: row.words for row in next_rows(report)}
+    for view in report.wanted_views[:MOST_VIEWS]:
         if (element := elements.get(view.element)) is not None:
-            name = element.name or element.global_id
-            topic = _topic(IssueKind.NEXT_VIEW, view.element, name, state_text(element), (view.element,), None, report)
+            name, text = (
+                element.name or element.global_id,
+                f"{words.get(view.element, '')} {state_text(element)}".strip(),
+            )
+            topic = _topic(IssueKind.NEXT_VIEW, view.element, name, text, (view.element,), None, report)
             yield replace(topic, camera=wanted_camera(view))
 
 

@@ -39,6 +39,11 @@ def best_words(completion: Completion) -> str:
     return NOT_ENOUGH if best is None else percent(best)
 
 
+def seen_words(completion: Completion) -> str:
+    """Write what share was seen, rounded down: under half never reads as half."""
+    return percent(completion.coverage) if completion.coverage < 0.01 else percent_certain(completion.coverage)
+
+
 def bounds_words(lower: float, upper: float) -> str:
     """Write both bounds for people: `at least 42 %, possibly all`."""
     if upper - lower < 1e-9:

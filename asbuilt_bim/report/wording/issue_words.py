@@ -48,9 +48,9 @@ def state_text(element: ElementProgress) -> str:
     return f"State: {element.shown_state}; {in_words(element.completion)}."
 
 
-def late_text(task: str, due: date, days_late: int) -> str:
+def late_text(task: str, due: date, late_days: int) -> str:
     """Return why an element is late."""
-    return f"Due {day(due)} by the task '{task}', {days_late} day{'' if days_late == 1 else 's'} ago."
+    return f"Due {day(due)} by the task '{task}', {late_days} day{'' if late_days == 1 else 's'} ago."
 
 
 def unmatched_text(count: int, station: str) -> str:
