@@ -20,6 +20,7 @@ from asbuilt_bim.project.file import (
     ProjectFile,
     SurveyShiftFile,
     TargetFile,
+    ValuationFile,
     VisitFile,
 )
 from asbuilt_bim.project.networks import NetworkChoice
@@ -85,6 +86,10 @@ class Project:
     networks: NetworkChoice
     options: Options
     schedule: Path | None = None
+    costs: Path | None = None
+    observations: Path | None = None
+    valuation: ValuationFile = field(default_factory=ValuationFile)
+    last_workbook: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
@@ -108,8 +113,9 @@ class Project:
         boards = [p for pair in self.rig.pairs for p in pair]
         files = self.rig.file, self.rig.file_right, self.rig.control_points
         rig = [file for file in files if file is not None]
-        schedule = [self.schedule] if self.schedule else []
-        return (self.path, *self.ifc, self.survey, *self.history, *schedule, *rig, *boards, *photos)
+        named = self.schedule, self.costs, self.observations, self.last_workbook
+        tables = [file for file in named if file is not None]
+        return (self.path, *self.ifc, self.survey, *self.history, *tables, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -176,6 +182,10 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
+        costs=checker.file(written.costs, "costs") if written.costs else None,
+        observations=checker.file(written.observations, "observations") if written.observations else None,
+        valuation=written.valuation,
+        last_workbook=checker.file(written.valuation.last, "valuation.last") if written.valuation.last else None,
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
         accept_moved=written.accept_moved,
