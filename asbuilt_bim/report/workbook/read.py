@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import WorkbookError
-from asbuilt_bim.progress.money import cents, total
+from asbuilt_bim.progress.money import cents, certified_quantity, total
 from asbuilt_bim.progress.valuation.inputs import (
     NO_INPUTS,
     BillTotals,
@@ -85,6 +85,8 @@ def read_last_workbook(path: Path) -> LastWorkbook:
         paid=tuple(bill.paid()),
         paid_variations=_paid_variations(more, path, signed=signed is not None),
     )
+    if signed:
+        _check_parts(lines, parts, path)
     _check_sums(inputs, path, signed=signed is not None)
     return LastWorkbook(inputs=inputs, notes=tuple(notes))
 
@@ -312,6 +314,32 @@ def _totals(book: XlsxFile, column: str, path: Path) -> tuple[BillTotals, ...]:
         currency = currencies.get(bill, "")
         totals.append(BillTotals(bill=bill, currency="" if currency == NO_CURRENCY else currency, **values))
     return tuple(totals)
+
+
+def _check_parts(lines: Sequence[Row], parts: Sequence[Row], path: Path) -> None:
+    """Hold each line's certified quantity against its rows of Cost by element, and these against their overrides.
+
+    Raises:
+        WorkbookError: they differ: it was saved before it had calculated, or a formula was written over.
+    """
+    sums: dict[XlsxCell, float] = {}
+    for row in parts:
+        item = f"{_text(row, 'Item')} {_text(row, 'Element')}".strip()
+        counts, given = _number(row, "Counts", path, item), _plain(row.get("Override"))
+        if given is not None and counts not in (given, math.floor(given), math.ceil(given)):
+            raise WorkbookError(f"{path}: {item}: {counts:.1%} counts, and its override is {given:.1%}; {_AGAIN}")
+        sums[row["No."]] = sums.get(row["No."], 0.0) + _number(row, "Quantity", path, item) * counts
+    for row in lines:
+        item, own = _text(row, "Item") or _text(row, "Key"), sums.get(row["No."], 0.0)
+        planned = _number(row, "Contract quantity", path, item)
+        certified = _number(row, "Certified quantity", path, item)
+        ways = ((False, False), (True, False), (True, True))
+        fits = (certified_quantity(own, planned, pieces=pieces, up=up) for pieces, up in ways)
+        if not any(math.isclose(certified, one, rel_tol=1e-9, abs_tol=1e-6) for one in fits):
+            raise WorkbookError(
+                f"{path}: item {item}: {certified:g} is certified, and its rows of '{PARTS}' come to {own:g}; {_AGAIN}"
+                ". To certify another value, write an override there"
+            )
 
 
 def _check_sums(inputs: ValuationInputs, path: Path, *, signed: bool) -> None:
