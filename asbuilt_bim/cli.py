@@ -275,6 +275,26 @@ def measure(context: click.Context, /, **options: Any) -> None:
 
 @app.command()
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option(
+    "--out", type=_FILE, default=None, metavar="FOLDER", help="Where to write; the project's folder if left out."
+)
+@click.option("--replace", is_flag=True, help="Replace tables that exist.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.pass_context
+def template(context: click.Context, project: Path, out: Path | None, replace: bool, allow_outside: bool) -> None:
+    """Write tables to fill in for PROJECT.yaml: costs.csv, schedule.csv, observations.csv, every element in its row."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.template_command import template_command
+
+        return template_command(project, out, screen, replace=replace, allow_outside=allow_outside)
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option("--out", type=_FILE, required=True, metavar="LABELS.json", help="The COCO file to write.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--replace", is_flag=True, help="Replace LABELS.json if it exists.")

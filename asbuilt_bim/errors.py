@@ -13,6 +13,8 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
 ├── NetworkError              a network or its card can't be used: damaged, hostile, of another layout
 ├── ScheduleError              the schedule beside the IFC can't be used: no MS Project XML, P6 XML or CSV, damaged
+├── CostError                 a table that a person filled in can't be used: costs, observations
+├── WorkbookError             the last workbook can't be read, so what a surveyor wrote into it would be lost
 ├── ResultError               a result file is damaged or doesn't belong to this design
 ├── FillError                 a workbook can't be filled: of another sort, signed, ambiguous keys, formulas in the way
 ├── OutputError               outputs can't be written: place, rights, disk full
@@ -91,6 +93,14 @@ class NetworkError(AsBuiltError):
 
 class ScheduleError(AsBuiltError):
     """The schedule file beside the IFC can't be used."""
+
+
+class CostError(AsBuiltError):
+    """A table that a person filled in can't be used: costs, observations."""
+
+
+class WorkbookError(AsBuiltError):
+    """The last workbook can't be read, so what a surveyor wrote into it would be lost."""
 
 
 class ResultError(AsBuiltError):

@@ -86,6 +86,7 @@ CASES = (
     Case(script="real/planes.py", slow="", data="stereo"),
     Case(script="real/repeats.py", slow="", data="stereo"),
     Case(script="real/whole_runs.py", slow="", data="stereo"),
+    Case(script="valuation/valuation.py", quick="--quick --check"),
     Case(script="house/structure.py", quick="--check"),
     Case(script="house/core_numbers.py", quick="", slow=""),
 )
