@@ -116,7 +116,7 @@ def _rigs() -> Iterator[tuple[str, str, bytes, dict[str, bytes], Callable[[Path]
     yield "rig: ros", left[0].name, left[1], beside, lambda path: read_rig(path, path.with_name(right[0].name))
     photos = Foreign(photo_px=(1280, 720))
     made = {
-        "zed.conf": written.zed_conf(rig()),
+        "eyes.conf": written.zed_conf(rig()),
         "listing.m": written.zed_listing(rig()),
         "oak.json": written.oak_eeprom(rig("rational"), by_middle=True),
         "small.json": written.oak_small(rig("rational")),

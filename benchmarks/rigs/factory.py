@@ -4,7 +4,8 @@ python benchmarks/rigs/factory.py --check --json figures.json      half a minute
 
 A ZED (SN21531) took a board on a chair at stated distances, at two resolutions; an OAK-D looks down on a terrace. From
 a distance follows the yaw that would put it right, from matches follow pitch and roll. The ZED's owner calibrated
-it with boards, too: his MATLAB file's numbers stand here. The photographs are not part of the project (ASBUILT_BIM_DATA).
+it with boards, too: his MATLAB file's numbers stand here. The photographs are not part of the project
+(ASBUILT_BIM_DATA).
 """
 
 from __future__ import annotations
