@@ -325,9 +325,10 @@ def test_a_bought_cameras_file_is_measured_with_and_its_width_is_told_and_counts
     wide = asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", [folder / "oak.json"], target=False)
     write_rig_as(rig, folder / "other.yml", "opencv")
     other = asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", folder / "other.yml", target=False)
-    by_area = [sorted(faces, key=lambda face: face.area_m2) for faces in (wide.faces, other.faces)]
-    assert sorted(row["area_m2"] for row in rows) == pytest.approx([face.area_m2 for face in by_area[0]])
-    for face, one in zip(*by_area, strict=True):
+    assert sorted(row["area_m2"] for row in rows) == pytest.approx(sorted(face.area_m2 for face in wide.faces))
+    assert wide.faces
+    for face in wide.faces:  # fewer than by the other rig: the wider sigma names the rest as too uncertain
+        one = min(other.faces, key=lambda one: abs(one.area_m2 - face.area_m2))
         assert face.area_m2 == pytest.approx(one.area_m2, rel=1e-6)
         assert face.area_sigma_calibration_m2 > 0.014 * face.area_m2
         assert face.area_sigma_calibration_m2 > 1.5 * one.area_sigma_calibration_m2

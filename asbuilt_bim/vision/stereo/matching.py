@@ -114,12 +114,13 @@ def disparity_sigma(
 
     `of_right_px` is what the same matcher says of the right photo's pixels. Where both see a thing, they differ by
     their errors: over the pair the prior's sigma, over a window its own. What they don't both see isn't measured.
+    An error that both share isn't seen so: the prior is never narrower than that of semi-global matching.
     """
     apart = left_against_right(disparity_px, of_right_px)
     known = np.abs(apart) <= MOST_APART_PX
     if not known.any():
         return np.full_like(disparity_px, np.nan), np.full_like(disparity_px, np.inf)
-    prior = float(np.clip(MAD_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0), LEAST_COMMON_PX, MOST_MOVED_PX))
+    prior = float(np.clip(MAD_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0), PRIOR_SIGMA_PX, MOST_MOVED_PX))
     matcher = SemiGlobalMatcher(refine_window_px=9, refine_steps=4)
     seen = np.where(known, disparity_px, np.float32(np.nan)).astype(np.float32)
     disparity, sigma = _polished(pair, seen, (grey(pair.left), grey(pair.right)), matcher, prior)
