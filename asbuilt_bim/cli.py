@@ -16,6 +16,17 @@ from asbuilt_bim.version import __version__
 FAILED = 1
 _BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
 _FILE = FilePath()
+FAMILY_NAMES = (
+    "apriltag_36h11",
+    "apriltag_36h10",
+    "apriltag_25h9",
+    "apriltag_16h5",
+    "aruco_4x4_50",
+    "aruco_5x5_100",
+    "aruco_6x6_250",
+    "aruco_original",
+)
+"""Of markers, as `vision.markers.find` has them: importing that takes a second, and `--help` shall be quick."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -180,6 +191,24 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("workbook", type=_FILE, metavar="COST.xlsx")
+@click.option("--map", "mapping", type=_FILE, required=True, metavar="MAP.yaml", help="What goes into which column.")
+@click.option("--result", type=_FILE, default=Path("out"), metavar="FOLDER", help="A run's folder, or a result.json.")
+@click.option("--dry-run", is_flag=True, help="List every change, and write nothing.")
+@click.pass_context
+def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dry_run: bool) -> None:
+    """Fill as-built quantities into a workbook of your own; every other cell stays as it is, and a backup is kept."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.fill_command import fill_command
+
+        return fill_command(workbook, mapping, result, screen, datetime.now(UTC), dry_run=dry_run)
+
+    _guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
@@ -246,6 +275,26 @@ def measure(context: click.Context, /, **options: Any) -> None:
 
 @app.command()
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option(
+    "--out", type=_FILE, default=None, metavar="FOLDER", help="Where to write; the project's folder if left out."
+)
+@click.option("--replace", is_flag=True, help="Replace tables that exist.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.pass_context
+def template(context: click.Context, project: Path, out: Path | None, replace: bool, allow_outside: bool) -> None:
+    """Write tables to fill in for PROJECT.yaml: costs.csv, schedule.csv, observations.csv, every element in its row."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.template_command import template_command
+
+        return template_command(project, out, screen, replace=replace, allow_outside=allow_outside)
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option("--out", type=_FILE, required=True, metavar="LABELS.json", help="The COCO file to write.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--replace", is_flag=True, help="Replace LABELS.json if it exists.")
@@ -289,6 +338,72 @@ def add_network(context: click.Context, /, **options: Any) -> None:
         from asbuilt_bim.terminal.networks_command import AddRequest, add_command
 
         return add_command(AddRequest(**options), screen)
+
+    _guarded(context, screen, action)
+
+
+@app.group("print")
+def sheets() -> None:
+    """Print a calibration board, markers or the target: PDF files to scale."""
+
+
+_PDF = click.option("--out", type=_FILE, required=True, metavar="FILE.pdf", help="The PDF file to write.")
+_PAPER = click.option("--paper", type=click.Choice(["A4", "A3"]), default="A4", help="What doesn't fit goes in tiles.")
+_REPLACE = click.option("--replace", is_flag=True, help="Replace FILE.pdf if it exists.")
+
+
+@sheets.command("board")
+@_PDF
+@_PAPER
+@click.option("--board", default="", metavar="BOARD", help=f"{_BOARD} Default: the largest that fits.")
+@_REPLACE
+@click.pass_context
+def board_sheet(context: click.Context, /, **options: Any) -> None:
+    """Write a board to calibrate the rig with."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_board
+
+        return print_board(screen=screen, **options)
+
+    _guarded(context, screen, action)
+
+
+@sheets.command("tags")
+@_PDF
+@_PAPER
+@click.option("--ids", default="0-3", metavar="IDS", help="Their numbers: 0-11, or 0-3,8.")
+@click.option("--family", type=click.Choice(FAMILY_NAMES), default=FAMILY_NAMES[0], help="Their family.")
+@click.option("--size", "size_m", type=Metres(min=0.02, max=3.0), metavar="METRES", help="Side of the black square.")
+@_REPLACE
+@click.pass_context
+def tag_sheets(context: click.Context, /, **options: Any) -> None:
+    """Write markers, one a sheet, to be surveyed."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_tags
+
+        return print_tags(screen=screen, **options)
+
+    _guarded(context, screen, action)
+
+
+@sheets.command("target")
+@_PDF
+@_PAPER
+@click.option("--diameter", "diameter_m", type=Metres(min=0.05, max=2.0), metavar="METRES", help="Of the disc.")
+@_REPLACE
+@click.pass_context
+def target_sheet(context: click.Context, /, **options: Any) -> None:
+    """Write the red disc."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_target
+
+        return print_target(screen=screen, **options)
 
     _guarded(context, screen, action)
 

@@ -1,5 +1,6 @@
 """A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
@@ -25,6 +26,7 @@ from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.scale.apart import Limits
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.scale.codec import plain_digest
@@ -32,6 +34,8 @@ from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
 PICTURE_WIDTH_PX = 1280
+_STATION = Limits(seconds=1800.0, memory_bytes=math.inf)
+"""A station takes seconds, of twelve megapixels a minute: what takes half an hour hangs, in a plugin maybe."""
 
 
 class Progress(Protocol):
@@ -178,10 +182,11 @@ def _measured(
             yield StationJob(photos=photos, rig=rig, options=options, networks=project.networks)
 
     progress(step, 0, len(stations))
-    for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler):
+    at_most = _STATION.raised().seconds
+    for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler, limit_s=at_most):
         name = done.job.photos.name
         if isinstance(done.result, WorkerLoss):
-            note(name, _rejected(Reason.STATION_WORKER_LOST, name, done.result.reason))
+            note(name, lost_station(name, done.result))
         else:
             if isinstance(done.result, StationMeasurement):  # what failed may be mended: never kept
                 place.cache.put(keys[name], done.result, StationMeasurement)
@@ -251,6 +256,14 @@ def _picture(outcome: Outcome) -> bytes:
     small = cv2.resize(outcome.picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     done, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 85])
     return data.tobytes() if done else b""
+
+
+def lost_station(station: str, loss: WorkerLoss) -> RejectedStation:
+    """Return a station that could not be measured since its process died, or was ended."""
+    if loss.limit_s is None:
+        return _rejected(Reason.STATION_WORKER_LOST, station)
+    endless = rejected(Reason.STATION_ENDLESS, about(SubjectKind.STATION, station), limit_s=loss.limit_s)
+    return RejectedStation(station=station, rejections=(endless,))
 
 
 def _rejected(code: Reason, station: str, detail: str = "") -> RejectedStation:
