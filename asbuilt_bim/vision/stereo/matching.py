@@ -126,7 +126,7 @@ def disparity_sigma(
     disparity, sigma = _polished(pair, seen, (grey(pair.left), grey(pair.right)), matcher, prior)
     squared = np.where(known, apart * apart, 0.0).astype(np.float32)
     count = np.maximum(_summed(known.astype(np.float32), ROUGH_WINDOW_PX), 1.0)
-    local = np.sqrt(0.5 * _summed(squared, ROUGH_WINDOW_PX) / count)
+    local = np.sqrt(0.5 * np.maximum(_summed(squared, ROUGH_WINDOW_PX), 0.0) / count)  # float32 sums may dip
     sigma = np.asarray(np.hypot(sigma, local), dtype=np.float32)
     fine = np.isfinite(disparity) & (sigma < matcher.most_sigma_px)
     return (
@@ -264,7 +264,8 @@ def carried_sigma_px(left: Float32Array, right: Float32Array, disparity_px: Floa
 def carried_px(posterior_px: Float32Array, prior_sigma_px: float) -> Float32Array:
     """Return how far each pixel (H, W) is from the next one of which the photos say more than the prior."""
     told = posterior_px < prior_sigma_px * np.sqrt(0.5)
-    return np.asarray(cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
+    furthest = np.float32(np.hypot(*posterior_px.shape))  # where nothing is told, OpenCV's answer is no number
+    return np.minimum(np.asarray(cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5)), furthest)
 
 
 def _roughness(disparity: Float32Array, measured: BoolArray) -> Float32Array:

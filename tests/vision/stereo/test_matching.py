@@ -231,7 +231,7 @@ def test_a_networks_sigma_grows_with_what_left_and_right_say_differently(pair: R
         of_right[row] = np.interp(columns, at[order], truth[row, known][order]) if known.any() else np.nan
     assert np.nanmedian(np.abs(left_against_right(truth, of_right))) < 0.02
     rng, sigmas = np.random.default_rng(2), []
-    for noise_px in (0.0, 0.6):
+    for noise_px in (0.0, 0.3):
         said = [one + rng.normal(0.0, noise_px, one.shape).astype(np.float32) for one in (truth, of_right)]
         disparity, sigma = disparity_sigma(pair, *said)
         known = np.isfinite(disparity[patch])
@@ -240,4 +240,4 @@ def test_a_networks_sigma_grows_with_what_left_and_right_say_differently(pair: R
         assert known.mean() > 0.8 and np.mean(miss < 2.0 * sigma[patch][known]) > 0.9
     assert sigmas[1] > 2.0 * sigmas[0]
     lost, none = disparity_sigma(pair, truth, of_right + 5.0)
-    assert not np.isfinite(lost).any() and np.isinf(none).all()
+    assert not np.isfinite(lost[patch]).any() and np.isinf(none[patch]).all()
