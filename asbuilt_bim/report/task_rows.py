@@ -64,6 +64,7 @@ class LateRow:
     global_id: str
     state: str
     best: float | None
+    lower: float
     task: str
     due: date
     late_days: int
@@ -82,8 +83,9 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             storey=names.get(late.element.storey, NO_STOREY),
             name=late.element.name or late.element.global_id,
             global_id=late.element.global_id,
-            state=late.element.state,
+            state=late.element.shown_state,
             best=late.element.completion.best,
+            lower=late.element.completion.lower,
             task=late.task,
             due=late.due,
             late_days=late.late_days,

@@ -11,7 +11,6 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
 
-_EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 """What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
 
@@ -65,16 +64,6 @@ def verdict(task: TaskProgress) -> TaskVerdict:
 
 def _note(code: Reason, task: TaskProgress, values: Values) -> Note:
     return noted(code, about(SubjectKind.TASK, task.progress.key), **values)
-
-
-def percent_down(share: float) -> str:
-    """Return a lower bound in percent, to a tenth, never more than it is."""
-    return f"{math.floor(share * 1000.0 + _EVEN) / 10.0:.1f}"
-
-
-def percent_up(share: float) -> str:
-    """Return an upper bound in percent, to a tenth, never less than it is."""
-    return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
 
 
 def planned_share(

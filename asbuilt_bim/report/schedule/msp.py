@@ -17,8 +17,8 @@ from asbuilt_bim.progress.completion.moments import status_written
 from asbuilt_bim.progress.completion.planned import calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.schedule.lines import ScheduleLine, ScheduleTimes, ifc_ids, one_line, schedule_lines
-from asbuilt_bim.report.schedule.xml_file import add, add_all, write_xml
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.xml_file import add, add_all, write_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 KNOWLEDGE = ("188744015", "Text29", "AsBuilt")

@@ -22,8 +22,8 @@ from asbuilt_bim.report.schedule.lines import (
     one_line,
     schedule_lines,
 )
-from asbuilt_bim.report.schedule.xml_file import XSI, add, add_all, add_nil, write_xml
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.xml_file import XSI, add, add_all, add_nil, write_xml
 
 NAMESPACE = "http://xmlns.oracle.com/Primavera/P6/V18.8/API/BusinessObjects"
 """Later versions of P6 read earlier ones' files, not the other way round."""

@@ -69,7 +69,7 @@ def _complaints(path: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("schema", SCHEMAS)
-def test_observed_elements_carry_one_set_of_properties_and_one_of_quantities(schema: str, tmp_path: Path) -> None:
+def test_every_element_carries_one_set_of_properties_and_one_of_quantities(schema: str, tmp_path: Path) -> None:
     file = ifcopenshell.open(str(_written(schema, tmp_path)[1]))
     half = _psets(file, "IfcColumn", "half")
     assert half["AsBuilt_Progress"]["State"] == "part"
@@ -78,7 +78,31 @@ def test_observed_elements_carry_one_set_of_properties_and_one_of_quantities(sch
     assert half["AsBuilt_Progress"]["VisitDate"] == "2026-03-02"
     assert half["AsBuilt_Quantities"]["AsBuiltArea"] == pytest.approx(1.25)  # square metres in this file
     assert "AsBuiltArea" not in _psets(file, "IfcColumn", "none")["AsBuilt_Quantities"]
-    assert not any(name.startswith("AsBuilt") for name in _psets(file, "IfcColumn", "hidden"))
+    hidden = _psets(file, "IfcColumn", "hidden")["AsBuilt_Progress"]
+    assert hidden["State"] == "unknown" and "CompletionBest" not in hidden
+    assert (hidden["CompletionLower"], hidden["CompletionUpper"]) == (0.0, 1.0)
+    assert hidden["Reason"] == "not seen"  # the code: nobody gave words
+    assert half["AsBuilt_Progress"]["TiltMmPerM"] == pytest.approx(10.0, abs=0.01)
+    assert "AsBuiltArea" not in _psets(file, "IfcColumn", "hidden")["AsBuilt_Quantities"]
+
+
+def test_with_words_an_element_says_its_bounds_and_why_it_is_unknown(tmp_path: Path) -> None:
+    source = _written("IFC4", tmp_path)[0]
+    write_asbuilt(source, report_on(read_design(source), BEST), tmp_path / "words.ifc", words=note_words)
+    file = ifcopenshell.open(str(tmp_path / "words.ifc"))
+    assert _psets(file, "IfcColumn", "half")["AsBuilt_Progress"]["Summary"] == "at least 45 %, possibly 55 %"
+    hidden = _psets(file, "IfcColumn", "hidden")["AsBuilt_Progress"]
+    assert hidden["Summary"] == "nothing certain, possibly all"
+    assert hidden["Reason"].startswith("Nothing of it was seen")
+
+
+def test_what_is_complete_as_far_as_seen_says_so(tmp_path: Path) -> None:
+    source = _written("IFC4", tmp_path)[0]
+    report = report_on(read_design(source), BEST)
+    elements = [replace(one, as_far_as_seen=one.state == "complete") for one in report.elements]
+    write_asbuilt(source, replace(report, elements=tuple(elements)), tmp_path / "far.ifc")
+    file = ifcopenshell.open(str(tmp_path / "far.ifc"))
+    assert _psets(file, "IfcColumn", "full")["AsBuilt_Progress"]["State"] == "complete as far as seen"
 
 
 @pytest.mark.parametrize("schema", SCHEMAS)
