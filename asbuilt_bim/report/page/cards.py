@@ -60,7 +60,7 @@ class ElementCard:
 def element_cards(
     report: ProgressReport, photos: Sequence[Photo], before: ProgressReport | None, photos_before: Sequence[Photo]
 ) -> tuple[ElementCard, ...]:
-    """Return the cards of the elements of which there is something to show or to say, in the order of the table."""
+    """Return a card an element, in the order of the table: every name on the page leads to one."""
     storeys = storey_names(report)
     drawings = {drawing.element.global_id: drawing for drawing in element_drawings(report)}
     now = _cuts_by_element(report, photos)
@@ -78,18 +78,18 @@ def element_cards(
         key = element.global_id
         why = next((note for note in element.notes if note.code in WHY_STATE), None)
         others = tuple(note_words(note) for note in element.notes if note is not why)
-        card = ElementCard(
-            element=element,
-            storey=storeys.get(element.storey, NO_STOREY),
-            drawing=drawings.get(key),
-            now=tuple(now.get(key, ())),
-            then=tuple(then.get(key, ())[:1]),
-            tasks=tuple(tasks.get(key, ())),
-            why=note_words(why) if why else "",
-            notes=others,
+        cards.append(
+            ElementCard(
+                element=element,
+                storey=storeys.get(element.storey, NO_STOREY),
+                drawing=drawings.get(key),
+                now=tuple(now.get(key, ())),
+                then=tuple(then.get(key, ())[:1]),
+                tasks=tuple(tasks.get(key, ())),
+                why=note_words(why) if why else "",
+                notes=others,
+            )
         )
-        if card.drawing or card.now or card.why or card.notes:
-            cards.append(card)
     return tuple(cards)
 
 
