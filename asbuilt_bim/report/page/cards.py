@@ -19,6 +19,7 @@ from asbuilt_bim.report.wording.notes import note_words
 MOST_PHOTOS = 2
 _ROUND = 0.25  # of the element's size in the picture, left round it
 _LEAST_PX = 180.0
+_LEAST_ASPECT = 0.5  # of a column: so much of what stands beside it is left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -127,7 +128,8 @@ def _cut(photo: Photo, rings: Sequence[FloatArray], element: ElementProgress) ->
     points = np.clip(np.vstack(rings), 0.0, [photo.width, photo.height])
     low, high = points.min(axis=0), points.max(axis=0)
     most = np.array([photo.width, photo.height], dtype=np.float64)
-    size = np.minimum(np.maximum((high - low) * (1.0 + 2.0 * _ROUND), _LEAST_PX), most)
+    size = np.maximum((high - low) * (1.0 + 2.0 * _ROUND), _LEAST_PX)
+    size = np.minimum(np.maximum(size, _LEAST_ASPECT * size[::-1]), most)
     corner = np.clip((low + high - size) / 2.0, 0.0, most - size)
     station = f"{photo.station.name} of {photo.station.day.isoformat()}" if photo.station else ""
     return Cut(
