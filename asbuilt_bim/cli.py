@@ -191,6 +191,24 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("workbook", type=_FILE, metavar="COST.xlsx")
+@click.option("--map", "mapping", type=_FILE, required=True, metavar="MAP.yaml", help="What goes into which column.")
+@click.option("--result", type=_FILE, default=Path("out"), metavar="FOLDER", help="A run's folder, or a result.json.")
+@click.option("--dry-run", is_flag=True, help="List every change, and write nothing.")
+@click.pass_context
+def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dry_run: bool) -> None:
+    """Fill as-built quantities into a workbook of your own; every other cell stays as it is, and a backup is kept."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.fill_command import fill_command
+
+        return fill_command(workbook, mapping, result, screen, datetime.now(UTC), dry_run=dry_run)
+
+    _guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
@@ -251,6 +269,26 @@ def measure(context: click.Context, /, **options: Any) -> None:
         from asbuilt_bim.terminal.measure_command import MeasureRequest, measure_command
 
         return measure_command(MeasureRequest(**options), screen, datetime.now(UTC))
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option(
+    "--out", type=_FILE, default=None, metavar="FOLDER", help="Where to write; the project's folder if left out."
+)
+@click.option("--replace", is_flag=True, help="Replace tables that exist.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.pass_context
+def template(context: click.Context, project: Path, out: Path | None, replace: bool, allow_outside: bool) -> None:
+    """Write tables to fill in for PROJECT.yaml: costs.csv, schedule.csv, observations.csv, every element in its row."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.template_command import template_command
+
+        return template_command(project, out, screen, replace=replace, allow_outside=allow_outside)
 
     _guarded(context, screen, action)
 

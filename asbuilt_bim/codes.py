@@ -213,6 +213,25 @@ class Reason(StrEnum):
     COST_SCHEDULES_SEVERAL = "several cost schedules"
     COST_PAID_TWICE = "paid twice"
     COST_OF_OTHER_WORK = "cost items of other work"
+    COSTS_INSTEAD = "costs file counts instead"  # of the IFC's cost items
+    COSTS_FORMULAS = "formulas in a table"  # their last saved values count
+    COST_COVERS_NOTHING = "cost item covers nothing"
+    COST_COVER_UNKNOWN = "cost item names unknown elements"
+    COST_UNIT_UNKNOWN = "unit of cost item unmeasured"  # neither volume, area, length nor number
+
+    # On what a person knows, and on the valuation.
+    OBSERVATION_UNKNOWN = "observation of an unknown element"
+    OBSERVATION_CONTRADICTS = "observation contradicts photos"
+    OBSERVATION_SHOWN = "observations shown, not counted"
+    CERTIFIED_FALLS = "certified amount falls"
+    CERTIFIED_LINE_GONE = "certified cost line gone"
+    OVERRIDE_UNUSED = "override without its element"
+    OVERRIDE_UNSIGNED = "override without reason or person"
+    OVERRIDE_UNREADABLE = "override is no percentage"
+    RATE_CHANGED = "rate changed by a person"
+    RATE_UNREADABLE = "rate in the workbook unreadable"
+    VARIATION_UNREADABLE = "variation unreadable"
+    CERTIFICATE_LATER = "certificate of a later visit"
 
     # On the schedule file beside the IFC.
     SCHEDULE_PROJECTS = "several projects in schedule"

@@ -60,6 +60,7 @@ CASES = (
     Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),
     Case(script="hold/inputs.py", quick="--quick --check"),
     Case(script="hold/kills.py", quick="--quick --check"),
+    Case(script="valuation/fill.py", quick="--quick"),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),
     Case(script="site/speed.py", slow=""),
@@ -69,6 +70,8 @@ CASES = (
     Case(script="target/target.py"),
     Case(script="target/odds.py"),
     Case(script="rigs/knocked.py"),
+    Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
+    Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
     Case(script="networks/odds.py", slow="", packages=RENDERER),
@@ -83,6 +86,7 @@ CASES = (
     Case(script="real/planes.py", slow="", data="stereo"),
     Case(script="real/repeats.py", slow="", data="stereo"),
     Case(script="real/whole_runs.py", slow="", data="stereo"),
+    Case(script="valuation/valuation.py", quick="--quick --check"),
     Case(script="house/structure.py", quick="--check"),
     Case(script="house/core_numbers.py", quick="", slow=""),
 )

@@ -62,8 +62,9 @@ def measure_pair(
             f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
             "the red disc, or leave it out"
         )
+    made = RigReading(rig=checked_rig(rig)) if isinstance(rig, StereoRig) else None
     photos = _photos(Path(left), None if right is None else Path(right))
-    reading = _rig(rig, tuple(rig_cameras), photos)
+    reading = made or _read(rig, tuple(rig_cameras), photos)
     rig = reading.rig
     choice = NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
     try_networks(choice)
@@ -85,13 +86,9 @@ def measure_pair(
     return replace(found, rejections=(*reading.warnings, *found.rejections, *unused))
 
 
-def _rig(
-    rig: StereoRig | Path | str | Sequence[Path | str], cameras: tuple[str, ...], photos: StationPhotos
-) -> RigReading:
-    """Return the rig that is given, or read its files: what they don't say of the photos' size, the photos do."""
-    if isinstance(rig, StereoRig):
-        return RigReading(rig=checked_rig(rig))
-    files = [rig] if isinstance(rig, Path | str) else list(rig)
+def _read(rig: object, cameras: tuple[str, ...], photos: StationPhotos) -> RigReading:
+    """Read a rig's files: what they don't say of the photos' size, the photos do."""
+    files = [rig] if isinstance(rig, Path | str) else list(rig) if isinstance(rig, Sequence) else []
     return read_rig_files(files, Foreign(cameras=cameras, photo_px=photos.left.size_px))
 
 

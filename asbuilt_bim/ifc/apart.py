@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from asbuilt_bim.bim.covers import Cover, CoveredRows
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.read import design
+from asbuilt_bim.ifc.read import covers, design
 from asbuilt_bim.ifc.read.archive import MAX_BYTES
 from asbuilt_bim.ifc.read.design import Inspection
 from asbuilt_bim.ifc.write import copy, federation
@@ -43,6 +44,15 @@ def inspect_file(path: Path) -> Inspection:
         DesignError: it can't be opened, is damaged, crashed its reader, or took too long or too much memory.
     """
     return _apart([path], design.inspect_file, path)
+
+
+def read_covers(paths: Sequence[Path], rows: Sequence[Cover], measured: frozenset[str]) -> CoveredRows:
+    """Return what the rows of a costs table pay for, as `ifc.read.covers.read_covers` does, in a process of its own.
+
+    Raises:
+        DesignError: as there; or a file or a selector crashed its reader, or took too long or too much memory.
+    """
+    return _apart(paths, covers.read_covers, tuple(paths), tuple(rows), measured)
 
 
 def write_copies(

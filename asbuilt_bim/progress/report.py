@@ -10,6 +10,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.valuation.inputs import Observation, ValuationInputs
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
 SHARE_DECIMALS = 9
@@ -35,6 +36,9 @@ class Completion:
     lower: float
     upper: float
     coverage: float  # decided cells / all cells
+
+
+NOTHING_SEEN = Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,6 +75,7 @@ class ElementProgress:
     unfinished_on: date | None = None  # the last visit that saw it unfinished
     move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
     accepted: bool = False  # by a person: what is said of it is of where it stands
+    type_name: str = ""  # of its type in the IFC file
     as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
 
     @property
@@ -123,7 +128,7 @@ class TaskProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostProgress:
-    """A cost line: as-built quantity = completion x planned quantity, in the line's OWN unit."""
+    """A cost line in its OWN unit; its as-built quantities are rounded, and whole where pieces are counted."""
 
     global_id: str
     name: str
@@ -316,6 +321,8 @@ class ProgressReport:
     schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
     wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
+    observations: tuple[Observation, ...] = ()  # what persons saw, never mixed into measured values
+    valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
 
     @property
     def placed(self) -> frozenset[str]:

@@ -135,6 +135,16 @@ class VisitFile:
     camera_clock_wrong: bool = False  # the photos' own days don't count
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValuationFile:
+    """`valuation`: how the first workbook begins; from then on what stands in the last one counts."""
+
+    retention_percent: Annotated[float, Within(low=0.0, high=100.0, unit="%")] = 0.0
+    tax_percent: Annotated[float, Within(low=0.0, high=100.0, unit="%")] = 0.0
+    observations: Literal["shown", "count"] = "shown"
+    last: str | None = None  # the last workbook, where it lies in another folder than --out
+
+
 Metres = Annotated[float, Within(low=-1e7, high=1e7, unit="m")]
 
 
@@ -182,6 +192,9 @@ class ProjectFile:
     scope: str | None = None
     history: tuple[str, ...] = ()  # result.json of earlier runs, whose visits are no longer listed here
     schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV
+    costs: str | None = None  # CSV or .xlsx
+    observations: str | None = None  # CSV or .xlsx
+    valuation: ValuationFile = field(default_factory=ValuationFile)
     accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
     accept_survey_shift: SurveyShiftFile | None = None
     writers: tuple[str, ...] = ()  # report writers that other packages add

@@ -21,6 +21,7 @@ from asbuilt_bim.project.file import (
     StationFile,
     SurveyShiftFile,
     TargetFile,
+    ValuationFile,
     VisitFile,
 )
 from asbuilt_bim.project.networks import NetworkChoice
@@ -103,6 +104,10 @@ class Project:
     networks: NetworkChoice
     options: Options
     schedule: Path | None = None
+    costs: Path | None = None
+    observations: Path | None = None
+    valuation: ValuationFile = field(default_factory=ValuationFile)
+    last_workbook: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
@@ -125,8 +130,9 @@ class Project:
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
-        schedule = [self.schedule] if self.schedule else []
-        return (self.path, *self.ifc, self.survey, *self.history, *schedule, *rig, *boards, *photos)
+        named = self.schedule, self.costs, self.observations, self.last_workbook
+        tables = [file for file in named if file is not None]
+        return (self.path, *self.ifc, self.survey, *self.history, *tables, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -195,6 +201,10 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
+        costs=checker.file(written.costs, "costs") if written.costs else None,
+        observations=checker.file(written.observations, "observations") if written.observations else None,
+        valuation=written.valuation,
+        last_workbook=checker.file(written.valuation.last, "valuation.last") if written.valuation.last else None,
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
         accept_moved=written.accept_moved,

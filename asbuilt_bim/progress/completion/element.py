@@ -121,6 +121,7 @@ def progress_of(
         move_m=_plain(displaced.move_m) if displaced else None,
         accepted=displaced is not None and displaced.accepted,
         as_far_as_seen=state == "complete" and completion.lower < options.nearly_all,
+        type_name=element.type_name,
     )
 
 
