@@ -12,7 +12,7 @@ from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_persons, with_revision
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.ifc import apart
-from asbuilt_bim.progress.report import ProgressReport, State
+from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.wording.notes import note_words
@@ -114,7 +114,7 @@ def write_asbuilt(
     target: Path | str,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
 ) -> None:
     """Write a copy of the IFC file `source` to `target` that carries the report, and the visits before it as a history.
 

@@ -63,6 +63,7 @@ class BimElement:
     faces: tuple[DesignFace, ...]
     qto: dict[str, float]
     source: int = 0  # which of the design's files holds it
+    type_name: str = ""  # of its IfcWallType or IfcColumnType, else its ObjectType
 
     @property
     def exposed_area_m2(self) -> float:

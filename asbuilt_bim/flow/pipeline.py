@@ -132,7 +132,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
     stray = check_survey(survey, design)
     timer.done("read the IFC")
-    rig, calibration = rig_of(project, place.cache, progress)
+    source = rig_of(project, place.cache, progress)
+    rig = source.rig
     timer.done("rig")
     known, past = 0, read_past(project.history, project.visits[0].date)
     others = remapped_ids(past[-1], design) if past else {}
@@ -147,7 +148,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         seen = measure_visit(visit, project, rig, place, progress, survey, shown)
         shown = seen.shown
         timer.done("measure")
-        rejections = (*seen.rejections, *stray)
+        rejections = (*source.warnings, *seen.rejections, *stray)
         accepted = project.accepted_shift, project.accept_moved
         report = monitor(
             seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share
@@ -165,7 +166,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         known += seen.from_cache
     return RunResult(
         rig=rig,
-        calibration=calibration,
+        calibration=source.calibration,
         design=design,
         reports=_told_of_undoing(reports),
         pictures=pictures,

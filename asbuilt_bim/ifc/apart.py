@@ -17,7 +17,7 @@ from asbuilt_bim.ifc.read.archive import MAX_BYTES
 from asbuilt_bim.ifc.read.design import Inspection
 from asbuilt_bim.ifc.write import copy, federation
 from asbuilt_bim.ifc.write.entities import Words, bare
-from asbuilt_bim.progress.report import ProgressReport, State
+from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.scale.apart import LIMITS_VARIABLE, Ended, Limits, run_apart
 
 Result = TypeVar("Result")
@@ -61,7 +61,7 @@ def write_copies(
     folder: Path,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
 ) -> tuple[Path, ...]:
     """Write the result into copies of the design's files, as `ifc.write.federation.write_copies` does.
@@ -78,7 +78,7 @@ def write_asbuilt(
     target: Path | str,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
 ) -> None:
     """Write a copy of `source` that carries the report, as `ifc.write.copy.write_asbuilt` does.

@@ -22,6 +22,7 @@ OF_SCALE = Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER
 
 State = Literal["complete", "part", "not started", "displaced", "unknown"]
 """`displaced`: it stands beside its design, and nobody has accepted that."""
+ShownState = State | Literal["complete as far as seen"]  # what is complete, and wasn't seen nearly whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +75,13 @@ class ElementProgress:
     unfinished_on: date | None = None  # the last visit that saw it unfinished
     move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
     accepted: bool = False  # by a person: what is said of it is of where it stands
+    type_name: str = ""  # of its type in the IFC file
+    as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
+
+    @property
+    def shown_state(self) -> ShownState:
+        """Return the state as people get it."""
+        return "complete as far as seen" if self.as_far_as_seen else self.state
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +100,7 @@ class GroupProgress:
     as_built_area_m2: float
     as_built_sigma_m2: float
     displaced: int = 0
+    as_far_as_seen: int = 0  # of the complete ones
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,16 +112,18 @@ class TaskProgress:
     schedule_finish: datetime | None
     actual_start: date | None  # first visit that saw something built; None where unknown
     actual_finish: date | None  # only when all its elements are complete
-    late: bool | None  # schedule_finish passed and not complete; None where unknown
+    late: bool | None  # its planned finish has passed, and it is not complete; None where unknown
     identification: str = ""
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
     links: tuple[TaskLink, ...] = ()
     schedule_uid: str = ""  # what the schedule file knows it by, "" where there is none
     planned: float | None = None  # share that the plan wants by the end of the visit's day
-    days_late: int | None = None  # behind the plan, by the best estimate; negative: ahead
-    days_late_least: int | None = None  # at least, whatever was not seen
-    days_late_most: int | None = None  # at most, by what is certain
+    behind_days: int | None = None  # behind the plan, by the best estimate; negative: ahead
+    behind_least_days: int | None = None  # at least, whatever was not seen
+    behind_most_days: int | None = None  # at most, by what is certain
     others: int = 0  # building elements that it makes, too, and that are not measured here
+    late_days: int | None = None  # from its planned finish to the visit's day where it is late, 0 where it isn't
+    forecast_finish: datetime | None = None  # by what is certain, at the planned pace; None where nothing says when
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,8 +22,9 @@ class BoardsFile:
     columns: Annotated[int, Within(low=3, high=60)]  # charuco: squares; chessboard: inner corners
     rows: Annotated[int, Within(low=3, high=60)]
     square_m: Annotated[float, Within(low=0.002, high=1.0, unit="m", hint=_MM)]
-    left: str  # a pattern with one or more *
-    right: str
+    left: str | None = None  # a pattern with one or more *
+    right: str | None = None
+    both: str | None = None  # instead of left and right: photos that hold both eyes side by side
     marker_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
     dictionary: str | None = None
     distortion: Literal["five", "rational", "fisheye"] = "five"  # the model of lens that is fitted
@@ -32,12 +33,24 @@ class BoardsFile:
         """Check what only two keys together can say.
 
         Raises:
-            ValueError: a charuco board lacks its markers, or a marker is larger than its square.
+            ValueError: a charuco board lacks its markers, a marker is larger than its square, or the photos aren't
+                given one way.
         """
+        _one_way(self.left, self.right, self.both)
         if self.kind == "charuco" and (self.marker_m is None or self.dictionary is None):
             raise ValueError("a charuco board needs marker_m and dictionary (such as DICT_5X5_100)")
         if self.marker_m is not None and self.marker_m >= self.square_m:
             raise ValueError(f"marker_m {self.marker_m:g} m must be smaller than square_m {self.square_m:g} m")
+
+
+def _one_way(left: str | None, right: str | None, both: str | None) -> None:
+    """Check that photos are given as left and right, or as both in one.
+
+    Raises:
+        ValueError: they aren't.
+    """
+    if (both is None) == (left is None or right is None) or (both is not None and (left or right)):
+        raise ValueError("needs left and right, or both (one file that holds both eyes side by side)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +67,8 @@ class RigFile:
 
     file: str | None = None
     file_right: str | None = None  # ROS and EuRoC keep a file a camera, OpenCV's samples intrinsics and extrinsics
+    file_pose: str | None = None  # how the cameras stand, where each has a file that says its lens alone
+    cameras: tuple[str, ...] = ()  # left and right, by the file's own names, where it holds more
     photo_size_px: tuple[int, int] | None = None  # OpenCV's files don't say it
     unit_m: Annotated[float, Within(low=0.0005, high=1.0, unit="m")] = 1.0  # of T in OpenCV's files: 0.001 for mm
     fisheye: bool = False  # four coefficients in OpenCV's files may be a fisheye's
@@ -98,8 +113,17 @@ class StationFile:
     """One of `visits[].stations`."""
 
     name: str
-    left: str
-    right: str
+    left: str | None = None
+    right: str | None = None
+    both: str | None = None  # instead of left and right: a photo that holds both eyes side by side
+
+    def __post_init__(self) -> None:
+        """Check that the photos are given one way.
+
+        Raises:
+            ValueError: they aren't.
+        """
+        _one_way(self.left, self.right, self.both)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

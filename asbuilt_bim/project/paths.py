@@ -66,6 +66,16 @@ class PathChecker:
             )
         return tuple((lefts[key], rights[key]) for key in keys[:MAX_PAIRS])
 
+    def several(self, pattern: str, where: str) -> tuple[Path, ...]:
+        """Return the files of one pattern: photos that hold both eyes side by side."""
+        found = self._matches(pattern, where)
+        if len(found) > MAX_PAIRS:
+            self.problems.add(
+                where,
+                f"{len(found):,} photos, limit {MAX_PAIRS}; twenty are plenty: name a folder with the boards alone",
+            )
+        return tuple(found[key] for key in sorted(found)[:MAX_PAIRS])
+
     def _name_alone(self, ones: dict[str, Path], others: dict[str, Path], where: str, side: str) -> None:
         alone = [ones[key].name for key in sorted(ones.keys() - others.keys())]
         if alone:

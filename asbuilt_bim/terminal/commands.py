@@ -40,6 +40,7 @@ from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import (
     calibration_lines,
+    say_left_out_last,
     summary,
     time_line,
     warn_of_design,
@@ -102,6 +103,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
             screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
         screen.say(time_line({**result.seconds, **timer.seconds}))
     _say_where(request.out, published, screen)
+    for visit, report in zip(project.visits, result.reports, strict=True):
+        say_left_out_last(visit, report, screen)
     if result.reports[-1].nothing_seen:
         screen.error(_nothing_seen(result.reports[-1]))
         return INCOMPLETE

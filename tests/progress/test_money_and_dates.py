@@ -191,10 +191,10 @@ def test_a_task_seen_complete_after_its_planned_finish_is_no_later_than_it_was_s
     made, last = task("A", "B"), date(2026, 3, 30)  # planned until 10 March
     first = remember(EMPTY_HISTORY, report(tasks=(made,), half=1.5))
     (soon,) = report(tasks=(made,), half=3.0, day=LATER, history=first).tasks
-    assert (soon.days_late, soon.days_late_least, soon.days_late_most) == (6, 0, 6)
+    assert (soon.behind_days, soon.behind_least_days, soon.behind_most_days) == (6, 0, 6)
     second = report(tasks=(made,), half=1.5, day=LATER, history=first)
     (late,) = report(tasks=(made,), half=3.0, day=last, history=remember(EMPTY_HISTORY, second)).tasks
-    assert (late.days_late, late.days_late_least, late.days_late_most) == (20, 6, 20)
+    assert (late.behind_days, late.behind_least_days, late.behind_most_days) == (20, 6, 20)
 
 
 def test_the_last_result_alone_tells_since_when_things_stand_and_which_visits_it_holds() -> None:

@@ -191,7 +191,7 @@ def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressRep
     """Write what is made from a run folder's results, as they stand there: `run` and `report` write the same."""
     report = read_result(folder / "result.json")
     earlier = read_before(folder, report.visit_date)
-    write_outputs(report, folder, folder, before=earlier[-1] if earlier else None)
+    write_outputs(report, folder, folder, earlier=earlier)
     for one in earlier:
         write_overlays(one, read_pictures(one, folder), folder / "overlays")
     colours = STATE_COLOURS if colour else None

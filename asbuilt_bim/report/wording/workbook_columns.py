@@ -104,6 +104,14 @@ TASKS = (
         10,
         "late: the planned finish has passed and the task is not complete; unknown where the photos don't show it.",
     ),
+    _column("Days late", "count", 8, "Days from the planned finish to the visit, 0 where it isn't late; as on Late."),
+    _column(
+        "Forecast finish",
+        "date",
+        12,
+        "By what is certain: the rest takes its share of the planned time from the visit on. "
+        "Of a task seen complete the day of that visit.",
+    ),
     _column("Elements", "count", 10, "Walls and columns of the task."),
     _column("Complete", "count", 10, "Elements seen complete."),
 )
@@ -118,7 +126,7 @@ LATE = (
     _column("Completion best", "percent", 12, _BEST),
     _column("Task", "text", 34, "The task that should have finished it."),
     _column("Due", "date", 12, "Planned finish of that task."),
-    _column("Days late", "count", 10, "Days from then to the visit."),
+    _column("Days late", "count", 10, "Days from then to the visit; as on Tasks."),
 )
 
 STATIONS = (

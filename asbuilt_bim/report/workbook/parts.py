@@ -80,7 +80,7 @@ def _row(
         "Item": line.line.identification,
         "Element": element.name or element.global_id if element else unmeasured,
         "Storey": storeys.get(element.storey, NO_STOREY) if element else "",
-        "State": element.state if element else "",
+        "State": element.shown_state if element else "",
         "Unit": line.line.unit,
         "Quantity": row.quantity,
         "Certain": row.measured,

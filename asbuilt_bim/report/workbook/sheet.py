@@ -36,7 +36,8 @@ _KINDS: dict[str, dict[str, Any]] = {
     "date": {"num_format": "yyyy-mm-dd", "align": "left", "indent": 1},
 }
 _STATES = {
-    "complete": "#1b7f5c", "part": "#9a6200", "not started": "#3d5a80", "displaced": "#9b2c6e", "unknown": "#6b7280",
+    "complete": "#1b7f5c", "complete as far as seen": "#4c9a7d", "part": "#9a6200",
+    "not started": "#3d5a80", "displaced": "#9b2c6e", "unknown": "#6b7280",
 }  # fmt: skip
 _ROLES: dict[str, dict[str, Any]] = {
     "body": {"bottom": 4, "bottom_color": LINE},

@@ -230,10 +230,12 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         done.upper,
         done.coverage,
         "" if row.planned is None else row.planned,
-        row.days_late if row.has_plan else "",
-        row.days_late_least if row.has_plan else "",
-        row.days_late_most if row.has_plan else "",
+        row.behind_days if row.has_plan else "",
+        row.behind_least_days if row.has_plan else "",
+        row.behind_most_days if row.has_plan else "",
         late,
+        row.late_days if row.planned_finish else "",
+        row.forecast_finish,
         row.elements,
         row.complete,
     )
@@ -241,7 +243,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
 
 def _late(row: LateRow) -> tuple[Cell, ...]:
     """Lay out a late element."""
-    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.days_late)
+    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.late_days)
 
 
 def _station(row: StationRow) -> tuple[Cell, ...]:
