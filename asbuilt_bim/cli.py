@@ -209,6 +209,24 @@ def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dr
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("folder", type=_FILE)
+@click.option("--out", type=_FILE, required=True, metavar="TABLES", help="Folder for the tables.")
+@click.option("--format", "form", type=click.Choice(["csv", "parquet"]), default="csv", help="Parquet needs pyarrow.")
+@click.option("--replace", is_flag=True, help="Replace tables that are there.")
+@click.pass_context
+def tables(context: click.Context, folder: Path, out: Path, form: str, replace: bool) -> None:
+    """Write the run in FOLDER as flat tables for ERP and reporting programs: one row of each thing and visit."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.tables_command import tables_command
+
+        return tables_command(folder, out, screen, form=form, replace_them=replace)
+
+    _guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
