@@ -77,7 +77,9 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
         TableRow(number=number, cells={key: cells[at] for key, at in places.items() if at < len(cells)})
         for number, cells in filled[1:]
     )
-    commas = any(isinstance(c, str) and _COMMA.fullmatch(c.strip()) for row in rows for c in row.cells.values())
+    commas = any(
+        isinstance(cell, str) and _is_decimal_comma(cell.strip()) for row in rows for cell in row.cells.values()
+    )
     return TableFile(name=path.name, rows=rows, formulas=formulas, commas=commas, semicolons=semicolons)
 
 
@@ -107,6 +109,11 @@ def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
     if not _PLAIN.fullmatch(text) or not math.isfinite(float(text)):
         raise ValueError(f"'{text[:40]}' is no number; write 1234.5")
     return float(text)
+
+
+def _is_decimal_comma(text: str) -> bool:
+    """Say whether a number's comma can't part thousands: `0,5`, `12,25`, `1.234,5`, and not `1,234`."""
+    return _COMMA.fullmatch(text) is not None and (_GROUPS.fullmatch(text) is None or text.startswith("0"))
 
 
 def share_in(row: TableRow, column: str, table: TableFile) -> float | None:

@@ -106,14 +106,20 @@ def _inspect(data: bytes, path: Path, refusal: type[AsBuiltError]) -> None:
 def _sheet(sheet: Any, archive: zipfile.ZipFile, path: Path, refusal: type[AsBuiltError]) -> XlsxSheet:
     rows: list[tuple[XlsxCell, ...]] = []
     for cells in sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True):
-        rows.append(tuple(map(_value, cells)))
+        rows.append(_trimmed([_value(cell) for cell in cells]))
         if len(rows) > MAX_ROWS:
             raise refusal(f"{path}: sheet '{sheet.title}' has more than {MAX_ROWS:,} rows; delete what isn't needed")
-    while rows and all(cell is None for cell in rows[-1]):
+    while rows and not rows[-1]:
         rows.pop()
     part = str(getattr(sheet, "_worksheet_path", "")).lstrip("/")
     formulas = part in archive.namelist() and re.search(rb"<f[ >/]", archive.read(part)) is not None
     return XlsxSheet(rows=tuple(rows), formulas=formulas)
+
+
+def _trimmed(cells: list[XlsxCell]) -> tuple[XlsxCell, ...]:
+    while cells and cells[-1] is None:
+        cells.pop()
+    return tuple(cells)
 
 
 def _value(cell: Any) -> XlsxCell:

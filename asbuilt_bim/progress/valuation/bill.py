@@ -244,7 +244,7 @@ def _bill_line(
     rows.sort(key=lambda row: (row.element.ifc_class, row.element.name, row.global_id) if row.element else ("",))
     if left := unmeasured_part(line.parts):
         override = by_element.get("")
-        share = _whole(override.share, pieces, off) if override else float(off)
+        share = whole_share(override.share, pieces=pieces, takes_off=off) if override else float(off)
         rows.append(
             BillRow(
                 element=None,
@@ -286,9 +286,9 @@ def _row(
     measured = certain_share(element, pieces=pieces, takes_off=off)
     share = measured
     if override:
-        share = _whole(override.share, pieces, off)
+        share = whole_share(override.share, pieces=pieces, takes_off=off)
     elif seen and count_observations:
-        share = _whole(seen.share, pieces, off)
+        share = whole_share(seen.share, pieces=pieces, takes_off=off)
     return BillRow(
         element=element,
         quantity=line.planned_quantity * part,
@@ -299,12 +299,12 @@ def _row(
     )
 
 
-def _whole(share: float, pieces: bool, off: bool) -> float:
+def whole_share(share: float, *, pieces: bool, takes_off: bool) -> float:
     """Return a person's share; of pieces all or nothing, and begun ones count only where they are taken off."""
     share = min(max(share, 0.0), 1.0)
     if not pieces:
         return share
-    return float(math.ceil(share) if off else math.floor(share))
+    return float(math.ceil(share) if takes_off else math.floor(share))
 
 
 def _bill(

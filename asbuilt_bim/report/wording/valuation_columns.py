@@ -40,6 +40,7 @@ BILL = (
     _column("Not measured", "count", 10, "What else the line pays for: not measured here, and counted as unknown."),
     _column("Bill", "count", 6, "Lines of one cost schedule and currency are one bill, with its own sums."),
     _column("Currency", "text", 9, "Currency of rate and amounts."),
+    _column("In pieces", "text", 8, "yes: only whole pieces count."),
     _column("Key", "text", 26, "What the program knows the line by. Leave it as it is."),
 )
 

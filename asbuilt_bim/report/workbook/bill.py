@@ -91,6 +91,7 @@ def _line(sheet: Worksheet, row: int, bill: Bill, line: BillLine, parts_rows: in
         "Not measured": given.others,
         "Bill": bill.number,
         "Currency": given.currency or NO_CURRENCY,
+        "In pieces": "yes" if given.measure == "count" else "",
         "Key": given.global_id,
     }
     columns = _in_pieces(COLUMNS) if given.measure == "count" else COLUMNS

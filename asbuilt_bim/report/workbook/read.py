@@ -12,6 +12,7 @@ from pathlib import Path
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import WorkbookError
 from asbuilt_bim.progress.money import cents, certified_quantity, total
+from asbuilt_bim.progress.valuation.bill import whole_share
 from asbuilt_bim.progress.valuation.inputs import (
     NO_INPUTS,
     BillTotals,
@@ -99,10 +100,6 @@ class _Bill:
     lines: Sequence[Row]
     signed: bool
 
-    def key(self, number: XlsxCell) -> str:
-        """Return the key of a line by its number."""
-        return next((_text(row, "Key") for row in self.lines if row["No."] == number), "")
-
     def paid(self) -> Iterator[Paid]:
         """Yield what was certified of each line.
 
@@ -142,7 +139,7 @@ def _rows(book: XlsxFile, name: str, needed: str, path: Path) -> list[Row]:
             if len({head for head in heads if head}) != sum(1 for head in heads if head):
                 raise WorkbookError(f"{path}: sheet '{name}' has two columns of one heading; take one out")
             rows = [dict(zip(heads, row, strict=False)) for row in sheet.rows[index + 1 :]]
-            return [row for row in rows if isinstance(row["No."], int | float) or name == VARIATIONS]
+            return [row for row in rows if isinstance(row.get("No."), int | float) or name == VARIATIONS]
     raise WorkbookError(f"{path}: sheet '{name}' lacks its headings, so {_LOST}; take an earlier copy of it")
 
 
@@ -302,7 +299,7 @@ def _totals(book: XlsxFile, column: str, path: Path) -> tuple[BillTotals, ...]:
     Raises:
         WorkbookError: a sum has no value.
     """
-    currencies = {row["Bill"]: _text(row, "Currency") for row in _rows(book, BILL, "Key", path)}
+    currencies = {row.get("Bill"): _text(row, "Currency") for row in _rows(book, BILL, "Key", path)}
     totals: list[BillTotals] = []
     while sum_name("work", column, bill := len(totals) + 1) in book.names:
         values = {}
@@ -323,23 +320,31 @@ def _check_parts(lines: Sequence[Row], parts: Sequence[Row], path: Path) -> None
         WorkbookError: they differ: it was saved before it had calculated, or a formula was written over.
     """
     sums: dict[XlsxCell, float] = {}
+    kinds = {row["No."]: _kind(row, path) for row in lines}
     for row in parts:
         item = f"{_text(row, 'Item')} {_text(row, 'Element')}".strip()
         counts, given = _number(row, "Counts", path, item), _plain(row.get("Override"))
-        if given is not None and counts not in (given, math.floor(given), math.ceil(given)):
+        pieces, off = kinds.get(row["No."], (False, False))
+        if given is not None and counts != whole_share(given, pieces=pieces, takes_off=off):
             raise WorkbookError(f"{path}: {item}: {counts:.1%} counts, and its override is {given:.1%}; {_AGAIN}")
         sums[row["No."]] = sums.get(row["No."], 0.0) + _number(row, "Quantity", path, item) * counts
     for row in lines:
         item, own = _text(row, "Item") or _text(row, "Key"), sums.get(row["No."], 0.0)
         planned = _number(row, "Contract quantity", path, item)
         certified = _number(row, "Certified quantity", path, item)
-        ways = ((False, False), (True, False), (True, True))
-        fits = (certified_quantity(own, planned, pieces=pieces, up=up) for pieces, up in ways)
-        if not any(math.isclose(certified, one, rel_tol=1e-9, abs_tol=1e-6) for one in fits):
+        pieces, off = kinds[row["No."]]
+        if not math.isclose(certified, certified_quantity(own, planned, pieces=pieces, up=off), rel_tol=1e-9):
             raise WorkbookError(
                 f"{path}: item {item}: {certified:g} is certified, and its rows of '{PARTS}' come to {own:g}; {_AGAIN}"
                 ". To certify another value, write an override there"
             )
+
+
+def _kind(row: Row, path: Path) -> tuple[bool, bool]:
+    """Say of a line whether only whole pieces count, and whether it takes money off."""
+    item = _text(row, "Item") or _text(row, "Key")
+    worth = _number(row, "Contract quantity", path, item) * _number(row, "Rate", path, item)
+    return _text(row, "In pieces") == "yes", worth < 0.0
 
 
 def _check_sums(inputs: ValuationInputs, path: Path, *, signed: bool) -> None:

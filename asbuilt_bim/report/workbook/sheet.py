@@ -103,6 +103,8 @@ def write_cell(
         sheet.write_formula(row, column, cell.text, styles.get(kind, role), cell.value)
     elif cell is None:
         sheet.write_string(row, column, UNKNOWN, styles.get(kind, "loud" if role == "loud" else "unknown"))
+    elif cell == "":
+        sheet.write_blank(row, column, None, styles.get(kind, role))
     elif isinstance(cell, str):
         sheet.write_string(row, column, plain(cell)[:MAX_TEXT], styles.get(kind if kind == "wrap" else "text", role))
     elif isinstance(cell, date | datetime):
