@@ -209,6 +209,24 @@ def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dr
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("folder", type=_FILE)
+@click.option("--out", type=_FILE, required=True, metavar="TABLES", help="Folder for the tables.")
+@click.option("--format", "form", type=click.Choice(["csv", "parquet"]), default="csv", help="Parquet needs pyarrow.")
+@click.option("--replace", is_flag=True, help="Replace tables that are there.")
+@click.pass_context
+def tables(context: click.Context, folder: Path, out: Path, form: str, replace: bool) -> None:
+    """Write the run in FOLDER as flat tables for ERP and reporting programs: one row of each thing and visit."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.tables_command import tables_command
+
+        return tables_command(folder, out, screen, form=form, replace_them=replace)
+
+    _guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
@@ -312,6 +330,32 @@ def label(
         return label_command(
             project, out, workers=workers or 0, replace=replace, allow_outside=allow_outside, screen=screen
         )
+
+    _guarded(context, screen, action)
+
+
+@app.group()
+def networks() -> None:
+    """Networks of your own: `asbuilt-bim networks add PRESET FILE.onnx` writes the card of a published one."""
+
+
+@networks.command("add")
+@click.argument("preset")
+@click.argument("file", type=_FILE, metavar="FILE.onnx")
+@click.option("--non-commercial", is_flag=True, help="Allow a licence that forbids paid work.")
+@click.option("--replace", is_flag=True, help="Replace the card if it exists.")
+@click.pass_context
+def add_network(context: click.Context, /, **options: Any) -> None:
+    """Write the card of a published network beside FILE.onnx, after trying it.
+
+    PRESET: depth-anything-v2-small, lite-any-stereo, rf-detr-seg-small or segformer-b0-ade20k.
+    """
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.networks_command import AddRequest, add_command
+
+        return add_command(AddRequest(**options), screen)
 
     _guarded(context, screen, action)
 

@@ -61,6 +61,7 @@ CASES = (
     Case(script="hold/inputs.py", quick="--quick --check"),
     Case(script="hold/kills.py", quick="--quick --check"),
     Case(script="valuation/fill.py", quick="--quick"),
+    Case(script="valuation/tables.py", quick="--check", packages=TOOLS),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),
     Case(script="site/speed.py", slow=""),

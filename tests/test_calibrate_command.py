@@ -235,11 +235,11 @@ def test_a_project_names_photos_of_both_eyes_once(tmp_path: Path) -> None:
 
 
 def test_a_projects_rig_of_several_resolutions_takes_that_of_its_photos(tmp_path: Path) -> None:
-    document = {**plain(), "rig": {"file": "zed.conf"}}
+    document = {**plain(), "rig": {"file": "eyes.conf"}}
     document["visits"] = [{"date": "2026-03-02", "stations": [{"name": "A1", "both": "v/A1.png"}]}]
     path = write_project(tmp_path / "site", document)
     hd, vga = zed_conf(rig()), zed_conf(rig(), "VGA").split("[STEREO]")[0]
-    (path.parent / "zed.conf").write_text(hd + vga, encoding="utf-8")
+    (path.parent / "eyes.conf").write_text(hd + vga, encoding="utf-8")
     with pytest.raises(RigError, match=r"rig\.photo_size_px"):
         rig_of(read_project(path), Cache(folder=None), lambda *_, **__: None)
     (path.parent / "v").mkdir()

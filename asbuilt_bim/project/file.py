@@ -3,6 +3,7 @@
 The names here are the keys of the file and of `schemas/project-1.json`.
 """
 
+import re
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Annotated, Literal
@@ -127,12 +128,41 @@ class StationFile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PatternsFile:
+    """Stations by patterns of file names: what stands for the `*` is a station's name."""
+
+    left: str | None = None
+    right: str | None = None
+    both: str | None = None  # instead of left and right: photos that hold both eyes side by side
+
+    def __post_init__(self) -> None:
+        """Check that the photos are given one way, and that left and right have as many `*`.
+
+        Raises:
+            ValueError: they aren't, or haven't.
+        """
+        _one_way(self.left, self.right, self.both)
+        names = [re.split(r"[\\/]", text)[-1] for text in (self.left, self.right, self.both) if text is not None]
+        if any("*" not in name for name in names):
+            raise ValueError("a pattern needs a * in the file's name, which stands for the station's name")
+        if len({name.count("*") for name in names}) > 1:
+            raise ValueError("left and right need as many *: two photos are a pair where they stand for the same text")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VisitFile:
     """One of `visits`."""
 
     date: date
-    stations: tuple[StationFile, ...]
+    stations: tuple[StationFile, ...] | PatternsFile
     camera_clock_wrong: bool = False  # the photos' own days don't count
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VisitsFile(PatternsFile):
+    """`visits` by patterns: a visit for each day that the photos' EXIF tells."""
+
+    dates: Literal["exif"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,7 +215,7 @@ class ProjectFile:
     ifc: tuple[str, ...] | str  # one file, or several that are one design
     rig: RigFile
     markers: MarkersFile
-    visits: tuple[VisitFile, ...]
+    visits: tuple[VisitFile, ...] | VisitsFile
     target: TargetFile = field(default_factory=TargetFile)
     networks: NetworksFile = field(default_factory=NetworksFile)
     options: Options = field(default_factory=Options)

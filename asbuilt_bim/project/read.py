@@ -27,6 +27,7 @@ from asbuilt_bim.project.file import (
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import PathChecker, safe_name
+from asbuilt_bim.project.stations import listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.strict_yaml import read_yaml
 from asbuilt_bim.storage.structure import Problem, Problems, structure
@@ -183,11 +184,12 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         pairs=_board_pairs(boards, checker) if boards else (),
         refine=written.rig.refine,
     )
-    visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(written.visits)]
+    listed = listed_visits(written.visits, checker)
+    visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(listed)]
     for index, name in enumerate(written.writers):
         if reason := safe_name(name):  # it becomes a folder's name
             checker.problems.add(f"writers[{index}]", reason)
-    _check_dates(written.visits, checker.problems)
+    _check_dates(listed, checker.problems)
     _check_photos(visits, checker.problems)
     return Project(
         path=path,
@@ -245,9 +247,10 @@ def _models(written: tuple[str, ...] | str, checker: PathChecker) -> tuple[Path,
 def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
     seen: dict[str, str] = {}
     stations = []
+    listed = listed_stations(visit.stations, f"{where}.stations", checker)
     if not visit.stations:
         checker.problems.add(f"{where}.stations", "is empty: a visit has at least one station")
-    for index, station in enumerate(visit.stations):
+    for index, station in enumerate(listed):
         at = f"{where}.stations[{index}]"
         if reason := safe_name(station.name):
             checker.problems.add(f"{at}.name", reason)

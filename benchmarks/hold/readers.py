@@ -116,7 +116,7 @@ def _rigs() -> Iterator[tuple[str, str, bytes, dict[str, bytes], Callable[[Path]
     yield "rig: ros", left[0].name, left[1], beside, lambda path: read_rig(path, path.with_name(right[0].name))
     photos = Foreign(photo_px=(1280, 720))
     made = {
-        "zed.conf": written.zed_conf(rig()),
+        "eyes.conf": written.zed_conf(rig()),
         "listing.m": written.zed_listing(rig()),
         "oak.json": written.oak_eeprom(rig("rational"), by_middle=True),
         "small.json": written.oak_small(rig("rational")),
@@ -127,7 +127,8 @@ def _rigs() -> Iterator[tuple[str, str, bytes, dict[str, bytes], Callable[[Path]
         "cameras.xml": written.metashape_xml(rig()),
     }
     for file, text in made.items():
-        yield f"rig: {file}", file, text.encode(), {}, lambda path: read_rig(path, None, photos)
+        known = photos if file in ("eyes.conf", "listing.m") else Foreign()
+        yield f"rig: {file}", file, text.encode(), {}, lambda path, known=known: read_rig(path, None, known)
     vins = {name: text.encode() for name, text in written.vins_files(rig("fisheye")).items()}
     yield "rig: vins", "config.yaml", vins.pop("config.yaml"), vins, read_rig
 

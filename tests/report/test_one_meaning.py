@@ -144,7 +144,8 @@ def test_late_forecast_and_finish_are_the_same_in_every_file_of_a_run(tmp_path: 
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     for row in task_rows(report):
         assert row.forecast_finish is not None
-        assert f'data-label="Forecast finish">{row.forecast_finish:%Y-%m-%d}<' in page
+        label = "Seen complete" if row.seen_complete else "Forecast finish"
+        assert f'data-label="{label}"><span class="date">{row.forecast_finish:%Y-%m-%d}</span>' in page
 
 
 def test_an_element_is_as_many_days_late_as_the_last_task_that_makes_it(tmp_path: Path) -> None:

@@ -14,10 +14,12 @@ from asbuilt_bim.report.fill.package import open_package
 from asbuilt_bim.report.fill.plan import Change, Plan, plan_fill
 from asbuilt_bim.report.fill.sheet import Cell, Value, cell_value, with_values
 from asbuilt_bim.report.fill.stale import stale_cells
-from asbuilt_bim.storage.atomic_write import replace_all
+from asbuilt_bim.storage.atomic_write import PART, replace_all
 
 __all__ = ["Change", "FillMap", "Filled", "Plan", "fill_workbook", "read_map", "save_filled"]
 MAX_FAULTS = 20
+LEFT_S = 3600.0
+"""No process writes one file for an hour."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,6 +80,7 @@ def save_filled(filled: Filled, when: datetime) -> Path:
         raise FillError(f"{filled.path}: there is nothing to fill in")
     backup = _free(place, when)
     try:
+        _sweep(place.parent, when)
         if place.read_bytes() != filled.before:
             raise FillError(f"{filled.path}: was changed while it was being filled; fill it again")
         replace_all({backup: filled.before, place: filled.data}, like=place)
@@ -105,6 +108,13 @@ def _check(path: Path, data: bytes, values: Mapping[str, Mapping[tuple[int, int]
         for (row, column), value in wanted.items():
             if cell_value(sheet.cells.get((row, column)), book.shared) != value:
                 raise FillError(f"{path}: {name}, row {row}: couldn't be filled, and the fault is the program's own")
+
+
+def _sweep(folder: Path, when: datetime) -> None:
+    """Take away what a killed process of this program left half written long ago."""
+    for half in folder.glob(f"{PART}*.part"):
+        if when.timestamp() - half.stat().st_mtime > LEFT_S:
+            half.unlink(missing_ok=True)
 
 
 def _free(place: Path, when: datetime) -> Path:

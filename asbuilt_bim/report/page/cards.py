@@ -19,6 +19,7 @@ from asbuilt_bim.report.wording.notes import note_words
 MOST_PHOTOS = 2
 _ROUND = 0.25  # of the element's size in the picture, left round it
 _LEAST_PX = 180.0
+_LEAST_ASPECT = 0.5  # of a column: so much of what stands beside it is left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,7 +61,7 @@ class ElementCard:
 def element_cards(
     report: ProgressReport, photos: Sequence[Photo], before: ProgressReport | None, photos_before: Sequence[Photo]
 ) -> tuple[ElementCard, ...]:
-    """Return the cards of the elements of which there is something to show or to say, in the order of the table."""
+    """Return a card an element, in the order of the table: every name on the page leads to one."""
     storeys = storey_names(report)
     drawings = {drawing.element.global_id: drawing for drawing in element_drawings(report)}
     now = _cuts_by_element(report, photos)
@@ -78,18 +79,18 @@ def element_cards(
         key = element.global_id
         why = next((note for note in element.notes if note.code in WHY_STATE), None)
         others = tuple(note_words(note) for note in element.notes if note is not why)
-        card = ElementCard(
-            element=element,
-            storey=storeys.get(element.storey, NO_STOREY),
-            drawing=drawings.get(key),
-            now=tuple(now.get(key, ())),
-            then=tuple(then.get(key, ())[:1]),
-            tasks=tuple(tasks.get(key, ())),
-            why=note_words(why) if why else "",
-            notes=others,
+        cards.append(
+            ElementCard(
+                element=element,
+                storey=storeys.get(element.storey, NO_STOREY),
+                drawing=drawings.get(key),
+                now=tuple(now.get(key, ())),
+                then=tuple(then.get(key, ())[:1]),
+                tasks=tuple(tasks.get(key, ())),
+                why=note_words(why) if why else "",
+                notes=others,
+            )
         )
-        if card.drawing or card.now or card.why or card.notes:
-            cards.append(card)
     return tuple(cards)
 
 
@@ -127,7 +128,8 @@ def _cut(photo: Photo, rings: Sequence[FloatArray], element: ElementProgress) ->
     points = np.clip(np.vstack(rings), 0.0, [photo.width, photo.height])
     low, high = points.min(axis=0), points.max(axis=0)
     most = np.array([photo.width, photo.height], dtype=np.float64)
-    size = np.minimum(np.maximum((high - low) * (1.0 + 2.0 * _ROUND), _LEAST_PX), most)
+    size = np.maximum((high - low) * (1.0 + 2.0 * _ROUND), _LEAST_PX)
+    size = np.minimum(np.maximum(size, _LEAST_ASPECT * size[::-1]), most)
     corner = np.clip((low + high - size) / 2.0, 0.0, most - size)
     station = f"{photo.station.name} of {photo.station.day.isoformat()}" if photo.station else ""
     return Cut(

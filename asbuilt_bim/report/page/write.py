@@ -83,7 +83,6 @@ def page_html(
             no_storey=NO_STOREY,
             plans=storey_plans(report),
             cards=shown,
-            carded={card.element.global_id for card in shown},
             photos=[*photos, *photos_before],
             photo_sizes={photo.key: (photo.width, photo.height) for photo in (*photos, *photos_before)},
             photographed=photographed_areas(report),

@@ -20,7 +20,7 @@ from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import FillError, Rejection
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.fill.write import Filled, fill_workbook, read_map, save_filled
+from asbuilt_bim.report.fill.write import LEFT_S, Filled, fill_workbook, read_map, save_filled
 from asbuilt_bim.report.result.document import write_result
 from benchmarks.valuation.books import MACRO, Book, by_hand, by_openpyxl, by_xlsxwriter, saved_report, write_map
 from benchmarks.valuation.fill import differences
@@ -121,6 +121,17 @@ def test_the_workbook_as_it_was_is_kept_and_never_written_over(tmp_path: Path, r
     assert (tmp_path / "small.before-20260317T083000Z.xlsx").read_bytes() == b"mine"
     if os.name != "nt":
         assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+
+def test_what_a_killed_process_left_is_taken_away_and_what_is_being_written_is_not(
+    tmp_path: Path, result: ProgressReport
+) -> None:
+    path, mapping = small(tmp_path, result)
+    for name, age_s in ((".asbuilt-old.part", 2 * LEFT_S), (".asbuilt-new.part", 1.0)):
+        (tmp_path / name).write_bytes(b"half")
+        os.utime(tmp_path / name, (WHEN.timestamp() - age_s,) * 2)
+    save_filled(fill_workbook(path, read_map(mapping), result), WHEN)
+    assert [one.name for one in tmp_path.glob(".asbuilt-*")] == [".asbuilt-new.part"]
 
 
 @pytest.mark.parametrize("lock", ["~$small.xlsx", ".~lock.small.xlsx#"])

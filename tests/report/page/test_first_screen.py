@@ -108,7 +108,7 @@ def test_an_elements_card_shows_its_photo_cut_to_it_and_the_page_holds_each_phot
     page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
     assert page.count("data:image/jpeg") == 2
     card = page[page.index(f'id="e-{report.elements[0].global_id}"') :].partition("</details>")[0]
-    box, *_ = re.findall(r'<svg viewBox="([\d. ]+)" style', card)
+    box, *_ = re.findall(r'rem\)"><svg viewBox="([\d. ]+)" role', card)
     left, top, width, height = map(float, box.split())
     assert left >= 0 and top >= 0 and left + width <= 1281 and top + height <= 961
     assert width * height < 1280 * 960 / 2
@@ -133,3 +133,11 @@ def test_the_trend_has_a_band_over_the_visits_and_the_plan() -> None:
     heights = [float(point.split()[1]) for point in trend.plan[1:].split("L")]
     assert heights == sorted(heights, reverse=True)  # a plan never goes back
     assert trend_of(replace(report, tasks=()), ()) is None
+
+
+def test_every_link_on_the_page_leads_to_something() -> None:
+    report = sample_report()
+    report = replace(report, wanted_views=(wanted(report, 0, 0.0, 5.0),))
+    page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
+    ids = set(re.findall(r'id="([^"]+)"', page))
+    assert {link for link in re.findall(r'href="#([^"]+)"', page)} <= ids
