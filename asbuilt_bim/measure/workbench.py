@@ -41,10 +41,14 @@ class Workbench:
     disparity_px: Float32Array  # (H, W) as measured, NaN where not
     rows_px: float  # how far rows lie apart over the frame: columns do as much
     samples: Mapping[int, tuple[FloatArray, FloatArray]]  # of each flat piece: some pixels' rays (N, 3), disparity (N,)
+    sky: BoolArray  # (H, W) what is plainly sky: further than any face, whatever the matcher carried over it
 
 
-def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None) -> Workbench:
+def workbench(
+    pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None, sky: BoolArray | None = None
+) -> Workbench:
     """Lay out the pair for measuring: smoothed pictures, gradients, and where the frame ends."""
+    nowhere = np.zeros(pair.valid_left.shape, dtype=bool)
     left, right = grey(pair.left), grey(pair.right)
     return Workbench(
         pair=pair,
@@ -52,7 +56,8 @@ def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None)
         both=pictures(left, right, pair.valid_right),
         slopes=gradients(left, right, pair.valid_right),
         grey_levels=(left, right),
-        marks=marks if marks is not None else np.zeros(pair.valid_left.shape, dtype=bool),
+        marks=marks if marks is not None else nowhere,
+        sky=sky if sky is not None else nowhere,
         frame=_frame(pair.valid_left),
         disparity_px=scene.level.disparity_px.astype(np.float32),
         rows_px=rows_apart_px(left, right, scene.level.disparity_px.astype(np.float32), scene.level.measured),
