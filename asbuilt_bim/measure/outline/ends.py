@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.measure.outline.border import OUTWARD_PX, FEATURES, BorderSide, Reference, shown_by
+from asbuilt_bim.measure.outline.border import FEATURES, OUTWARD_PX, BorderSide, Reference, shown_by
 from asbuilt_bim.measure.workbench import Workbench
 
 DATA = Path(__file__).with_suffix(".json")
