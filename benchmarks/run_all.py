@@ -60,7 +60,7 @@ CASES = (
     Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),
     Case(script="hold/inputs.py", quick="--quick --check"),
     Case(script="hold/kills.py", quick="--quick --check"),
-    Case(script="valuation/fill.py", quick="--quick"),
+    Case(script="valuation/fill.py", quick="--quick --check"),
     Case(script="valuation/tables.py", quick="--check", packages=TOOLS),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),
