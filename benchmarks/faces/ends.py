@@ -23,7 +23,6 @@ from benchmarks.table import Line, line, options, quantiles, report, told, unjud
 
 SEEDS = (*range(2001, 2017), *range(2051, 2059))
 LACKS, SIGMAS = 0.03, 3.0
-BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 Row = dict[str, Any]
 
 
@@ -64,7 +63,8 @@ def lines_of(rows: list[Row]) -> list[Line]:
     none = [r for r in rows if r["body"] < 0 and r["share"] < 0.5]
     whole = [r for r in bodies if is_whole(r)]
     errors = np.abs([r["area_m2"] / r["true_m2"] - 1.0 for r in called if is_whole(r)] or [1.0])
-    gap = float(np.average(*_gaps(bodies)))
+    gaps, counts = _gaps(bodies)
+    gap = float(np.average(gaps, weights=counts))
     return [
         told("faces of bodies", f"{len(bodies)}", len(rows)),
         _share("cut or hidden, called whole", false, called, 0.01),
