@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.design_notes import DESIGN_NOTES
+from asbuilt_bim.report.wording.of_workbook.valuation_notes import VALUATION_NOTES
 from asbuilt_bim.report.wording.plan_notes import PLAN_NOTES
 from asbuilt_bim.report.wording.rig_notes import RIG_NOTES
 from asbuilt_bim.report.wording.surface_notes import SURFACE_NOTES
@@ -17,6 +18,7 @@ NOTES: Mapping[Reason, Template] = {
     **SURFACE_NOTES,
     **RIG_NOTES,
     **TASK_NOTES,
+    **VALUATION_NOTES,
 }
 
 
