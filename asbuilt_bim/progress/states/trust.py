@@ -3,7 +3,7 @@
 import numpy as np
 
 from asbuilt_bim.bim.cells import CellSamples
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.evidence import Evidence, Verdict
 from asbuilt_bim.progress.states.sample_grid import (
