@@ -23,7 +23,6 @@ class ProgressOptions:
     tinted_share: float = 0.5  # of an outline without the colour of concrete: a stained wall keeps its grey
     min_face_m2: float = 0.10  # a smaller face may be clutter, a smaller hole a mismatch: neither proves a thing
     cover_m: float = 0.025  # of concrete over its steel, the least that standards ask for outside
-    max_lean_deg: float = 15.0  # a patch of depth that runs in another direction is another surface
     min_patch_m2: float = 0.35  # depth that no measured face backs is believed from here on: starter bars make patches
     clear_share: float = 0.8  # a side is clear where this share of its samples agrees; pour lines are not
     complete_from: float = 0.97  # best; a column of 3 m has 30 cells, so one wrong cell is not yet a part

@@ -3,7 +3,7 @@
 import numpy as np
 
 from asbuilt_bim.bim.cells import CellSamples
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.evidence import Evidence, Verdict
 from asbuilt_bim.progress.states.sample_grid import (
@@ -37,9 +37,6 @@ SEEN_THROUGH = 0.1
 
 ALIKE = 9
 """Samples that err alike: stereo smooths over a dozen pixels, three samples along and up at thirteen metres."""
-
-FEWEST_FOR_SLOPE = 12
-"""Samples from which a patch's slope is worth a test."""
 
 
 def large_enough(
@@ -91,7 +88,7 @@ def trusted(
     offset = np.bincount(label[hits], weights=evidence.offset_m[hits], minlength=count) / number
     common = np.bincount(label[hits], weights=evidence.common_m[hits], minlength=count) / number
     stands_off = (offset > options.building_tolerance_m + 2.0 * common)[label]
-    kept = near & ~stands_off & ~_leaning(samples, evidence, hits, label, options)[label]
+    kept = near & ~stands_off
     noise = np.maximum(evidence.sigma_m[hits] ** 2 - evidence.common_m[hits] ** 2, 0.0)
     spread = np.bincount(label[hits], weights=noise, minlength=count) / number / np.maximum(number / ALIKE, 1.0)
     kept &= (options.sigmas * np.sqrt(common**2 + spread) <= options.max_blur_m)[label]
@@ -129,28 +126,6 @@ def _to_its_edges(samples: CellSamples, evidence: Evidence, options: ProgressOpt
     at_edge &= open_around <= SPECKLE
     there: BoolArray = sure | (at_edge & next_to(samples, sure, EDGE_REACH))
     return there
-
-
-def _leaning(
-    samples: CellSamples, evidence: Evidence, hits: BoolArray, label: IntArray, options: ProgressOptions
-) -> BoolArray:
-    """Say of each patch whether it runs in another direction than the design: a neighbour's side, the ground.
-
-    A plane is fitted to how far the samples stand off; its slope must be over the limit by more than it may err.
-    """
-    leaning = np.zeros(int(label.max(initial=0)) + 1, dtype=bool)
-    for number in np.unique(label[hits]):
-        own = np.flatnonzero(hits & (label == number))
-        if len(own) < FEWEST_FOR_SLOPE:
-            continue
-        design = np.column_stack([samples.uv_m[own] - samples.uv_m[own].mean(axis=0), np.ones(len(own))])
-        normal = design.T @ design + np.eye(3) * 1e-9
-        fitted = np.linalg.solve(normal, design.T @ evidence.offset_m[own])
-        spread = np.sum((evidence.offset_m[own] - design @ fitted) ** 2) / (len(own) - 3)
-        sigma = np.sqrt(np.diag(np.linalg.inv(normal))[:2] * spread * ALIKE)
-        steepest = np.tan(np.radians(options.max_lean_deg)) + options.sigmas * sigma
-        leaning[number] = bool(np.any(np.abs(fitted[:2]) > steepest))
-    return leaning
 
 
 def seen_through(samples: CellSamples, evidence: Evidence, built: BoolArray, options: ProgressOptions) -> BoolArray:

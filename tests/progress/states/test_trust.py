@@ -52,20 +52,6 @@ def test_a_patch_whose_mean_stands_before_the_design_is_formwork() -> None:
     np.testing.assert_array_equal(before, patch)
 
 
-def test_a_patch_that_leans_away_from_the_design_is_a_neighbours_side() -> None:
-    strip = FRONT & (U < 0.3)
-    away = np.where(strip, -0.6 * U, 0.0)
-    assert not trusted(SAMPLES, near(strip, away), HIGH, True, OPTIONS)[0].any()
-    assert trusted(SAMPLES, near(strip, 0.0), HIGH, True, OPTIONS)[0].any()
-
-
-def test_a_patch_leans_only_by_more_than_its_noise_which_neighbours_share() -> None:
-    strip = FRONT & (U < 0.3)
-    noise = np.random.default_rng(5).normal(0.0, 0.14, len(U))
-    seen = replace(near(strip, -0.8 * U + noise), sigma_m=np.full(len(U), 0.14))
-    assert trusted(SAMPLES, seen, HIGH, True, OPTIONS)[0].any()
-
-
 def test_a_surface_reaches_to_its_upright_edges_where_the_ring_of_a_sample_looks_past_them() -> None:
     strip, sure = FRONT & (U < 0.4), FRONT & (U > 0.1) & (U < 0.3)
     seen = near(strip, 0.0)
