@@ -13,6 +13,7 @@ import numpy as np
 from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import rig_numbers
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.stereo.rig_fit import (
     PRIOR_RAD,
@@ -21,7 +22,6 @@ from asbuilt_bim.vision.stereo.rig_fit import (
     corrected_rig,
     fit_rig,
     relative_units,
-    rig_numbers,
     row_effect_px,
     worst_area_effect,
 )
@@ -75,7 +75,7 @@ class RigVerdict:
     correction_rad: FloatArray  # (5,)
     covariance: FloatArray
     noise: FloatArray
-    from_rig: FloatArray  # (5, 14): what errors of the calibrated numbers put into the correction
+    from_rig: FloatArray  # (5, P): what errors of the calibrated numbers put into the correction
     from_lens: FloatArray  # (5, 24): what a pixel left by the lenses in each cell of the frame puts into it
     area_effect: float
     area_sigma: float

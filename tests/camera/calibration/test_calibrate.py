@@ -20,7 +20,7 @@ from tests.camera.virtual import exif_block, with_exif
 def test_photos_of_a_board_give_the_rig_that_took_them(board: Board) -> None:
     told: list[tuple[int, int]] = []
     found = calibrate_stereo(pairs(board, 8), board, lambda done, of: told.append((done, of)))
-    rig, sigma = found.rig, np.sqrt(np.diag(found.rig.covariance))
+    rig, sigma = found.rig, np.sqrt(np.diag(found.rig.covariance))[:14]
     assert told[-1] == (8, 8) and len(found.views) == 8 and not found.left_out
     assert rig.rms_px < 0.15
     assert abs(rig.baseline_m / np.linalg.norm(RIGHT_FROM_LEFT[:3, 3]) - 1.0) < 0.003
