@@ -68,6 +68,8 @@ CASES = (
     Case(script="target/target.py"),
     Case(script="target/odds.py"),
     Case(script="rigs/knocked.py"),
+    Case(script="rigs/boards.py", quick="--quick", slow="--check"),
+    Case(script="rigs/zed.py", quick="--quick", slow="", data="stereo/zed_corridor"),
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
     Case(script="networks/odds.py", slow="", packages=RENDERER),

@@ -1,4 +1,4 @@
-"""What a calibration's uncertainty does to an area: the sigma of a square face over the frame, and where it comes from."""
+"""What a calibration's uncertainty does to an area: a square face's sigma over the frame, and where it comes from."""
 
 from dataclasses import dataclass
 
@@ -32,9 +32,9 @@ class AreaEffect:
     """Sigma of the area of a face 1 m square, seen from the front, as a share of it.
 
     `sigma` is in the middle of the left frame at 5 m, `worst` at the worst of `PLACES` there. `maps` (3, 6, 8) are over
-    the cells of the left frame at `DISTANCES_M`; NaN where the right photo doesn't show it. `parts` holds what each group of the
-    rig's numbers would do by itself at the worst place; they are correlated, and don't add up. `sources` does so by
-    what the errors come from; their squares add up. It is empty where that isn't known.
+    the cells of the left frame at `DISTANCES_M`; NaN where the right photo doesn't show it. `parts` holds what each
+    group of the rig's numbers would do by itself at the worst place; they are correlated, and don't add up. `sources`
+    does so by what the errors come from; their squares add up. It is empty where that isn't known.
     """
 
     sigma: float

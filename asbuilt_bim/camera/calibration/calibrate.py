@@ -10,6 +10,7 @@ from asbuilt_bim.camera.calibration.board_sigma import board_sigma
 from asbuilt_bim.camera.calibration.board_views import Progress, read_views, require_enough
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.checks import Checks, check_calibration, corner_fits, refuse_impossible
+from asbuilt_bim.camera.calibration.corner_errors import CornerErrors
 from asbuilt_bim.camera.calibration.lens_check import CornerFit
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.calibration.photo_advice import PhotoAdvice, photo_advice
@@ -57,6 +58,7 @@ class Calibration:
     from_control_points: bool = False  # in the place of boards: one view, whose corners are the points
     by_source: FloatArray | None = None  # (4, P, P): the rig's covariance by `board_sigma.SOURCES`
     advice: tuple[PhotoAdvice, ...] = ()
+    corner_errors: CornerErrors | None = None
 
 
 def calibrate_stereo(
@@ -119,6 +121,7 @@ def calibrate_views(
         corners_left=fits[0],
         corners_right=fits[1],
         by_source=sigma.by_source,
+        corner_errors=sigma.errors,
         advice=photo_advice(adjusted.shared, rig, board, sigma, (float(near), float(usual))),
     )
 

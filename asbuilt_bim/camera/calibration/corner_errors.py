@@ -37,13 +37,13 @@ class CornerErrors:
     single: FloatArray
     trend: FloatArray
 
-    def covariance(self, view: int, system: ViewSystem) -> FloatArray:
-        """Return the covariance (R, R) of a view's corners."""
-        rows = len(system.residual)
+    def covariance(self, view: int, seen: BoardView) -> FloatArray:
+        """Return the covariance (R, R) of the corners that are seen, as those of the view of a number err."""
+        rows, split = 2 * (len(seen.left_px) + len(seen.right_px)), 2 * len(seen.left_px)
         left, right = self.single[view]
-        whole = np.diag(np.where(np.arange(rows) < system.split, left, right))
-        for variance, trend in zip(self.trend, system.trends, strict=True):
-            whole += variance * trend @ trend.T
+        whole: FloatArray = np.diag(np.where(np.arange(rows) < split, left, right))
+        for variance, trend in zip(self.trend, trends_of(seen), strict=True):
+            whole = whole + variance * trend @ trend.T
         return whole
 
     @property
@@ -58,7 +58,7 @@ def view_system(residual: FloatArray, by_shared: FloatArray, by_pose: FloatArray
     project = np.eye(len(residual)) - q @ q.T
     return ViewSystem(
         residual=residual, design=project @ by_shared, project=project, split=2 * len(view.left_px),
-        trends=_trends(view),
+        trends=trends_of(view),
     )  # fmt: skip
 
 
@@ -122,7 +122,7 @@ def _own(system: ViewSystem, pooled: FloatArray) -> tuple[float, ...]:
     return tuple(own)
 
 
-def _trends(view: BoardView) -> tuple[FloatArray, ...]:
+def trends_of(view: BoardView) -> tuple[FloatArray, ...]:
     """Return the trends of a view's corners: the left camera's shift, slope and bend, then the right's."""
     n, m = 2 * len(view.left_px), 2 * len(view.right_px)
     trends = []

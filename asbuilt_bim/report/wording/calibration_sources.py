@@ -14,7 +14,7 @@ SOURCE_WORDS = {
 _REMEDIES = {
     "corners": "more photos take it off",
     "photos": "set the board up on a stand, or fire both cameras at once; more photos take it off, too",
-    "flatness": "glue the board to glass or composite and give its flatness_m; tilting it every way takes part of it off",
+    "flatness": "glue the board to glass or composite and give its flatness_m; tilts every way take part of it off",
     "print": "no photo takes it off: measure the board's squares over its whole length, and give print_share",
 }
 _ACROSS, _DOWN = ("left", "middle", "right"), ("upper", "middle", "lower")

@@ -44,6 +44,7 @@ class RigFit:
     from_lens: FloatArray
     matches: int  # those that the fit rests on
     sigma_px: float  # of one match, across its epipolar line
+    rows_px: float  # how far apart rows lie in the photos as they are: the worse median of the left and right half
 
 
 def fit_rig(
@@ -73,7 +74,14 @@ def fit_rig(
         from_lens=frozen(influence @ _cells(left_px, camera)),
         matches=used,
         sigma_px=sigma_px,
+        rows_px=_rows_px(left_px[fit.weights > 0.1], right_px[fit.weights > 0.1], camera),
     )
+
+
+def _rows_px(left_px: FloatArray, right_px: FloatArray, camera: RectifiedCamera) -> float:
+    apart, is_left = right_px[:, 1] - left_px[:, 1], left_px[:, 0] < 0.5 * camera.width_px
+    halves = [float(np.median(apart[half])) for half in (is_left, ~is_left) if half.any()]
+    return max(map(abs, halves))
 
 
 def corrected_rig(rig: StereoRig, camera: RectifiedCamera, correction_rad: FloatArray) -> StereoRig:
