@@ -34,7 +34,7 @@ def main() -> int:
         return 0
     try:
         python = environment()
-        install(python, "dev" if command == "test" else "")
+        install(python, "dev" if command == "test" else "print")
     except subprocess.CalledProcessError as problem:
         print(
             f"The set-up failed (exit code {problem.returncode}); the lines above say why. Mend that and run it again."
@@ -68,13 +68,12 @@ def environment() -> str:
 def install(python: str, extra: str) -> None:
     """Install the package where its requirements have changed since the last time."""
     wanted = hashlib.sha256((HERE / "pyproject.toml").read_bytes() + str(HERE).encode()).hexdigest()
-    stamps = [Path(python).parent.parent / f"asbuilt-bim-{name}.stamp" for name in (extra or "run", "dev")]
+    stamps = [Path(python).parent.parent / f"asbuilt-bim-{name}.stamp" for name in (extra, "dev")]
     if any(stamp.exists() and stamp.read_text() == wanted for stamp in stamps):  # dev holds all that run needs
         return
-    what = f"{HERE}[{extra}]" if extra else str(HERE)
     print("Installing asbuilt-bim and its libraries (the first time some 200 MB are downloaded)", flush=True)
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "-q"]
-    subprocess.run([*pip, "-e", what], check=True)
+    subprocess.run([*pip, "-e", f"{HERE}[{extra}]"], check=True)
     stamps[0].write_text(wanted)
 
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, OutputError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress, Workplace
+from asbuilt_bim.flow.output.carried_on import last_workbook
 from asbuilt_bim.flow.output.folder import open_output
-from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_revision
+from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_persons, with_revision
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.ifc import apart
-from asbuilt_bim.progress.report import ProgressReport, State
+from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.wording.notes import note_words
@@ -62,7 +63,9 @@ def run(
     place = Workplace(workers=workers, cache=store)
     with open_output(Path(out), checked.sources) as output:
         before = previous_result(output)
+        last = last_workbook(output, before, checked.last_workbook)
         found = with_revision(run_project(checked, place, progress or _silent), before)
+        found = with_persons(found, checked, before, last)
         published = publish_run(output, found, checked, datetime.now(UTC), writers)
     store.prune()
     return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)
@@ -111,7 +114,7 @@ def write_asbuilt(
     target: Path | str,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
 ) -> None:
     """Write a copy of the IFC file `source` to `target` that carries the report, and the visits before it as a history.
 

@@ -16,6 +16,17 @@ from asbuilt_bim.version import __version__
 FAILED = 1
 _BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
 _FILE = FilePath()
+FAMILY_NAMES = (
+    "apriltag_36h11",
+    "apriltag_36h10",
+    "apriltag_25h9",
+    "apriltag_16h5",
+    "aruco_4x4_50",
+    "aruco_5x5_100",
+    "aruco_6x6_250",
+    "aruco_original",
+)
+"""Of markers, as `vision.markers.find` has them: importing that takes a second, and `--help` shall be quick."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -101,6 +112,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--report", type=_FILE, metavar="PAGE.html", help="A page that says whether to trust the calibration.")
 @click.option("--left", default="", metavar="PATTERN", help='Without a project: left board photos, "cal/left_*.jpg".')
 @click.option("--right", default="", metavar="PATTERN", help="The right ones.")
+@click.option("--both", default="", metavar="PATTERN", help="Instead: photos that hold both eyes side by side.")
 @click.option("--board", default="", metavar="BOARD", help=_BOARD)
 @click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
@@ -111,6 +123,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--check-board", default="", metavar="BOARD", help="A second board, its squares measured.")
 @click.option("--check-left", type=_FILE, metavar="PHOTO", help="The second board in the left photo.")
 @click.option("--check-right", type=_FILE, metavar="PHOTO", help="The second board in the right photo.")
+@click.option("--check-both", type=_FILE, metavar="PHOTO", help="Instead: one photo that holds both eyes.")
 @click.option("--replace", is_flag=True, help="Replace RIG.yaml and PAGE.html if they exist.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
@@ -119,18 +132,23 @@ def calibrate(context: click.Context, /, **options: Any) -> None:
 
     A known length (--check-length with --check-points, or a second board) refuses a rig whose scale is off.
     """
-    groups = [("project",), ("left", "right", "board"), ("control_points", "photo_size")]
+    pairs = ("both", "board") if options["both"] else ("left", "right", "board")
+    groups = [("project",), pairs, ("control_points", "photo_size")]
     given = [group for group in groups if any(options[key] for key in group)]
-    if len(given) != 1 or not all(options[key] for key in given[0]):
+    both_ways = options["both"] and (options["left"] or options["right"])
+    if len(given) != 1 or both_ways or not all(options[key] for key in given[0]):
         raise click.UsageError(
-            "give PROJECT.yaml, or --left, --right and --board, or --control-points and --photo-size"
+            "give PROJECT.yaml, or --left, --right (or --both) and --board, or --control-points and --photo-size"
         )
     options["photo_size"] = options["photo_size"] or (0, 0)
     if (options["check_length"] is None) != (not options["check_points"]):
         raise click.UsageError("--check-length and --check-points go together")
-    second = [bool(options[key]) for key in ("check_board", "check_left", "check_right")]
-    if any(second) and not all(second):
-        raise click.UsageError("--check-board, --check-left and --check-right go together")
+    keys = ("check_board", "check_both") if options["check_both"] else ("check_board", "check_left", "check_right")
+    second = [bool(options[key]) for key in keys]
+    if (any(second) and not all(second)) or (
+        options["check_both"] and (options["check_left"] or options["check_right"])
+    ):
+        raise click.UsageError("--check-board, --check-left and --check-right (or --check-both) go together")
     screen = Screen()
 
     def action() -> int:
@@ -173,6 +191,42 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("workbook", type=_FILE, metavar="COST.xlsx")
+@click.option("--map", "mapping", type=_FILE, required=True, metavar="MAP.yaml", help="What goes into which column.")
+@click.option("--result", type=_FILE, default=Path("out"), metavar="FOLDER", help="A run's folder, or a result.json.")
+@click.option("--dry-run", is_flag=True, help="List every change, and write nothing.")
+@click.pass_context
+def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dry_run: bool) -> None:
+    """Fill as-built quantities into a workbook of your own; every other cell stays as it is, and a backup is kept."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.fill_command import fill_command
+
+        return fill_command(workbook, mapping, result, screen, datetime.now(UTC), dry_run=dry_run)
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("folder", type=_FILE)
+@click.option("--out", type=_FILE, required=True, metavar="TABLES", help="Folder for the tables.")
+@click.option("--format", "form", type=click.Choice(["csv", "parquet"]), default="csv", help="Parquet needs pyarrow.")
+@click.option("--replace", is_flag=True, help="Replace tables that are there.")
+@click.pass_context
+def tables(context: click.Context, folder: Path, out: Path, form: str, replace: bool) -> None:
+    """Write the run in FOLDER as flat tables for ERP and reporting programs: one row of each thing and visit."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.tables_command import tables_command
+
+        return tables_command(folder, out, screen, form=form, replace_them=replace)
+
+    _guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
@@ -181,8 +235,17 @@ def ifcpatch_dir() -> None:
 
 @app.command()
 @click.argument("left", type=_FILE)
-@click.argument("right", type=_FILE)
-@click.option("--rig", type=_FILE, required=True, metavar="RIG.yaml", help="Rig file of the camera pair.")
+@click.argument("right", type=_FILE, required=False)
+@click.option(
+    "--rig",
+    type=_FILE,
+    required=True,
+    multiple=True,
+    metavar="RIG.yaml",
+    help="Rig file of the camera pair, of this program or another. Repeat for its right camera's, and how they stand.",
+)
+@click.option("--rig-cameras", default="", metavar="LEFT,RIGHT", help="Which cameras, if the rig file holds more.")
+@click.option("--side-by-side", is_flag=True, help="LEFT holds both eyes side by side; there is no RIGHT.")
 @click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Folder for pictures, faces.csv and JSON.")
 @click.option(
     "--target-diameter",
@@ -208,6 +271,9 @@ def ifcpatch_dir() -> None:
 @click.pass_context
 def measure(context: click.Context, /, **options: Any) -> None:
     """Measure the walls and columns of one photo pair, LEFT and RIGHT, without any IFC file."""
+    if options.pop("side_by_side") != (options["right"] is None):
+        raise click.UsageError("name LEFT and RIGHT, or one file and --side-by-side if it holds both eyes")
+    options["rig_cameras"] = tuple(name.strip() for name in options["rig_cameras"].split(",") if name.strip())
     if options["no_target"] and options["target_diameter"] is not None:
         raise click.UsageError("--no-target and --target-diameter contradict each other: give one")
     if options["mask_class"] and options["masks"] is None:
@@ -221,6 +287,26 @@ def measure(context: click.Context, /, **options: Any) -> None:
         from asbuilt_bim.terminal.measure_command import MeasureRequest, measure_command
 
         return measure_command(MeasureRequest(**options), screen, datetime.now(UTC))
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("project", type=_FILE, metavar="PROJECT.yaml")
+@click.option(
+    "--out", type=_FILE, default=None, metavar="FOLDER", help="Where to write; the project's folder if left out."
+)
+@click.option("--replace", is_flag=True, help="Replace tables that exist.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
+@click.pass_context
+def template(context: click.Context, project: Path, out: Path | None, replace: bool, allow_outside: bool) -> None:
+    """Write tables to fill in for PROJECT.yaml: costs.csv, schedule.csv, observations.csv, every element in its row."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.template_command import template_command
+
+        return template_command(project, out, screen, replace=replace, allow_outside=allow_outside)
 
     _guarded(context, screen, action)
 
@@ -244,6 +330,98 @@ def label(
         return label_command(
             project, out, workers=workers or 0, replace=replace, allow_outside=allow_outside, screen=screen
         )
+
+    _guarded(context, screen, action)
+
+
+@app.group()
+def networks() -> None:
+    """Networks of your own: `asbuilt-bim networks add PRESET FILE.onnx` writes the card of a published one."""
+
+
+@networks.command("add")
+@click.argument("preset")
+@click.argument("file", type=_FILE, metavar="FILE.onnx")
+@click.option("--non-commercial", is_flag=True, help="Allow a licence that forbids paid work.")
+@click.option("--replace", is_flag=True, help="Replace the card if it exists.")
+@click.pass_context
+def add_network(context: click.Context, /, **options: Any) -> None:
+    """Write the card of a published network beside FILE.onnx, after trying it.
+
+    PRESET: depth-anything-v2-small, lite-any-stereo, rf-detr-seg-small or segformer-b0-ade20k.
+    """
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.networks_command import AddRequest, add_command
+
+        return add_command(AddRequest(**options), screen)
+
+    _guarded(context, screen, action)
+
+
+@app.group("print")
+def sheets() -> None:
+    """Print a calibration board, markers or the target: PDF files to scale."""
+
+
+_PDF = click.option("--out", type=_FILE, required=True, metavar="FILE.pdf", help="The PDF file to write.")
+_PAPER = click.option("--paper", type=click.Choice(["A4", "A3"]), default="A4", help="What doesn't fit goes in tiles.")
+_REPLACE = click.option("--replace", is_flag=True, help="Replace FILE.pdf if it exists.")
+
+
+@sheets.command("board")
+@_PDF
+@_PAPER
+@click.option("--board", default="", metavar="BOARD", help=f"{_BOARD} Default: the largest that fits.")
+@_REPLACE
+@click.pass_context
+def board_sheet(context: click.Context, /, **options: Any) -> None:
+    """Write a board to calibrate the rig with."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_board
+
+        return print_board(screen=screen, **options)
+
+    _guarded(context, screen, action)
+
+
+@sheets.command("tags")
+@_PDF
+@_PAPER
+@click.option("--ids", default="0-3", metavar="IDS", help="Their numbers: 0-11, or 0-3,8.")
+@click.option("--family", type=click.Choice(FAMILY_NAMES), default=FAMILY_NAMES[0], help="Their family.")
+@click.option("--size", "size_m", type=Metres(min=0.02, max=3.0), metavar="METRES", help="Side of the black square.")
+@_REPLACE
+@click.pass_context
+def tag_sheets(context: click.Context, /, **options: Any) -> None:
+    """Write markers, one a sheet, to be surveyed."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_tags
+
+        return print_tags(screen=screen, **options)
+
+    _guarded(context, screen, action)
+
+
+@sheets.command("target")
+@_PDF
+@_PAPER
+@click.option("--diameter", "diameter_m", type=Metres(min=0.05, max=2.0), metavar="METRES", help="Of the disc.")
+@_REPLACE
+@click.pass_context
+def target_sheet(context: click.Context, /, **options: Any) -> None:
+    """Write the red disc."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.print_command import print_target
+
+        return print_target(screen=screen, **options)
 
     _guarded(context, screen, action)
 

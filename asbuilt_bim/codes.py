@@ -63,6 +63,7 @@ class Reason(StrEnum):
     PHOTO_SIZE = "photo of another size"
     PHOTO_HELD_TURNED = "photo held turned"  # by its EXIF: the camera was
     PHOTO_OF_OTHER_SIDE = "photo of the other side"  # by its serial number
+    PHOTOS_OF_OTHER_SIDES = "photos of the other sides"  # both of them
     PHOTO_OF_OTHER_MODEL = "photo of another camera model"
     PHOTO_OF_OTHER_CAMERA = "photo of another camera"
     PHOTO_ZOOMED = "photo zoomed"
@@ -96,6 +97,7 @@ class Reason(StrEnum):
     STATION_MEMORY = "station out of memory"
     STATION_CRASHED = "station crashed"  # an error of this program's own
     STATION_WORKER_LOST = "station lost with its worker"
+    STATION_ENDLESS = "station without end"
     # The target.
     DISC_NOT_TARGET = "disc not the target"
     DISC_SPARE = "disc spare"  # another one was taken
@@ -111,6 +113,10 @@ class Reason(StrEnum):
     RIG_MOVED = "rig moved"  # by less than the limit
     RIG_UNDETERMINED = "rig undetermined"
     RIG_REFINED = "rig refined"
+    RIG_SIZE_CONTRADICTED = "rig of photos of another size"  # by its own numbers
+    RIG_PROJECTIONS_CONTRADICT = "projections contradict each other"  # of a ROS pair
+    RIG_BASELINE_NOT_OF_TYPE = "baseline not of its type of camera"
+    RIG_FILES_CONTRADICT = "files of one camera contradict each other"
     SCALE_WRONG = "scale wrong"
     LENGTHS_DOUBTFUL = "lengths doubtful"  # known lengths of one kind or more
     LENGTHS_DOUBTFUL_TOGETHER = "lengths doubtful together"
@@ -207,6 +213,25 @@ class Reason(StrEnum):
     COST_SCHEDULES_SEVERAL = "several cost schedules"
     COST_PAID_TWICE = "paid twice"
     COST_OF_OTHER_WORK = "cost items of other work"
+    COSTS_INSTEAD = "costs file counts instead"  # of the IFC's cost items
+    COSTS_FORMULAS = "formulas in a table"  # their last saved values count
+    COST_COVERS_NOTHING = "cost item covers nothing"
+    COST_COVER_UNKNOWN = "cost item names unknown elements"
+    COST_UNIT_UNKNOWN = "unit of cost item unmeasured"  # neither volume, area, length nor number
+
+    # On what a person knows, and on the valuation.
+    OBSERVATION_UNKNOWN = "observation of an unknown element"
+    OBSERVATION_CONTRADICTS = "observation contradicts photos"
+    OBSERVATION_SHOWN = "observations shown, not counted"
+    CERTIFIED_FALLS = "certified amount falls"
+    CERTIFIED_LINE_GONE = "certified cost line gone"
+    OVERRIDE_UNUSED = "override without its element"
+    OVERRIDE_UNSIGNED = "override without reason or person"
+    OVERRIDE_UNREADABLE = "override is no percentage"
+    RATE_CHANGED = "rate changed by a person"
+    RATE_UNREADABLE = "rate in the workbook unreadable"
+    VARIATION_UNREADABLE = "variation unreadable"
+    CERTIFICATE_LATER = "certificate of a later visit"
 
     # On the schedule file beside the IFC.
     SCHEDULE_PROJECTS = "several projects in schedule"
@@ -236,6 +261,8 @@ class Reason(StrEnum):
     GONE = "gone"
     GONE_LITTLE = "a little gone"
     OTHER_SIZE = "other size than designed"
+    NOT_SEEN = "not seen"
+    SEEN_LITTLE = "seen too little"
     NOT_SEEN_AGAIN = "not seen again"
     SEEN_TO_TOP = "seen to its top"
     NO_FACE_FITS = "no measured face fits"
@@ -288,7 +315,19 @@ class Reason(StrEnum):
     BASIS_COMPLETE = "completion 1"
     BASIS_LOWER = "completion lower bound"
     BASIS_COST = "quantity by its certain bound"
+    BOUNDS = "at least and possibly"
 
+
+WHY_STATE = frozenset(
+    {
+        *(Reason.DECIDED_NOTHING, Reason.NOT_SEEN, Reason.SEEN_LITTLE, Reason.NOT_SEEN_AGAIN, Reason.NO_FACE_FITS),
+        *(Reason.TOP_NOT_SEEN, Reason.FOOT_NOT_SEEN, Reason.SEEN_TO_TOP, Reason.SEEN_WITH_FOOT),
+        *(Reason.DISPLACED, Reason.DISPLACED_WITH_OTHERS),
+    }
+)
+"""Codes that say why an element has the state that it has, where that isn't plain."""
+NOT_COUNTED = frozenset({Reason.STANDS_OFF, Reason.STARTER_BARS, Reason.SURFACE_UNCLEAR, Reason.OTHER_COLOUR})
+"""Codes of measured faces that don't count as concrete; one of another colour does, where its note says so."""
 
 REVISIONS = frozenset(
     {

@@ -7,13 +7,16 @@ AsBuiltError                  everything this package raises on purpose; the com
 ├── MaskError                 a file of masks can't be used: no PNG, COCO or polygons, wrong size, unknown class
 ├── RejectedError             nothing is left to work with; its `rejections` say why
 │   ├── MeasureError          a photo pair can't be measured; the message holds every reason
-│   └── CalibrationError      boards or control points don't give a rig
-├── RigError                  a rig file or a rig that can't be right
+│   ├── CalibrationError      boards or control points don't give a rig
+│   └── RigError              a rig file or a rig that can't be right
 ├── SurveyError               the surveyed markers can't be right: unit, duplicates, shape
 ├── DesignError               the IFC can't be used: not IFC, no storey, no wall or column
 ├── NetworkError              a network or its card can't be used: damaged, hostile, of another layout
 ├── ScheduleError              the schedule beside the IFC can't be used: no MS Project XML, P6 XML or CSV, damaged
+├── CostError                 a table that a person filled in can't be used: costs, observations
+├── WorkbookError             the last workbook can't be read, so what a surveyor wrote into it would be lost
 ├── ResultError               a result file is damaged or doesn't belong to this design
+├── FillError                 a workbook can't be filled: of another sort, signed, ambiguous keys, formulas in the way
 ├── OutputError               outputs can't be written: place, rights, disk full
 ├── PluginError               another package's plugin is missing, doubled, or fails
 └── MissingExtraError         an optional part isn't installed; the message holds the pip line
@@ -72,8 +75,8 @@ class CalibrationError(RejectedError):
     """Boards or control points don't give a rig."""
 
 
-class RigError(AsBuiltError):
-    """A rig file, or a rig, can't be right."""
+class RigError(RejectedError):
+    """A rig file, or a rig, can't be right; what its numbers contradict is in `rejections`, too."""
 
 
 class SurveyError(AsBuiltError):
@@ -92,8 +95,20 @@ class ScheduleError(AsBuiltError):
     """The schedule file beside the IFC can't be used."""
 
 
+class CostError(AsBuiltError):
+    """A table that a person filled in can't be used: costs, observations."""
+
+
+class WorkbookError(AsBuiltError):
+    """The last workbook can't be read, so what a surveyor wrote into it would be lost."""
+
+
 class ResultError(AsBuiltError):
     """A result file is damaged, or doesn't belong to this design."""
+
+
+class FillError(AsBuiltError):
+    """A workbook of the user's can't be filled; it stays as it is."""
 
 
 class OutputError(AsBuiltError):

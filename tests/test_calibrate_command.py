@@ -4,18 +4,22 @@ import errno
 import shutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.camera.calibration.control_file import COLUMNS
+from asbuilt_bim.camera.rig_formats.factory import FACTORY
 from asbuilt_bim.camera.rig_formats.reader import read_rig, write_rig_as
 from asbuilt_bim.cli import app
+from asbuilt_bim.errors import ProjectError, RigError
 from asbuilt_bim.flow.rig_source import calibrate, rig_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.scale.cache import Cache
 from tests.camera.board_pictures import CHESS, pairs
 from tests.camera.calibration.test_control_rig import control
+from tests.camera.rig_formats.written import zed_conf
 from tests.camera.virtual import rig
 from tests.project_folder import plain, write_project
 
@@ -160,8 +164,8 @@ def test_a_project_may_name_the_two_files_of_another_program_as_its_rig(tmp_path
     named = {"file": "rig_left.yaml", "file_right": "rig_right.yaml"}
     project = read_project(write_project(tmp_path / "site", {**plain(), "rig": named}))
     write_rig_as(rig(), tmp_path / "site" / "rig.yaml", "ros")
-    found, calibration = rig_of(project, Cache(folder=None), lambda *_, **__: None)
-    assert calibration is None and found.baseline_m == pytest.approx(rig().baseline_m, rel=1e-9)
+    found = rig_of(project, Cache(folder=None), lambda *_, **__: None)
+    assert found.calibration is None and found.rig.baseline_m == pytest.approx(rig().baseline_m, rel=1e-9)
     assert tmp_path / "site" / "rig_right.yaml" in project.sources
 
 
@@ -196,3 +200,49 @@ def test_a_full_disk_leaves_the_rig_that_was_there_and_nothing_beside_it(
     result = invoke(photos, "--out", out, "--report", tmp_path / "page.html", "--replace")
     assert result.exit_code == 1 and "No space left" in result.stderr
     assert out.read_text(encoding="utf-8") == "the rig of last month" and list(tmp_path.iterdir()) == [out]
+
+
+def test_boards_that_hold_both_eyes_in_one_photo_give_the_same_rig(photos: Path, tmp_path: Path) -> None:
+    apart = invoke(photos, "--out", tmp_path / "apart.yaml")
+    (tmp_path / "both").mkdir()
+    for left in sorted(photos.glob("left_*.jpg")):
+        eyes = [cv2.imread(str(left.with_name(left.name.replace("left", side)))) for side in ("left", "right")]
+        cv2.imwrite(str(tmp_path / "both" / f"{left.stem}.png"), np.concatenate(eyes, axis=1))
+    arguments = ["calibrate", "--both", tmp_path / "both/*.png", "--board", BOARD, "--out", tmp_path / "both.yaml"]
+    check = ["--check-board", "chessboard,9x6,0.07", "--check-both", tmp_path / "both/left_01.png"]
+    done = CliRunner().invoke(app, [*map(str, arguments)])
+    assert apart.exit_code == 0 and done.exit_code == 0, done.output
+    assert read_rig(tmp_path / "both.yaml").baseline_m == read_rig(tmp_path / "apart.yaml").baseline_m
+    arguments[-1] = tmp_path / "checked.yaml"
+    refused = CliRunner().invoke(app, [*map(str, (*arguments, *check))])
+    assert refused.exit_code == 1 and "scale is off" in refused.output and not (tmp_path / "checked.yaml").exists()
+    twice = CliRunner().invoke(app, [*map(str, arguments), "--left", "a*.jpg"])
+    assert twice.exit_code == 2 and "(or --both)" in twice.output
+
+
+def test_a_project_names_photos_of_both_eyes_once(tmp_path: Path) -> None:
+    document = plain()
+    boards = document["rig"]["boards"]
+    del boards["left"], boards["right"]
+    boards["both"] = "calibration/left_*.jpg"
+    document["visits"] = [{"date": "2026-03-02", "stations": [{"name": "A1", "both": "v/A1.png"}]}]
+    project = read_project(write_project(tmp_path / "site", document))
+    assert project.visits[0].stations[0].side_by_side and len(project.rig.pairs) == 3
+    assert all(left == right for left, right in project.rig.pairs)
+    document["visits"][0]["stations"][0]["left"] = "v/A1_left.png"
+    with pytest.raises(ProjectError, match="needs left and right, or both"):
+        read_project(write_project(tmp_path / "other", document))
+
+
+def test_a_projects_rig_of_several_resolutions_takes_that_of_its_photos(tmp_path: Path) -> None:
+    document = {**plain(), "rig": {"file": "eyes.conf"}}
+    document["visits"] = [{"date": "2026-03-02", "stations": [{"name": "A1", "both": "v/A1.png"}]}]
+    path = write_project(tmp_path / "site", document)
+    hd, vga = zed_conf(rig()), zed_conf(rig(), "VGA").split("[STEREO]")[0]
+    (path.parent / "eyes.conf").write_text(hd + vga, encoding="utf-8")
+    with pytest.raises(RigError, match=r"rig\.photo_size_px"):
+        rig_of(read_project(path), Cache(folder=None), lambda *_, **__: None)
+    (path.parent / "v").mkdir()
+    cv2.imwrite(str(path.parent / "v/A1.png"), np.full((720, 2560, 3), 90, dtype=np.uint8))
+    found = rig_of(read_project(path), Cache(folder=None), lambda *_, **__: None)
+    assert found.rig.left.width_px == 1280 and found.rig.width == FACTORY

@@ -41,6 +41,7 @@ CONFINED = {
     "shapely": ["geometry/polygon.py", "bim/exposure.py"],
     "xlsxwriter": ["report/workbook/"],
     "jinja2": ["report/page/"],
+    "pyarrow": ["report/flat/parquet.py"],
     "jsonschema": ["storage/schemas.py", "camera/rig_formats/rig_file.py"],
     "click": ["cli.py", "terminal/parameters.py"],
     "rich": ["terminal/"],
@@ -54,6 +55,8 @@ CONFINED = {
 DOORS = {
     "schedule": "schedule.read",
     "report.schedule": "report.schedule.write",
+    "report.fill": "report.fill.write",
+    "report.flat": "report.flat.write",
     "camera.photo.jpeg": "camera.photo.jpeg.damage",
     "ifc.write.colours": "ifc.write.colours",
 }

@@ -11,6 +11,10 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 
 ElementClass = Literal["wall", "column"]
+CostMeasure = Literal["volume", "area", "length", "count", "other"]
+"""What a cost line's quantity measures; `other`: a weight, an hour, a lump sum."""
+COSTS_KEY = "costs:"
+"""What the key of a line begins with that the costs file has and the IFC has not; a GlobalId has no colon."""
 FaceRole = Literal["side", "end", "reveal"]
 
 
@@ -59,6 +63,7 @@ class BimElement:
     faces: tuple[DesignFace, ...]
     qto: dict[str, float]
     source: int = 0  # which of the design's files holds it
+    type_name: str = ""  # of its IfcWallType or IfcColumnType, else its ObjectType
 
     @property
     def exposed_area_m2(self) -> float:
@@ -101,7 +106,7 @@ class CostLine:
     identification: str
     elements: tuple[str, ...]  # GlobalIds
     unit: str  # "m3", "m2", "m", "pcs", or the file's own symbol
-    measure: Literal["volume", "area", "length", "count"]
+    measure: CostMeasure
     planned_quantity: float
     rate: float
     currency: str  # "" where the file doesn't say

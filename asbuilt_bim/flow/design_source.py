@@ -1,10 +1,18 @@
-"""The design of a project: read from its IFC files once, then from the cache for as long as they stay as they are."""
+"""The design of a project: read from its IFC files once, then from the cache for as long as they stay as they are.
 
+Its cost lines are the IFC's, or those of a costs table.
+"""
+
+from dataclasses import replace
+
+from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.bim.twins import once_each
-from asbuilt_bim.ifc.apart import read_design
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.ifc.apart import read_covers, read_design
 from asbuilt_bim.ifc.read.source import files_digest
 from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.tables.costs import read_costs, with_costs
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.fingerprint import library_versions, reading_code_digest
 
@@ -23,6 +31,39 @@ def design_of(project: Project, cache: Cache) -> BimModel:
     if key and _key(project) == key:  # else a file was written anew in between
         cache.put(key, design, BimModel)
     return design
+
+
+def with_costs_table(design: BimModel, project: Project, cache: Cache) -> BimModel:
+    """Return the design with the lines of the project's costs table, where it has one.
+
+    Raises:
+        CostError: the table can't be used.
+        DesignError: a file or a selector crashed its reader, or took too long.
+    """
+    if project.costs is None:
+        return design
+    table = read_costs(project.costs)
+    first = {note.subject.name: str(note.values["first"]) for note in design.notes if note.code is Reason.ELEMENT_TWICE}
+    measured = frozenset({*(element.global_id for element in design.elements), *first})
+    covered = _covered(project, table.covers, measured, cache)
+    rows = [replace(row, elements=_each_once(row, first)) for row in covered.rows]
+    return with_costs(design, table, replace(covered, rows=tuple(rows)))
+
+
+def _each_once(row: Covered, first: dict[str, str]) -> tuple[str, ...]:
+    """Return a row's elements, of two in one place the first."""
+    return tuple(dict.fromkeys(first.get(key, key) for key in row.elements))
+
+
+def _covered(project: Project, covers: tuple[Cover, ...], measured: frozenset[str], cache: Cache) -> CoveredRows:
+    design = _key(project) if cache.folder is not None else ""
+    key = digest_of(["covers", design, *map(repr, covers), *sorted(measured)]) if design else ""
+    found = cache.get(key, CoveredRows) if key else None
+    if found is None:
+        found = read_covers(project.ifc, covers, measured)
+        if key:
+            cache.put(key, found, CoveredRows)
+    return found
 
 
 def _key(project: Project) -> str:

@@ -1,12 +1,13 @@
 """Measuring one photo pair from files, in a few lines: the Python face of `asbuilt-bim measure`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from asbuilt_bim.camera.photo.read import Photo, read_photo
+from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
+from asbuilt_bim.camera.rig_formats.reader import RigReading, read_rig_files
 from asbuilt_bim.camera.rig_formats.rig_file import checked_rig
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import MeasureError, rejected
@@ -26,9 +27,10 @@ DIAMETERS_M = 0.05, 2.0  # of red discs, as project files and the command line h
 
 def measure_pair(
     left: Path | str,
-    right: Path | str,
-    rig: StereoRig | Path | str,
+    right: Path | str | None,
+    rig: StereoRig | Path | str | Sequence[Path | str],
     *,
+    rig_cameras: Sequence[str] = (),
     target_diameter_m: float | None = None,
     target: bool = True,
     masks: Path | str | None = None,
@@ -40,6 +42,8 @@ def measure_pair(
 ) -> PairMeasurement:
     """Measure the walls and columns of one photo pair; prints nothing, writes nothing.
 
+    `right` None: `left` holds both eyes side by side. `rig`: a rig, or the files that it is in, left first;
+    `rig_cameras` names the left and the right one where a file holds more.
     `target` False measures without the red disc: the scale is the rig's baseline, and nothing checks it.
     `masks` (PNG of labels, COCO JSON, clicked polygons; pixels of the ORIGINAL left photo) say what is measured;
     geometry finds it where there are none, together with `segment_network`. `mask_classes` says what a PNG's labels
@@ -58,10 +62,10 @@ def measure_pair(
             f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
             "the red disc, or leave it out"
         )
-    rig = checked_rig(rig) if isinstance(rig, StereoRig) else read_rig(rig)
-    photos = StationPhotos(name=Path(left).stem, left=_photo(Path(left)), right=_photo(Path(right)))
-    if Path(left).resolve() == Path(right).resolve():
-        raise MeasureError(f"{left}: is given as the left and as the right photo; name the pair's two")
+    made = RigReading(rig=checked_rig(rig)) if isinstance(rig, StereoRig) else None
+    photos = _photos(Path(left), None if right is None else Path(right))
+    reading = made or _read(rig, tuple(rig_cameras), photos)
+    rig = reading.rig
     choice = NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
     try_networks(choice)
     models = load_models(choice)
@@ -79,7 +83,29 @@ def measure_pair(
         raise MeasureError(reason_lines(problem), problem.rejections) from problem
     file = about(SubjectKind.FILE, Path(str(masks)).name)
     unused = [rejected(Reason.MASK_UNUSED, file, detail=text) for text in left_out]
-    return replace(found, rejections=(*found.rejections, *unused))
+    return replace(found, rejections=(*reading.warnings, *found.rejections, *unused))
+
+
+def _read(rig: object, cameras: tuple[str, ...], photos: StationPhotos) -> RigReading:
+    """Read a rig's files: what they don't say of the photos' size, the photos do."""
+    files = [rig] if isinstance(rig, Path | str) else list(rig) if isinstance(rig, Sequence) else []
+    return read_rig_files(files, Foreign(cameras=cameras, photo_px=photos.left.size_px))
+
+
+def _photos(left: Path, right: Path | None) -> StationPhotos:
+    """Read a pair from two files, or from one that holds both eyes.
+
+    Raises:
+        MeasureError: one file is given twice.
+    """
+    if right is None:
+        one, other = side_by_side(_photo(left))
+        return StationPhotos(name=left.stem, left=one, right=other)
+    if left.resolve() == right.resolve():
+        raise MeasureError(
+            f"{left}: is given as the left and as the right photo; name the pair's two, or --side-by-side"
+        )
+    return StationPhotos(name=left.stem, left=_photo(left), right=_photo(right))
 
 
 def _photo(path: Path) -> Photo:

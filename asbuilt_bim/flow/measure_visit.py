@@ -1,5 +1,6 @@
 """A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
@@ -7,7 +8,7 @@ from typing import Protocol
 
 import cv2
 
-from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
@@ -25,6 +26,7 @@ from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.scale.apart import Limits
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.scale.codec import plain_digest
@@ -32,6 +34,8 @@ from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
 PICTURE_WIDTH_PX = 1280
+_STATION = Limits(seconds=1800.0, memory_bytes=math.inf)
+"""A station takes seconds, of twelve megapixels a minute: what takes half an hour hangs, in a plugin maybe."""
 
 
 class Progress(Protocol):
@@ -178,10 +182,11 @@ def _measured(
             yield StationJob(photos=photos, rig=rig, options=options, networks=project.networks)
 
     progress(step, 0, len(stations))
-    for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler):
+    at_most = _STATION.raised().seconds
+    for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler, limit_s=at_most):
         name = done.job.photos.name
         if isinstance(done.result, WorkerLoss):
-            note(name, _rejected(Reason.STATION_WORKER_LOST, name, done.result.reason))
+            note(name, lost_station(name, done.result))
         else:
             if isinstance(done.result, StationMeasurement):  # what failed may be mended: never kept
                 place.cache.put(keys[name], done.result, StationMeasurement)
@@ -190,12 +195,14 @@ def _measured(
 
 
 def read_pair(station: Station, project: Project) -> StationPhotos | RejectedStation:
-    """Read a station's two photos; one that can't be used rejects the station."""
-    photos, rejections = [], []
-    for path in (station.left, station.right):
+    """Read a station's two photos, or the file that holds both; one that can't be used rejects the station."""
+    photos: list[Photo] = []
+    rejections = []
+    for path in (station.left,) if station.side_by_side else (station.left, station.right):
         name = project.relative(path)  # results are passed on: they name files as the project does
         try:
-            photos.append(replace(read_photo(path), name=name))
+            photo = replace(read_photo(path), name=name)
+            photos += side_by_side(photo) if station.side_by_side else (photo,)
         except PhotoError as problem:
             subject = about(SubjectKind.STATION, station.name)
             detail = str(problem).replace(str(path), name)
@@ -249,6 +256,14 @@ def _picture(outcome: Outcome) -> bytes:
     small = cv2.resize(outcome.picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     done, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 85])
     return data.tobytes() if done else b""
+
+
+def lost_station(station: str, loss: WorkerLoss) -> RejectedStation:
+    """Return a station that could not be measured since its process died, or was ended."""
+    if loss.limit_s is None:
+        return _rejected(Reason.STATION_WORKER_LOST, station)
+    endless = rejected(Reason.STATION_ENDLESS, about(SubjectKind.STATION, station), limit_s=loss.limit_s)
+    return RejectedStation(station=station, rejections=(endless,))
 
 
 def _rejected(code: Reason, station: str, detail: str = "") -> RejectedStation:

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.flow.design_source import design_of
+from asbuilt_bim.flow.design_source import design_of, with_costs_table
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.shown_again import Shown
@@ -30,6 +30,7 @@ from asbuilt_bim.progress.states.undone import undone_front
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
@@ -124,13 +125,15 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     """
     timer = StepTimer(time.perf_counter)
     refuse_missing(project)
-    design = design_of(project, place.cache)
+    design = with_costs_table(design_of(project, place.cache), project, place.cache)
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
+    observed, unknown = read_observations(project.observations, design) if project.observations else ((), ())
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
     stray = check_survey(survey, design)
     timer.done("read the IFC")
-    rig, calibration = rig_of(project, place.cache, progress)
+    source = rig_of(project, place.cache, progress)
+    rig = source.rig
     timer.done("rig")
     known, past = 0, read_past(project.history, project.visits[0].date)
     others = remapped_ids(past[-1], design) if past else {}
@@ -145,13 +148,14 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         seen = measure_visit(visit, project, rig, place, progress, survey, shown)
         shown = seen.shown
         timer.done("measure")
-        rejections = (*seen.rejections, *stray)
+        rejections = (*source.warnings, *seen.rejections, *stray)
         accepted = project.accepted_shift, project.accept_moved
         report = monitor(
             seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share
         )
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
-        report = replace(report, rig=seen.rig, notes=(*report.notes, *seen.rig_notes, *revised, *left_out))
+        notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)
+        report = replace(report, rig=seen.rig, notes=notes, observations=observed)
         names = [station.name for station in visit.stations if station.name not in report.placed]
         left_out += _left_out(names, visit.date)
         history = remember(history, report)
@@ -162,7 +166,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         known += seen.from_cache
     return RunResult(
         rig=rig,
-        calibration=calibration,
+        calibration=source.calibration,
         design=design,
         reports=_told_of_undoing(reports),
         pictures=pictures,

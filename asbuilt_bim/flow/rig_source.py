@@ -1,7 +1,7 @@
 """The rig of a project: read from its file, or calibrated from photos of boards (once, then from the cache)."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from asbuilt_bim.camera.calibration.boards import Board
@@ -9,10 +9,10 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration, calibrate_ster
 from asbuilt_bim.camera.calibration.control_file import read_control_points
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.photo.read import Photo, read_photo
+from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.camera.rig_formats.reader import read_rig
-from asbuilt_bim.errors import CalibrationError, PhotoError
+from asbuilt_bim.camera.rig_formats.reader import read_rig_files
+from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.project.file import BoardsFile
 from asbuilt_bim.project.read import Project
@@ -22,17 +22,39 @@ from asbuilt_bim.scale.executor import one_thread
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
 
-def rig_of(project: Project, cache: Cache, progress: Progress) -> tuple[StereoRig, Calibration | None]:
-    """Return the project's rig, and its calibration where it was made from boards.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ProjectRig:
+    """A project's rig, its calibration where it was made from boards, and what contradicts its files."""
+
+    rig: StereoRig
+    calibration: Calibration | None = None
+    warnings: tuple[Rejection, ...] = ()
+
+
+def rig_of(project: Project, cache: Cache, progress: Progress) -> ProjectRig:
+    """Return the project's rig: what its files don't say of the photos' size, the photos do.
 
     Raises:
         RigError: the rig file can't be used.
         CalibrationError: the boards' photos can't be read or give no rig.
     """
     if project.rig.file is not None:
-        return read_rig(project.rig.file, project.rig.file_right, project.rig.foreign), None
+        foreign = replace(project.rig.foreign, photo_px=_photo_size(project))
+        reading = read_rig_files(project.rig.files, foreign)
+        return ProjectRig(rig=reading.rig, warnings=reading.warnings)
     calibration = calibrate(project, cache, progress)
-    return calibration.rig, calibration
+    return ProjectRig(rig=calibration.rig, calibration=calibration)
+
+
+def _photo_size(project: Project) -> tuple[int, int] | None:
+    """Return the size of the first left photo that can be read, of one eye; None where none can."""
+    for station in (station for visit in project.visits for station in visit.stations):
+        try:
+            photo = read_photo(station.left)
+            return side_by_side(photo)[0].size_px if station.side_by_side else photo.size_px
+        except PhotoError:  # it costs its station alone
+            continue
+    return None
 
 
 def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration:
@@ -93,7 +115,10 @@ def _photos(project: Project) -> list[tuple[Photo, Photo]]:
     def named(path: Path) -> Photo:
         return replace(read_photo(path), name=project.relative(path))
 
+    def pair(left: Path, right: Path) -> tuple[Photo, Photo]:
+        return side_by_side(named(left)) if left == right else (named(left), named(right))
+
     try:
-        return [(named(left), named(right)) for left, right in project.rig.pairs]
+        return [pair(left, right) for left, right in project.rig.pairs]
     except PhotoError as problem:
         raise CalibrationError(f"calibration: {problem}") from problem

@@ -9,14 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from asbuilt_bim.bim.covers import Cover, CoveredRows
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.read import design
+from asbuilt_bim.ifc.read import covers, design
 from asbuilt_bim.ifc.read.archive import MAX_BYTES
 from asbuilt_bim.ifc.read.design import Inspection
 from asbuilt_bim.ifc.write import copy, federation
 from asbuilt_bim.ifc.write.entities import Words, bare
-from asbuilt_bim.progress.report import ProgressReport, State
+from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.scale.apart import LIMITS_VARIABLE, Ended, Limits, run_apart
 
 Result = TypeVar("Result")
@@ -45,13 +46,22 @@ def inspect_file(path: Path) -> Inspection:
     return _apart([path], design.inspect_file, path)
 
 
+def read_covers(paths: Sequence[Path], rows: Sequence[Cover], measured: frozenset[str]) -> CoveredRows:
+    """Return what the rows of a costs table pay for, as `ifc.read.covers.read_covers` does, in a process of its own.
+
+    Raises:
+        DesignError: as there; or a file or a selector crashed its reader, or took too long or too much memory.
+    """
+    return _apart(paths, covers.read_covers, tuple(paths), tuple(rows), measured)
+
+
 def write_copies(
     sources: Sequence[Path],
     report: ProgressReport,
     folder: Path,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
 ) -> tuple[Path, ...]:
     """Write the result into copies of the design's files, as `ifc.write.federation.write_copies` does.
@@ -68,7 +78,7 @@ def write_asbuilt(
     target: Path | str,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
 ) -> None:
     """Write a copy of `source` that carries the report, as `ifc.write.copy.write_asbuilt` does.

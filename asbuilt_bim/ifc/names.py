@@ -27,7 +27,7 @@ _IFC_LETTERS = bytes.maketrans(
     b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_$",
 )
 
-PropertyKind = Literal["label", "text", "ratio", "length", "angle", "area", "date", "count"]
+PropertyKind = Literal["label", "text", "ratio", "length", "real", "area", "date", "count"]
 Value = str | float | int | date | Note
 """What a property holds; a note becomes its words, with its code as the property's description."""
 
@@ -42,7 +42,9 @@ class Mark:
 
 
 MARKS: tuple[Mark, ...] = (
-    Mark(name="State", kind="label", meaning="complete, part, not started or unknown after the visit"),
+    Mark(name="State", kind="label", meaning="complete (as far as seen), part, not started, displaced or unknown"),
+    Mark(name="Reason", kind="text", meaning="why it has this state, where that isn't plain"),
+    Mark(name="Summary", kind="text", meaning="both bounds in words"),
     Mark(
         name="CompletionBest",
         kind="ratio",
@@ -53,12 +55,16 @@ MARKS: tuple[Mark, ...] = (
     Mark(name="Coverage", kind="ratio", meaning="cells decided (built or open) / all cells"),
     Mark(name="DeviationFromDesign", kind="length", meaning="largest offset of a measured face, positive outwards"),
     Mark(name="DeviationSigma", kind="length", meaning="standard deviation of DeviationFromDesign"),
-    Mark(name="Tilt", kind="angle", meaning="tilt of that face against the design"),
+    Mark(name="TiltMmPerM", kind="real", meaning="largest tilt of a measured face from plumb, in mm per m"),
     Mark(name="VisitDate", kind="date", meaning="day of the visit that this is the state of"),
     Mark(name="Stations", kind="text", meaning="stations that decided something of it"),
     Mark(name="ProgramVersion", kind="label", meaning="version of asbuilt_bim that wrote this"),
     Mark(name="Basis", kind="text", meaning="which number went into the schedule or the cost line, and why"),
+    Mark(name="DaysBehind", kind="count", meaning="days behind plan by the best estimate, negative: ahead"),
+    Mark(name="DaysLate", kind="count", meaning="days from planned finish to the visit, 0 where not late"),
+    Mark(name="ForecastFinish", kind="date", meaning="finish by what is certain, at the planned pace"),
     Mark(name="ElementsComplete", kind="count", meaning="elements in the state complete"),
+    Mark(name="ElementsCompleteAsFarAsSeen", kind="count", meaning="of these, not seen nearly whole"),
     Mark(name="ElementsPart", kind="count", meaning="elements in the state part"),
     Mark(name="ElementsNotStarted", kind="count", meaning="elements in the state not started"),
     Mark(name="ElementsDisplaced", kind="count", meaning="elements beside their design: none of them counts"),
@@ -73,6 +79,7 @@ MARKS: tuple[Mark, ...] = (
 QUANTITIES: dict[str, str] = {
     "AsBuiltArea": "area of the union of all measured outlines on its faces; absent where none was measured",
     "AsBuiltAreaSigma": "standard deviation of AsBuiltArea",
+    "PhotographedDesignArea": "design area of the faces that AsBuiltArea was measured on",
     "DesignExposedArea": "the design's lateral surface, openings and contact with other elements taken off",
 }
 KIND_OF = {mark.name: mark.kind for mark in MARKS}
@@ -123,7 +130,7 @@ def measure_class(kind: PropertyKind, schema: str) -> str:
         "text": "IfcText",
         "ratio": "IfcNormalisedRatioMeasure",
         "length": "IfcLengthMeasure",
-        "angle": "IfcPlaneAngleMeasure",
+        "real": "IfcReal",
         "area": "IfcAreaMeasure",
         "date": "IfcLabel" if schema == "IFC2X3" else "IfcDate",
         "count": "IfcInteger",

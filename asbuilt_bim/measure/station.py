@@ -1,7 +1,7 @@
 """One station measured: two photos in; faces, sightings and a small depth map out. Knows nothing of the design."""
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -9,8 +9,8 @@ from asbuilt_bim.camera.photo.quality import StationQuality, clipped, photo_faul
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.errors import Rejection
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.errors import NetworkError, Rejection
+from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
 from asbuilt_bim.measure.clipped import ends_clipped, unclipped
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
@@ -23,6 +23,7 @@ from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.measure.workbench import marks_mask, without_boards
 from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
+from asbuilt_bim.vision.masks.people import without_people
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
 from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.bars import without_bars
@@ -123,6 +124,7 @@ class StationDetail:
 
     measurement: StationMeasurement
     pair: RectifiedPair
+    shown: RectifiedPair  # for pictures: as `pair`, people made unrecognisable where a network finds them
     depth: DepthMap
     instances: tuple[Instance, ...]
 
@@ -139,7 +141,17 @@ def measure_station(
     A pure function of its arguments but for the seconds that `clock` counts.
     """
     found = measure_in_detail(photos, rig, options, clock, models)
+    if isinstance(found, RejectedStation) and found.picture is not None:
+        return replace(found, picture=_shown(found.picture, models))
     return found.measurement if isinstance(found, StationDetail) else found
+
+
+def _shown(picture: ByteImage, models: Models) -> ByteImage | None:
+    """Return a rejected station's picture without people; none where the network that finds them fails on it."""
+    try:
+        return without_people(picture, models.opinion)
+    except NetworkError:
+        return None
 
 
 def measure_in_detail(
@@ -227,7 +239,8 @@ def _measure(
     faces = ends_clipped(found.faces, blind)
     timer.done("faces")
     reference = pack(unclipped(stereo, blind), sky, np.where(blind, np.nan, occluder_free_disparity(pair, sky)))
-    picture = thumbnail(pair)
+    shown = replace(pair, left=without_people(pair.left, models.opinion))
+    picture = thumbnail(shown)
     timer.done("pack")
     measurement = StationMeasurement(
         station=seen.photos.name,
@@ -246,7 +259,7 @@ def _measure(
         scale=seen.scale,
         quality=seen.quality,
     )
-    return StationDetail(measurement=measurement, pair=pair, depth=depth, instances=tuple(instances))
+    return StationDetail(measurement=measurement, pair=pair, shown=shown, depth=depth, instances=tuple(instances))
 
 
 def _instances(pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: MeasureOptions, models: Models) -> Agreed:

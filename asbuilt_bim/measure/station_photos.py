@@ -65,6 +65,7 @@ def read_station(
         except PhotoError as error:
             found = [rejected(Reason.PHOTO_UNUSABLE, station, photo=photo.name, detail=str(error))]
         rejections += found
+    rejections = _both_sides(station, rejections)
     if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
         rejections.append(_sizes(station, images))
     if len(images) == 2 and not rejections:
@@ -80,6 +81,16 @@ def read_station(
     except (PhotoError, RigError, cv2.error) as error:
         unusable = rejected(Reason.PHOTOS_UNUSABLE, station, detail=str(error))
         return RejectedStation(station=photos.name, rejections=(unusable,), picture=picture)
+
+
+def _both_sides(station: Subject, rejections: list[Rejection]) -> list[Rejection]:
+    """Say once, of the station, that its two photos are exchanged, where each says so of itself."""
+    each = [one for one in rejections if one.code is Reason.PHOTO_OF_OTHER_SIDE]
+    if len(each) != 2:
+        return rejections
+    left, right = (one.values["serial"] for one in each)
+    swapped = rejected(Reason.PHOTOS_OF_OTHER_SIDES, station, left_serial=left, right_serial=right)
+    return [swapped, *(one for one in rejections if one not in each)]
 
 
 def _sizes(station: Subject, images: list[ByteImage]) -> Rejection:

@@ -10,6 +10,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.valuation.inputs import Observation, ValuationInputs
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
 SHARE_DECIMALS = 9
@@ -21,6 +22,7 @@ OF_SCALE = Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER
 
 State = Literal["complete", "part", "not started", "displaced", "unknown"]
 """`displaced`: it stands beside its design, and nobody has accepted that."""
+ShownState = State | Literal["complete as far as seen"]  # what is complete, and wasn't seen nearly whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +36,9 @@ class Completion:
     lower: float
     upper: float
     coverage: float  # decided cells / all cells
+
+
+NOTHING_SEEN = Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,6 +75,13 @@ class ElementProgress:
     unfinished_on: date | None = None  # the last visit that saw it unfinished
     move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
     accepted: bool = False  # by a person: what is said of it is of where it stands
+    type_name: str = ""  # of its type in the IFC file
+    as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
+
+    @property
+    def shown_state(self) -> ShownState:
+        """Return the state as people get it."""
+        return "complete as far as seen" if self.as_far_as_seen else self.state
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +100,7 @@ class GroupProgress:
     as_built_area_m2: float
     as_built_sigma_m2: float
     displaced: int = 0
+    as_far_as_seen: int = 0  # of the complete ones
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,21 +112,23 @@ class TaskProgress:
     schedule_finish: datetime | None
     actual_start: date | None  # first visit that saw something built; None where unknown
     actual_finish: date | None  # only when all its elements are complete
-    late: bool | None  # schedule_finish passed and not complete; None where unknown
+    late: bool | None  # its planned finish has passed, and it is not complete; None where unknown
     identification: str = ""
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
     links: tuple[TaskLink, ...] = ()
     schedule_uid: str = ""  # what the schedule file knows it by, "" where there is none
     planned: float | None = None  # share that the plan wants by the end of the visit's day
-    days_late: int | None = None  # behind the plan, by the best estimate; negative: ahead
-    days_late_least: int | None = None  # at least, whatever was not seen
-    days_late_most: int | None = None  # at most, by what is certain
+    behind_days: int | None = None  # behind the plan, by the best estimate; negative: ahead
+    behind_least_days: int | None = None  # at least, whatever was not seen
+    behind_most_days: int | None = None  # at most, by what is certain
     others: int = 0  # building elements that it makes, too, and that are not measured here
+    late_days: int | None = None  # from its planned finish to the visit's day where it is late, 0 where it isn't
+    forecast_finish: datetime | None = None  # by what is certain, at the planned pace; None where nothing says when
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostProgress:
-    """A cost line: as-built quantity = completion x planned quantity, in the line's OWN unit."""
+    """A cost line in its OWN unit; its as-built quantities are rounded, and whole where pieces are counted."""
 
     global_id: str
     name: str
@@ -307,6 +322,8 @@ class ProgressReport:
     schedule: ScheduleSource | None = None  # the file beside the IFC that planned dates came from
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
     wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
+    observations: tuple[Observation, ...] = ()  # what persons saw, never mixed into measured values
+    valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
 
     @property
     def placed(self) -> frozenset[str]:

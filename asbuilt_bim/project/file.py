@@ -3,6 +3,7 @@
 The names here are the keys of the file and of `schemas/project-1.json`.
 """
 
+import re
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Annotated, Literal
@@ -23,8 +24,9 @@ class BoardsFile:
     columns: Annotated[int, Within(low=3, high=60)]  # charuco: squares; chessboard: inner corners
     rows: Annotated[int, Within(low=3, high=60)]
     square_m: Annotated[float, Within(low=0.002, high=1.0, unit="m", hint=_MM)]
-    left: str  # a pattern with one or more *
-    right: str
+    left: str | None = None  # a pattern with one or more *
+    right: str | None = None
+    both: str | None = None  # instead of left and right: photos that hold both eyes side by side
     marker_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
     dictionary: str | None = None
     distortion: Literal["five", "rational", "fisheye"] = "five"  # the model of lens that is fitted
@@ -35,12 +37,24 @@ class BoardsFile:
         """Check what only two keys together can say.
 
         Raises:
-            ValueError: a charuco board lacks its markers, or a marker is larger than its square.
+            ValueError: a charuco board lacks its markers, a marker is larger than its square, or the photos aren't
+                given one way.
         """
+        _one_way(self.left, self.right, self.both)
         if self.kind == "charuco" and (self.marker_m is None or self.dictionary is None):
             raise ValueError("a charuco board needs marker_m and dictionary (such as DICT_5X5_100)")
         if self.marker_m is not None and self.marker_m >= self.square_m:
             raise ValueError(f"marker_m {self.marker_m:g} m must be smaller than square_m {self.square_m:g} m")
+
+
+def _one_way(left: str | None, right: str | None, both: str | None) -> None:
+    """Check that photos are given as left and right, or as both in one.
+
+    Raises:
+        ValueError: they aren't.
+    """
+    if (both is None) == (left is None or right is None) or (both is not None and (left or right)):
+        raise ValueError("needs left and right, or both (one file that holds both eyes side by side)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +71,8 @@ class RigFile:
 
     file: str | None = None
     file_right: str | None = None  # ROS and EuRoC keep a file a camera, OpenCV's samples intrinsics and extrinsics
+    file_pose: str | None = None  # how the cameras stand, where each has a file that says its lens alone
+    cameras: tuple[str, ...] = ()  # left and right, by the file's own names, where it holds more
     photo_size_px: tuple[int, int] | None = None  # OpenCV's files don't say it
     unit_m: Annotated[float, Within(low=0.0005, high=1.0, unit="m")] = 1.0  # of T in OpenCV's files: 0.001 for mm
     fisheye: bool = False  # four coefficients in OpenCV's files may be a fisheye's
@@ -101,8 +117,39 @@ class StationFile:
     """One of `visits[].stations`."""
 
     name: str
-    left: str
-    right: str
+    left: str | None = None
+    right: str | None = None
+    both: str | None = None  # instead of left and right: a photo that holds both eyes side by side
+
+    def __post_init__(self) -> None:
+        """Check that the photos are given one way.
+
+        Raises:
+            ValueError: they aren't.
+        """
+        _one_way(self.left, self.right, self.both)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternsFile:
+    """Stations by patterns of file names: what stands for the `*` is a station's name."""
+
+    left: str | None = None
+    right: str | None = None
+    both: str | None = None  # instead of left and right: photos that hold both eyes side by side
+
+    def __post_init__(self) -> None:
+        """Check that the photos are given one way, and that left and right have as many `*`.
+
+        Raises:
+            ValueError: they aren't, or haven't.
+        """
+        _one_way(self.left, self.right, self.both)
+        names = [re.split(r"[\\/]", text)[-1] for text in (self.left, self.right, self.both) if text is not None]
+        if any("*" not in name for name in names):
+            raise ValueError("a pattern needs a * in the file's name, which stands for the station's name")
+        if len({name.count("*") for name in names}) > 1:
+            raise ValueError("left and right need as many *: two photos are a pair where they stand for the same text")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,8 +157,25 @@ class VisitFile:
     """One of `visits`."""
 
     date: date
-    stations: tuple[StationFile, ...]
+    stations: tuple[StationFile, ...] | PatternsFile
     camera_clock_wrong: bool = False  # the photos' own days don't count
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VisitsFile(PatternsFile):
+    """`visits` by patterns: a visit for each day that the photos' EXIF tells."""
+
+    dates: Literal["exif"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValuationFile:
+    """`valuation`: how the first workbook begins; from then on what stands in the last one counts."""
+
+    retention_percent: Annotated[float, Within(low=0.0, high=100.0, unit="%")] = 0.0
+    tax_percent: Annotated[float, Within(low=0.0, high=100.0, unit="%")] = 0.0
+    observations: Literal["shown", "count"] = "shown"
+    last: str | None = None  # the last workbook, where it lies in another folder than --out
 
 
 Metres = Annotated[float, Within(low=-1e7, high=1e7, unit="m")]
@@ -154,13 +218,16 @@ class ProjectFile:
     ifc: tuple[str, ...] | str  # one file, or several that are one design
     rig: RigFile
     markers: MarkersFile
-    visits: tuple[VisitFile, ...]
+    visits: tuple[VisitFile, ...] | VisitsFile
     target: TargetFile = field(default_factory=TargetFile)
     networks: NetworksFile = field(default_factory=NetworksFile)
     options: Options = field(default_factory=Options)
     scope: str | None = None
     history: tuple[str, ...] = ()  # result.json of earlier runs, whose visits are no longer listed here
     schedule: str | None = None  # MS Project XML, Primavera P6 XML or CSV
+    costs: str | None = None  # CSV or .xlsx
+    observations: str | None = None  # CSV or .xlsx
+    valuation: ValuationFile = field(default_factory=ValuationFile)
     accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
     accept_survey_shift: SurveyShiftFile | None = None
     writers: tuple[str, ...] = ()  # report writers that other packages add

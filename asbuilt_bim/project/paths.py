@@ -33,6 +33,13 @@ def safe_name(name: str) -> str:
     return ""
 
 
+def stars_of(pattern: str, name: str) -> tuple[str, ...]:
+    """Return what in a file's name stands for each `*` of a pattern's own file name; () where it doesn't fit."""
+    parts = re.split(r"[\\/]", pattern)[-1].split("*")
+    fitting = re.fullmatch("(.*)".join(re.escape(part) for part in parts), name, re.IGNORECASE)
+    return fitting.groups() if fitting else ()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathChecker:
     """Makes absolute paths of the file's texts; what leaves `folder` is a problem unless `allow_outside`."""
@@ -55,7 +62,7 @@ class PathChecker:
 
     def pairs(self, left: str, right: str, where: str) -> tuple[tuple[Path, Path], ...]:
         """Return the files of two patterns, paired by what stands for their `*`; each must have its partner."""
-        lefts, rights = self._matches(left, f"{where}.left"), self._matches(right, f"{where}.right")
+        lefts, rights = self.matches(left, f"{where}.left"), self.matches(right, f"{where}.right")
         if lefts and rights:
             self._name_alone(lefts, rights, f"{where}.left", "right")
             self._name_alone(rights, lefts, f"{where}.right", "left")
@@ -66,6 +73,16 @@ class PathChecker:
             )
         return tuple((lefts[key], rights[key]) for key in keys[:MAX_PAIRS])
 
+    def several(self, pattern: str, where: str) -> tuple[Path, ...]:
+        """Return the files of one pattern: photos that hold both eyes side by side."""
+        found = self.matches(pattern, where)
+        if len(found) > MAX_PAIRS:
+            self.problems.add(
+                where,
+                f"{len(found):,} photos, limit {MAX_PAIRS}; twenty are plenty: name a folder with the boards alone",
+            )
+        return tuple(found[key] for key in sorted(found)[:MAX_PAIRS])
+
     def _name_alone(self, ones: dict[str, Path], others: dict[str, Path], where: str, side: str) -> None:
         alone = [ones[key].name for key in sorted(ones.keys() - others.keys())]
         if alone:
@@ -74,7 +91,8 @@ class PathChecker:
                 where, f"{names}: no {side} photo of that name ({len(ones)} here, {len(others)} {side}); add or remove"
             )
 
-    def _matches(self, pattern: str, where: str) -> dict[str, Path]:
+    def matches(self, pattern: str, where: str, *, may_be_none: bool = False) -> dict[str, Path]:
+        """Return the files that a pattern fits, by what stands for its `*`; capitals don't tell them apart."""
         plain = pattern.replace("\\", "/")
         fixed = PurePosixPath(*[p for p in PurePosixPath(plain).parts[:-1] if "*" not in p])
         if not self._inside(self._join(str(fixed), where), where, pattern):
@@ -84,20 +102,19 @@ class PathChecker:
         if "*" in str(base) or "**" in name:
             self.problems.add(where, f"'{pattern}': only the file's name may hold a *")
             return {}
-        key = re.compile("(.*)".join(re.escape(part) for part in name.split("*")), re.IGNORECASE)
         files = sorted(base.iterdir()) if base.is_dir() else []
         found: dict[str, Path] = {}
         for file in files:
-            if not (fitting := key.fullmatch(file.name)) or not file.is_file():
+            if not (stars := stars_of(name, file.name)) or not file.is_file():
                 continue
-            first = found.setdefault("\0".join(fitting.groups()).casefold(), file)
+            first = found.setdefault("\0".join(stars).casefold(), file)
             if first != file:
                 self.problems.add(where, f"{first.name} and {file.name} differ in capitals alone; keep one of them")
-        if not found:
+        if not found and not may_be_none:
             literal = "".join(sign for sign in "?[]{}" if sign in name)
             hint = f"; of patterns only * is known here, {' '.join(literal)} stand for themselves" if literal else ""
             self.problems.add(where, f"'{pattern}': no file fits it in {base}{hint}")
-        return {name: file for name, file in found.items() if self._inside(file, where, file.name)}
+        return {stars: file for stars, file in found.items() if self._inside(file, where, file.name)}
 
     def _join(self, text: str, where: str) -> Path:
         if "\0" in text:

@@ -18,13 +18,16 @@ from asbuilt_bim.project.file import (
     MarkersFile,
     NetworksFile,
     ProjectFile,
+    StationFile,
     SurveyShiftFile,
     TargetFile,
+    ValuationFile,
     VisitFile,
 )
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import PathChecker, safe_name
+from asbuilt_bim.project.stations import listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.strict_yaml import read_yaml
 from asbuilt_bim.storage.structure import Problem, Problems, structure
@@ -39,11 +42,19 @@ MAX_NAMED = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Station:
-    """One photo pair of a visit. The photos may be missing: that rejects the station, not the project."""
+    """One photo pair of a visit. The photos may be missing: that rejects the station, not the project.
+
+    Left and right are one path where the file holds both eyes side by side.
+    """
 
     name: str
     left: Path
     right: Path
+
+    @property
+    def side_by_side(self) -> bool:
+        """Say whether one file holds both eyes."""
+        return self.left == self.right
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,16 +68,25 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigSource:
-    """Where the rig comes from: `file`, photos of `boards` in pairs (left, right), or `control_points`."""
+    """Where the rig comes from: `file`, photos of `boards` in pairs (left, right), or `control_points`.
+
+    Left and right of a pair are one path where the file holds both eyes side by side.
+    """
 
     file: Path | None
     boards: BoardsFile | None
     pairs: tuple[tuple[Path, Path], ...]
     file_right: Path | None = None
+    file_pose: Path | None = None
     foreign: Foreign = _OWN  # what another program's file doesn't say
     control_points: Path | None = None
     photo_size_px: tuple[int, int] = (0, 0)  # of the photos that the control points were marked in
     refine: bool = False  # measure with the rig as the visit's photos show it, where it was knocked
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Return the rig's files: one, or left, right and how they stand."""
+        return tuple(file for file in (self.file, self.file_right, self.file_pose) if file is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +105,10 @@ class Project:
     networks: NetworkChoice
     options: Options
     schedule: Path | None = None
+    costs: Path | None = None
+    observations: Path | None = None
+    valuation: ValuationFile = field(default_factory=ValuationFile)
+    last_workbook: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
@@ -106,10 +130,10 @@ class Project:
         """Return every file that the project reads; none of them is ever written."""
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
         boards = [p for pair in self.rig.pairs for p in pair]
-        files = self.rig.file, self.rig.file_right, self.rig.control_points
-        rig = [file for file in files if file is not None]
-        schedule = [self.schedule] if self.schedule else []
-        return (self.path, *self.ifc, self.survey, *self.history, *schedule, *rig, *boards, *photos)
+        rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
+        named = self.schedule, self.costs, self.observations, self.last_workbook
+        tables = [file for file in named if file is not None]
+        return (self.path, *self.ifc, self.survey, *self.history, *tables, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -151,18 +175,21 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
             size_px=written.rig.photo_size_px,
             metres_per_unit=written.rig.unit_m,
             fisheye=written.rig.fisheye,
+            cameras=written.rig.cameras,
         ),
+        file_pose=checker.file(written.rig.file_pose, "rig.file_pose") if written.rig.file_pose else None,
         control_points=checker.file(control.file, "rig.control_points.file") if control else None,
         photo_size_px=control.photo_size_px if control else (0, 0),
         boards=boards,
-        pairs=checker.pairs(boards.left, boards.right, "rig.boards") if boards else (),
+        pairs=_board_pairs(boards, checker) if boards else (),
         refine=written.rig.refine,
     )
-    visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(written.visits)]
+    listed = listed_visits(written.visits, checker)
+    visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(listed)]
     for index, name in enumerate(written.writers):
         if reason := safe_name(name):  # it becomes a folder's name
             checker.problems.add(f"writers[{index}]", reason)
-    _check_dates(written.visits, checker.problems)
+    _check_dates(listed, checker.problems)
     _check_photos(visits, checker.problems)
     return Project(
         path=path,
@@ -176,6 +203,10 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
+        costs=checker.file(written.costs, "costs") if written.costs else None,
+        observations=checker.file(written.observations, "observations") if written.observations else None,
+        valuation=written.valuation,
+        last_workbook=checker.file(written.valuation.last, "valuation.last") if written.valuation.last else None,
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
         accept_moved=written.accept_moved,
@@ -183,6 +214,12 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         accepted_shift=_accepted(written.accept_survey_shift),
         files=checker.files,
     )
+
+
+def _board_pairs(boards: BoardsFile, checker: PathChecker) -> tuple[tuple[Path, Path], ...]:
+    if boards.both is not None:
+        return tuple((path, path) for path in checker.several(boards.both, "rig.boards.both"))
+    return checker.pairs(boards.left or "", boards.right or "", "rig.boards")
 
 
 def _accepted(written: SurveyShiftFile | None) -> Shift | None:
@@ -210,9 +247,10 @@ def _models(written: tuple[str, ...] | str, checker: PathChecker) -> tuple[Path,
 def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
     seen: dict[str, str] = {}
     stations = []
+    listed = listed_stations(visit.stations, f"{where}.stations", checker)
     if not visit.stations:
         checker.problems.add(f"{where}.stations", "is empty: a visit has at least one station")
-    for index, station in enumerate(visit.stations):
+    for index, station in enumerate(listed):
         at = f"{where}.stations[{index}]"
         if reason := safe_name(station.name):
             checker.problems.add(f"{at}.name", reason)
@@ -220,11 +258,18 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         if key in seen:
             checker.problems.add(f"{at}.name", f"'{station.name}' is the name of {seen[key]} too; names are unique")
         seen.setdefault(key, at)
-        left, right = checker.photo(station.left, f"{at}.left"), checker.photo(station.right, f"{at}.right")
-        if left == right:
-            checker.problems.add(f"{at}.right", f"is the same file as left ({station.left})")
-        stations.append(Station(name=station.name, left=left, right=right))
+        stations.append(_station(station, at, checker))
     return Visit(date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong)
+
+
+def _station(station: StationFile, at: str, checker: PathChecker) -> Station:
+    if station.both is not None:
+        both = checker.photo(station.both, f"{at}.both")
+        return Station(name=station.name, left=both, right=both)
+    left, right = checker.photo(station.left or "", f"{at}.left"), checker.photo(station.right or "", f"{at}.right")
+    if left == right:
+        checker.problems.add(f"{at}.right", f"is the same file as left ({station.left}); one that holds both is `both`")
+    return Station(name=station.name, left=left, right=right)
 
 
 def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> NetworkChoice:

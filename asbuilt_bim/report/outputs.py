@@ -1,9 +1,11 @@
 """Writes every view of a result into a folder: overlays, table, workbook, page."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.report.bcf.write import write_issues
 from asbuilt_bim.report.csv import write_csv
 from asbuilt_bim.report.drawings.overlay import draw_overlay
 from asbuilt_bim.report.page.write import write_page
@@ -16,15 +18,15 @@ MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
 
 
 def write_outputs(
-    report: ProgressReport, folder: Path, pictures_folder: Path, before: ProgressReport | None = None
+    report: ProgressReport, folder: Path, pictures_folder: Path, earlier: Sequence[ProgressReport] = ()
 ) -> tuple[Path, ...]:
-    """Write `overlays/*.jpg`, `quantities.csv`, `quantities.xlsx` and `report.html` into `folder`; return their paths.
+    """Write overlays, `quantities.csv`, `quantities.xlsx`, BCF and `report.html` into `folder`; return their paths.
 
     A design with tasks gets `tasks.csv`, `schedule.msp.xml` and `schedule.p6.xml` as well.
 
     `pictures_folder` is the run folder that `StationRecord.picture` is relative to, or the folder of the visit's
-    pictures itself. A station whose picture is missing gets no overlay, and the page says so. `before` is the
-    report of the visit before, which the page compares with.
+    pictures itself. A station whose picture is missing gets no overlay, and the page says so. `earlier` are the
+    reports of the visits before: the page compares with the last, and BCF topics begin with the first that had them.
 
     Raises:
         OutputError: something can't be written, or a picture is damaged.
@@ -34,8 +36,9 @@ def write_outputs(
     table, workbook, page = folder / "quantities.csv", folder / "quantities.xlsx", folder / "report.html"
     write_csv(report, table)
     write_workbook(report, workbook)
-    write_page(report, pictures, page, before)
-    return (*written, table, workbook, *write_schedules(report, folder), page)
+    issues = write_issues(report, earlier, pictures, folder)
+    write_page(report, pictures, page, earlier, read_pictures(earlier[-1], pictures_folder) if earlier else None)
+    return (*written, table, workbook, *write_schedules(report, folder), *issues, page)
 
 
 def read_pictures(report: ProgressReport, pictures_folder: Path) -> dict[str, bytes]:

@@ -5,9 +5,10 @@ from datetime import date
 
 from asbuilt_bim.codes import PHOTO_FAULTS, SubjectKind
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, State, StationRecord
+from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.values import area_of
 from asbuilt_bim.report.wording.words import Words
 
 NO_STOREY = "(no storey)"
@@ -29,7 +30,7 @@ class ElementRow:
     global_id: str
     ifc_class: str
     name: str
-    state: State
+    state: ShownState
     design_area_m2: float
     as_built_area_m2: float | None
     sigma_m2: float | None
@@ -79,7 +80,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date) -> ElementR
         global_id=element.global_id,
         ifc_class=element.ifc_class,
         name=element.name,
-        state=element.state,
+        state=element.shown_state,
         design_area_m2=element.design_area_m2,
         as_built_area_m2=element.as_built_area_m2,
         sigma_m2=element.as_built_sigma_m2,
@@ -110,6 +111,24 @@ def group_rows(report: ProgressReport) -> tuple[tuple[str, GroupProgress], ...]:
     """Return (name, progress) of each storey from below, then of the whole."""
     names = storey_names(report)
     return (*((names[storey.key], storey) for storey in report.storeys), ("Whole", report.whole))
+
+
+def photographed_areas(report: ProgressReport) -> dict[str, float]:
+    """Return by GlobalId the design area (m2) of the sides that as-built areas were measured on."""
+    found: dict[str, float] = {}
+    for face in report.faces:
+        if face.surface.as_built_area_m2 is not None:
+            found[face.element] = found.get(face.element, 0.0) + face.exposed_area_m2
+    return found
+
+
+def measured_words(group: GroupProgress, report: ProgressReport) -> str:
+    """Write a group's measured area beside the design's of the same sides: `87.25 ± 0.38 of 112.40 m²`; "none"."""
+    sides = photographed_areas(report)
+    if not any(key in sides for key in group.elements):
+        return "none"
+    design_m2 = sum(sides.get(key, 0.0) for key in group.elements)
+    return area_of(group.as_built_area_m2, group.as_built_sigma_m2, design_m2)
 
 
 def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from datetime import date, datetime
 
+from asbuilt_bim.progress.completion.forecast import forecast_of
+from asbuilt_bim.progress.completion.moments import late_days
 from asbuilt_bim.progress.completion.planned import Knowledge, due_but_unknown, late_elements, verdict
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
@@ -26,10 +28,12 @@ class TaskRow:
     completion: Completion
     certain: float | None  # the share that schedules get: the lower bound
     planned: float | None
-    days_late: int | None  # None: unknown, or there is no plan
-    days_late_least: int | None  # None: there is no plan
-    days_late_most: int | None  # None: there is no plan
+    behind_days: int | None  # None: unknown, or there is no plan
+    behind_least_days: int | None  # None: there is no plan
+    behind_most_days: int | None  # None: there is no plan
     late: bool | None
+    late_days: int | None  # past its planned finish, as an element's are; None: unknown, or there is no plan
+    forecast_finish: datetime | None  # None: nothing says when
     elements: int
     complete: int
     part: int
@@ -41,13 +45,13 @@ class TaskRow:
 
     @property
     def has_plan(self) -> bool:
-        """Say whether lateness is known at all."""
-        return self.days_late_least is not None
+        """Say whether there is a plan to be behind of."""
+        return self.behind_least_days is not None
 
     @property
     def days_range(self) -> str:
-        """Write how many days late it is in the best and the worst case; one number where that is all that is known."""
-        least, most = self.days_late_least, self.days_late_most
+        """Write how many days behind it is in the best and worst case; one number where that is all that is known."""
+        least, most = self.behind_least_days, self.behind_most_days
         return str(least) if most is None or most <= (least or 0) else f"{least} to {most}"
 
 
@@ -60,14 +64,15 @@ class LateRow:
     global_id: str
     state: str
     best: float | None
+    lower: float
     task: str
     due: date
-    days_late: int
+    late_days: int
 
 
 def task_rows(report: ProgressReport) -> tuple[TaskRow, ...]:
     """Return the tasks in the schedule's order."""
-    return tuple(_task_row(task) for task in report.tasks)
+    return tuple(_task_row(task, report) for task in report.tasks)
 
 
 def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
@@ -78,11 +83,12 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             storey=names.get(late.element.storey, NO_STOREY),
             name=late.element.name or late.element.global_id,
             global_id=late.element.global_id,
-            state=late.element.state,
+            state=late.element.shown_state,
             best=late.element.completion.best,
+            lower=late.element.completion.lower,
             task=late.task,
             due=late.due,
-            days_late=late.days_late,
+            late_days=late.late_days,
         )
         for late in late_elements(report)
     )
@@ -108,12 +114,12 @@ def late_words(report: ProgressReport) -> str:
         return f"Nothing was seen at this visit, so nothing says whether an element is late{more}."
     if not late:
         return f"No element was seen late{more}."
-    days = f"{late[0].days_late} day{'' if late[0].days_late == 1 else 's'}"
+    days = f"{late[0].late_days} day{'' if late[0].late_days == 1 else 's'}"
     count = "1 element is" if len(late) == 1 else f"{len(late)} elements are"
     return f"{count} late, '{plain(late[0].name)}' by {days}{more}."
 
 
-def _task_row(task: TaskProgress) -> TaskRow:
+def _task_row(task: TaskProgress, report: ProgressReport) -> TaskRow:
     known, group = verdict(task), task.progress
     return TaskRow(
         identification=task.identification,
@@ -128,10 +134,12 @@ def _task_row(task: TaskProgress) -> TaskRow:
         completion=group.completion,
         certain=known.share,
         planned=task.planned,
-        days_late=task.days_late,
-        days_late_least=task.days_late_least,
-        days_late_most=task.days_late_most,
+        behind_days=task.behind_days,
+        behind_least_days=task.behind_least_days,
+        behind_most_days=task.behind_most_days,
         late=task.late,
+        late_days=late_days(task.schedule_finish, task.late, report.visit_date),
+        forecast_finish=forecast_of(task, report).finish,
         elements=len(group.elements),
         complete=group.complete,
         part=group.part,

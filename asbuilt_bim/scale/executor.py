@@ -1,18 +1,21 @@
 """Many stations on many processors: one pure function, run in this process, in a pool, or through Dask.
 
-A worker that dies (killed for memory, a crash in a decoder) costs one station, by name, never the run.
+A worker that dies (killed for memory, a crash in a decoder) or never ends costs one station, by name, never the run.
 """
 
 import contextlib
+import faulthandler
 import itertools
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
+from pathlib import Path
 from typing import Generic, TypeVar
 
 import cv2
@@ -26,14 +29,13 @@ Result = TypeVar("Result")
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _LOOK_S = 1.0
-_DIED = "the process that measured it died (out of memory?)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerLoss:
-    """Stands for the result of a job whose worker process died, with what is known of why."""
+    """Stands for the result of a job whose worker process died, or was ended: it took more than `limit_s`."""
 
-    reason: str
+    limit_s: float | None = None  # None where it died of itself
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,13 +47,19 @@ class Done(Generic[Job, Result]):
 
 
 def run_jobs(
-    work: Callable[[Job], Result], jobs: Iterable[Job], *, workers: int = 0, scheduler: Scheduler | None = None
+    work: Callable[[Job], Result],
+    jobs: Iterable[Job],
+    *,
+    workers: int = 0,
+    scheduler: Scheduler | None = None,
+    limit_s: float | None = None,
 ) -> Iterator[Done[Job, Result]]:
     """Yield each job with its result as it is done, in no promised order.
 
     `workers` 0 is one per processor, 1 is this process without a pool; `scheduler` is a Dask scheduler to use instead.
     Jobs are drawn from the iterable only as workers are free, so that photos aren't all in memory at once. `work`
-    must be importable by name. What `work` raises is raised here.
+    must be importable by name. What `work` raises is raised here. A job of a pool here that takes longer than
+    `limit_s` is ended; one in this process or on a cluster is not.
 
     Raises:
         OptionError: the scheduler's address can't be used.
@@ -68,10 +76,13 @@ def run_jobs(
         for job in jobs:
             yield Done(job=job, result=work(job))
         return
-    yield from _pooled(work, iter(jobs), workers)
+    timed = work if limit_s is None else _Timed(work=work, limit_s=limit_s)
+    yield from _pooled(timed, iter(jobs), workers, limit_s)
 
 
-def _pooled(work: Callable[[Job], Result], jobs: Iterator[Job], workers: int) -> Iterator[Done[Job, Result]]:
+def _pooled(
+    work: Callable[[Job], Result], jobs: Iterator[Job], workers: int, limit_s: float | None
+) -> Iterator[Done[Job, Result]]:
     while True:
         suspects: list[Job] = []
         with _pool(workers) as pool:
@@ -80,10 +91,28 @@ def _pooled(work: Callable[[Job], Result], jobs: Iterator[Job], workers: int) ->
             return
         for job in suspects:  # one of them killed its worker; alone, each shows whether it was the one
             alone: list[Job] = []
+            begun = time.monotonic()
             with _pool(1) as pool:
                 yield from _drain(pool, work, iter([job]), 1, alone)
             if alone:
-                yield Done(job=job, result=WorkerLoss(reason=_DIED))
+                too_long = limit_s is not None and time.monotonic() - begun >= limit_s
+                yield Done(job=job, result=WorkerLoss(limit_s=limit_s if too_long else None))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Timed(Generic[Job, Result]):
+    """Work whose process ends where one job takes too long: a clock outside the interpreter, which may hang, too."""
+
+    work: Callable[[Job], Result]
+    limit_s: float
+
+    def __call__(self, job: Job) -> Result:
+        with Path(os.devnull).open("w") as nowhere:
+            faulthandler.dump_traceback_later(self.limit_s, exit=True, file=nowhere)
+            try:
+                return self.work(job)
+            finally:
+                faulthandler.cancel_dump_traceback_later()
 
 
 def _drain(
@@ -118,7 +147,7 @@ def _drain(
                     suspects.extend(flying.values())
                     return
                 lost = type(error).__name__ == "KilledWorker"  # Dask's own; it has tried several workers by then
-                yield Done(job=flying.pop(future), result=WorkerLoss(reason=_DIED) if lost else future.result())
+                yield Done(job=flying.pop(future), result=WorkerLoss() if lost else future.result())
             if remote is not None and not ready:
                 remote.check()
     finally:

@@ -3,6 +3,7 @@
 import errno
 import os
 import secrets
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -58,8 +59,10 @@ def replace_bytes(path: Path, data: bytes) -> None:
     replace_all({path: data})
 
 
-def replace_all(files: Mapping[Path, bytes]) -> None:
+def replace_all(files: Mapping[Path, bytes], like: Path | None = None) -> None:
     """Put bytes in the places of several files: all are whole on the disk before the first is moved into its place.
+
+    The files get the rights of the file `like`, else those that the user's umask leaves.
 
     Raises:
         OSError: they can't be written, a place is no file's, or a file is held by another program.
@@ -72,8 +75,10 @@ def replace_all(files: Mapping[Path, bytes]) -> None:
     try:
         for path, data in files.items():
             part = path.with_name(f"{PART}{secrets.token_hex(8)}.part")
-            with part.open("xb") as file:  # with the rights that the user's umask leaves, as every file he makes
+            with part.open("xb") as file:
                 parts[path] = part
+                if like is not None:
+                    part.chmod(stat.S_IMODE(like.stat().st_mode))
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())

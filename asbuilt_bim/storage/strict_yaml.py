@@ -103,6 +103,11 @@ for _kind, _what in (
     StrictLoader.add_constructor(f"{_TAG}{_kind}", _plain_or_refused(_construct, _what))
 
 
+def yaml_text(plain: object) -> str:
+    """Return plain values as YAML text, keys in their order."""
+    return str(yaml.safe_dump(plain, sort_keys=False, allow_unicode=True, width=120))
+
+
 def read_yaml(path: Path) -> YamlDocument:
     """Read one YAML document strictly.
 

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.calibration.check_length import LengthCheck, check_board
 from asbuilt_bim.camera.calibration.control_file import read_control_points
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
 from asbuilt_bim.camera.lens import LensModel
-from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig_formats.reader import RigFormat, rig_contents, rig_files
 from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
 from asbuilt_bim.flow.measure_visit import Progress
@@ -36,6 +36,7 @@ class CalibrateRequest:
     form: RigFormat = "rig"
     left: str = ""
     right: str = ""
+    both: str = ""
     board: str = ""
     lens: LensModel = "five"
     control_points: Path | None = None
@@ -45,6 +46,7 @@ class CalibrateRequest:
     check_board: str = ""
     check_left: Path | None = None
     check_right: Path | None = None
+    check_both: Path | None = None
     allow_outside: bool = False
     replace: bool = False
 
@@ -71,7 +73,8 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     checks = _checks(request, found)
     for check in checks:
         refuse_wrong_scale(check)
-    sources += [path for path in (request.check_left, request.check_right) if path is not None]
+    second = request.check_left, request.check_right, request.check_both
+    sources += [path for path in second if path is not None]
     if taken := {path.resolve() for path in _outputs(request)} & {source.resolve() for source in sources}:
         raise OutputError(f"{min(taken)}: is read for this calibration; write to another place")
     written = _write(request, made, checks)
@@ -137,18 +140,23 @@ def _calibrated(request: CalibrateRequest, progress: Progress) -> _Made:
         made = rig_from_control_points(read_control_points(request.control_points), request.photo_size)
         return _Made(calibration=made, sources=[request.control_points], board=None)
     problems = Problems()
-    pairs = PathChecker(folder=Path.cwd(), allow_outside=True, problems=problems).pairs(
-        request.left, request.right, "board photos"
-    )
+    checker = PathChecker(folder=Path.cwd(), allow_outside=True, problems=problems)
+    if request.both:
+        pairs = tuple((path, path) for path in checker.several(request.both, "board photos"))
+    else:
+        pairs = checker.pairs(request.left, request.right, "board photos")
     if problems.found:
         raise CalibrationError("\n".join(f"{problem.path}: {problem.text}" for problem in problems.found))
     board = board_of(request.board)
-    photos = [
-        (replace(read_photo(left), name=left.name), replace(read_photo(right), name=right.name))
-        for left, right in pairs
-    ]  # fmt: skip
+    photos = [_pair(left, right) for left, right in pairs]
     made = calibrate_pairs(photos, board, request.lens, cache, progress)
     return _Made(calibration=made, sources=[path for pair in pairs for path in pair], board=board)
+
+
+def _pair(left: Path, right: Path) -> tuple[Photo, Photo]:
+    """Read a pair of board photos, named by their bare names; one file named twice holds both eyes."""
+    one = replace(read_photo(left), name=left.name)
+    return side_by_side(one) if right == left else (one, replace(read_photo(right), name=right.name))
 
 
 def _checks(request: CalibrateRequest, made: _Made) -> tuple[LengthCheck, ...]:
@@ -156,15 +164,15 @@ def _checks(request: CalibrateRequest, made: _Made) -> tuple[LengthCheck, ...]:
     rig = made.calibration.rig
     if request.check_points and request.check_length is not None:
         checks.append(check_points(rig, _marks(request.check_points), request.check_length))
-    if request.check_board and request.check_left is not None and request.check_right is not None:
+    left, right = request.check_both or request.check_left, request.check_both or request.check_right
+    if request.check_board and left is not None and right is not None:
         board = board_of(request.check_board)
-        pair = read_photo(request.check_left), read_photo(request.check_right)
-        if board == made.board and request.check_left.resolve() in {path.resolve() for path in made.sources}:
+        if board == made.board and left.resolve() in {path.resolve() for path in made.sources}:
             raise CalibrationError(
-                f"check board {request.check_left}: the rig was calibrated with this photo and these squares, so it "
+                f"check board {left}: the rig was calibrated with this photo and these squares, so it "
                 "fits whatever they are. Show another board, or measure the squares on the print and give that"
             )
-        checks.append(check_board(rig, pair, board))
+        checks.append(check_board(rig, _pair(left, right), board))
     return tuple(checks)
 
 

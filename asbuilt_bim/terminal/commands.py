@@ -11,9 +11,17 @@ from rich.text import Text
 from asbuilt_bim.api import until_visit
 from asbuilt_bim.errors import DesignError, OutputError, ResultError
 from asbuilt_bim.flow.measure_visit import Workplace
+from asbuilt_bim.flow.output.carried_on import last_workbook
 from asbuilt_bim.flow.output.folder import Published, open_output, read_current
 from asbuilt_bim.flow.output.places import CHANGES
-from asbuilt_bim.flow.output.publish import no_run, previous_result, publish_again, publish_run, with_revision
+from asbuilt_bim.flow.output.publish import (
+    no_run,
+    previous_result,
+    publish_again,
+    publish_run,
+    with_persons,
+    with_revision,
+)
 from asbuilt_bim.flow.pipeline import RunResult, run_project
 from asbuilt_bim.ifc.apart import inspect_file, strip_asbuilt
 from asbuilt_bim.measure.step_timer import StepTimer
@@ -32,6 +40,7 @@ from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import (
     calibration_lines,
+    say_left_out_last,
     summary,
     time_line,
     warn_of_design,
@@ -76,8 +85,10 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
     with open_output(request.out, project.sources) as out:
         before = previous_result(out)
+        last = last_workbook(out, before, project.last_workbook)  # one that can't be read is said before anything else
         with screen.steps() as progress:
             result = with_revision(run_project(project, place, progress), before)
+        result = with_persons(result, project, before, last)
         before = known_again(before, result.design) if before is not None else None
         timer = StepTimer(time.perf_counter)
         published = publish_run(out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs)
@@ -92,6 +103,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
             screen.say(f"{result.from_cache} of {count} stations were measured before and taken from the cache.")
         screen.say(time_line({**result.seconds, **timer.seconds}))
     _say_where(request.out, published, screen)
+    for visit, report in zip(project.visits, result.reports, strict=True):
+        say_left_out_last(visit, report, screen)
     if result.reports[-1].nothing_seen:
         screen.error(_nothing_seen(result.reports[-1]))
         return INCOMPLETE

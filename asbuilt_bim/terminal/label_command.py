@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import AsBuiltError, OutputError
-from asbuilt_bim.flow.measure_visit import Progress, StationJob, Workplace, options_of, read_pair
+from asbuilt_bim.flow.measure_visit import Progress, StationJob, Workplace, lost_station, options_of, read_pair
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.measure.station import RejectedStation, measure_in_detail
@@ -38,8 +38,8 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
         )
     place = Workplace(workers=workers, cache=Cache(folder=default_folder()))
     with screen.steps() as progress:
-        rig, _ = rig_of(project, place.cache, progress)
-        labels = label_project(project, rig, place, progress)
+        source = rig_of(project, place.cache, progress)
+        labels = label_project(project, source.rig, place, progress)
     for name, reason in labels.left_out.items():
         screen.warn(f"{name} was LEFT OUT: {reason}")
     _write(target, json.dumps(coco_document(labels.photos), ensure_ascii=False, indent=1))
@@ -87,7 +87,7 @@ def label_project(project: Project, rig: StereoRig, place: Workplace, progress: 
     for count, done in enumerate(run_jobs(label_job, jobs(), workers=place.workers), start=1):
         photo = done.job.photos.left.name
         if isinstance(done.result, WorkerLoss):
-            left_out[photo] = done.result.reason
+            left_out[photo] = str(words_of(lost_station(done.job.photos.name, done.result).rejections[0]))
         elif isinstance(done.result, str):
             left_out[photo] = done.result
         else:

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from datetime import datetime
+from math import degrees
 from pathlib import Path
 
 from rich.table import Table
 from rich.text import Text
 
-from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.codes import Reason, SubjectKind
 from asbuilt_bim.errors import MeasureError, OptionError, Rejection
 from asbuilt_bim.flow.measure_pair import measure_pair
@@ -34,9 +34,10 @@ class MeasureRequest:
     """The command line of `measure`, as it was given."""
 
     left: Path
-    right: Path
-    rig: Path
+    right: Path | None  # None: `left` holds both eyes
+    rig: tuple[Path, ...]
     out: Path
+    rig_cameras: tuple[str, ...] = ()
     target_diameter: float | None = None
     no_target: bool = False
     refine_rig: bool = False
@@ -65,7 +66,8 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
     found = measure_pair(
         request.left,
         request.right,
-        read_rig(request.rig),
+        request.rig,
+        rig_cameras=request.rig_cameras,
         target_diameter_m=request.target_diameter,
         target=not request.no_target,
         masks=request.masks,
@@ -124,8 +126,11 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
             "the image plane; it states no uncertainty."
         )
     elif not found.calibration_known:
+        trusted = found.rig.width
+        scale = f", {100.0 * trusted.scale_share:.1f} % of every length" if trusted.scale_share else ""
         screen.say(
-            "The rig file holds no covariance: the sigmas below take it to be good to 0.02 degrees and 0.2 px of lens."
+            "The rig file doesn't say how sure it is: the sigmas below take it to be good to "
+            f"{degrees(trusted.turn_rad[1]):.2f} degrees{scale} and {trusted.lens_px:g} px of lens."
         )
     of_rig = [rejection for rejection in found.rejections if rejection.subject.kind is SubjectKind.RIG]
     for rejection in of_rig:  # before the areas that rest on it

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
@@ -12,20 +13,31 @@ from asbuilt_bim.codes import Note, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import area_words, verdict
-from asbuilt_bim.report.tables import bad_photos, of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.wording.completion import (
+    AT_LEAST,
+    BEST,
+    POSSIBLY,
+    SEEN,
+    at_most,
+    best_words,
+    in_words,
+    seen_words,
+)
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.values import percent, percent_range, plain
+from asbuilt_bim.report.wording.values import area, percent, percent_certain, plain
 from asbuilt_bim.terminal.screen import Screen
 
-TABLE_WIDTH, DISPLACED_WIDTH = 118, 12
-"""Columns that the table needs, and more where elements are displaced; a narrower terminal gets the same in lines."""
+TABLE_WIDTH, MORE_WIDTH = 116, 12
+"""Columns that the table needs, and more for a state that isn't everywhere; a narrower terminal gets lines."""
 MAX_NOTES = 4
 
 
 def summary(report: ProgressReport, width: int) -> Table | str:
-    """Return storey, elements by state, completion with bounds, coverage, as-built area with sigma."""
-    needed = TABLE_WIDTH + (DISPLACED_WIDTH if report.whole.displaced else 0)
+    """Return storey, elements by state, at least and possibly, best estimate, what was seen, measured area."""
+    columns = report.whole.displaced, report.whole.as_far_as_seen
+    needed = TABLE_WIDTH + sum(MORE_WIDTH for count in columns if count)
     return _table(report) if width >= needed else "\n".join(_lines(report))
 
 
@@ -38,22 +50,20 @@ def _lines(report: ProgressReport) -> list[str]:
     names = storey_names(report)
     for name, group in [*((names[storey.key], storey) for storey in report.storeys), ("whole", report.whole)]:
         counts = ", ".join(f"{count} {state}" for state, count in _counts(group, report).items())
-        completion, coverage, area = (str(cell) for cell in _measures(group))
         lines += [
-            f"{name}: {len(group.elements)} elements: {counts}",
-            f"  completion {completion}, coverage {coverage}, as-built area {area}",
+            f"{name}: {completion_text(group.completion)}",
+            f"  {len(group.elements)} elements: {counts}",
+            f"  {SEEN} {seen_words(group.completion)}, measured {measured_words(group, report)}",
         ]
     return lines
 
 
 def _table(report: ProgressReport) -> Table:
-    table = Table(title=_title(report), title_justify="left")
-    table.add_column("Storey")
-    for name in ("Elements", *_counts(report.whole, report)):
-        table.add_column(name, justify="right")
-    table.add_column("Completion (bounds)", justify="right")
-    table.add_column("Coverage", justify="right")
-    table.add_column("As-built area", justify="right")
+    table = Table(title=_title(report), title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("Storey", no_wrap=True)
+    wrapped = (BEST, *_counts(report.whole, report))
+    for heading in (AT_LEAST, POSSIBLY, BEST, SEEN, *_counts(report.whole, report), "measured"):
+        table.add_column(heading, justify="right", no_wrap=heading not in wrapped)
     names = storey_names(report)
     for storey in report.storeys:
         table.add_row(*_cells(storey, names[storey.key], report))
@@ -63,8 +73,8 @@ def _table(report: ProgressReport) -> Table:
 
 
 def completion_text(completion: Completion) -> str:
-    """Return completion as people read it: `64 % (41 to 79 %)`, or `unknown` with its bounds, never a bare 0 %."""
-    return f"{percent(completion.best)} ({percent_range(completion.lower, completion.upper)})"
+    """Return completion as people read it: `at least 48 %, possibly 86 %; best estimate 59 %`."""
+    return f"{in_words(completion)}; {BEST} {best_words(completion)}"
 
 
 def left_out(stations: Sequence[str], report: ProgressReport) -> dict[str, list[str]]:
@@ -110,20 +120,27 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
 
 def _cells(group: GroupProgress, name: str, report: ProgressReport) -> list[Text]:
     counts = (str(count) for count in _counts(group, report).values())
-    return [Text(name), Text(str(len(group.elements))), *(Text(count) for count in counts), *_measures(group)]
+    return [Text(text) for text in (name, *_shares(group), *counts, _measured(group))]
 
 
 def _counts(group: GroupProgress, report: ProgressReport) -> dict[str, int]:
-    """Return the numbers of a group's elements by state; displaced ones have a place only where there are any."""
-    counts = {"complete": group.complete, "part": group.part, "not started": group.not_started}
+    """Return the numbers of a group's elements by state; some states have a place only where there are any."""
+    counts = {"complete": group.complete - group.as_far_as_seen}
+    if report.whole.as_far_as_seen:
+        counts["as far as seen"] = group.as_far_as_seen
+    counts |= {"part": group.part, "not started": group.not_started}
     if report.whole.displaced:
         counts["displaced"] = group.displaced
     return counts | {"unknown": group.unknown}
 
 
-def _measures(group: GroupProgress) -> list[Text]:
-    area = f"{group.as_built_area_m2:.2f} ± {group.as_built_sigma_m2:.2f} m²" if group.as_built_area_m2 > 0 else "none"
-    return [Text(completion_text(group.completion)), Text(f"{group.completion.coverage * 100:.0f} %"), Text(area)]
+def _shares(group: GroupProgress) -> tuple[str, ...]:
+    done = group.completion
+    return percent_certain(done.lower), at_most(done.upper), best_words(done), seen_words(done)
+
+
+def _measured(group: GroupProgress) -> str:
+    return area(group.as_built_area_m2, group.as_built_sigma_m2) if group.as_built_area_m2 > 0 else "none"
 
 
 def _reasons(name: str, report: ProgressReport) -> list[str]:
@@ -131,6 +148,18 @@ def _reasons(name: str, report: ProgressReport) -> list[str]:
     if any(station.name == name for station in report.stations):  # one that was measured: a marker's is not its reason
         about = [r for r in about if r.subject.kind is SubjectKind.STATION] or about
     return [words_of(r).at_station for r in about] or ["no reason was given"]
+
+
+def say_left_out_last(visit: Visit, report: ProgressReport, screen: Screen) -> None:
+    """Say once more, as the last thing of a run, which stations its numbers are without: warnings scroll away."""
+    rejected = left_out([station.name for station in visit.stations], report)
+    if not rejected:
+        return
+    counts = "count" if len(rejected) > 1 else "counts"
+    screen.warn(
+        f"WITHOUT {len(rejected)} OF {len(visit.stations)} STATIONS: of the visit of {visit.date.isoformat()} "
+        f"{', '.join(rejected)} {counts} for nothing above. See why, correct it, and run again"
+    )
 
 
 def warn_of_design(names: str, notes: Sequence[Note], screen: Screen) -> None:

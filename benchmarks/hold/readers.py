@@ -17,6 +17,7 @@ import numpy as np
 from asbuilt_bim.camera.calibration.boards import board_of, find_board
 from asbuilt_bim.camera.calibration.control_file import read_control_points
 from asbuilt_bim.camera.photo.read import decode, read_photo
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.camera.rig_formats.reader import RigFormat, read_rig, rig_contents
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.project.read import read_project
@@ -29,6 +30,7 @@ from asbuilt_bim.vision.networks.card import read_card
 from asbuilt_bim.vision.networks.session import open_network
 from benchmarks.hold.mutate import ANY, mutated
 from benchmarks.sites import ROOT, SAMPLE
+from tests.camera.rig_formats import written
 from tests.camera.test_rig_formats import KALIBR
 from tests.camera.virtual import rig
 from tests.schedule.files import MSP, P6
@@ -112,6 +114,23 @@ def _rigs() -> Iterator[tuple[str, str, bytes, dict[str, bytes], Callable[[Path]
     left, right = rig_contents(rig(), Path("rig.yaml"), "ros").items()
     beside = {right[0].name: right[1]}
     yield "rig: ros", left[0].name, left[1], beside, lambda path: read_rig(path, path.with_name(right[0].name))
+    photos = Foreign(photo_px=(1280, 720))
+    made = {
+        "eyes.conf": written.zed_conf(rig()),
+        "listing.m": written.zed_listing(rig()),
+        "oak.json": written.oak_eeprom(rig("rational"), by_middle=True),
+        "small.json": written.oak_small(rig("rational")),
+        "listing.txt": written.realsense_listing(rig()),
+        "basalt.json": written.basalt_json(rig("fisheye")),
+        "matlab.json": written.matlab_json(rig()),
+        "stereo.m": written.bouguet_m(rig()),
+        "cameras.xml": written.metashape_xml(rig()),
+    }
+    for file, text in made.items():
+        known = photos if file in ("eyes.conf", "listing.m") else Foreign()
+        yield f"rig: {file}", file, text.encode(), {}, lambda path, known=known: read_rig(path, None, known)
+    vins = {name: text.encode() for name, text in written.vins_files(rig("fisheye")).items()}
+    yield "rig: vins", "config.yaml", vins.pop("config.yaml"), vins, read_rig
 
 
 @cache

@@ -19,10 +19,9 @@ import numpy as np
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.photo.read import Photo, decode, read_photo
 from asbuilt_bim.camera.rectify import rectification, rectify
-from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig import OTHER_PROGRAMS, StereoRig
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.vision.stereo.rig_fit import corrected_rig
-from asbuilt_bim.vision.stereo.rig_health import UNKNOWN_CALIBRATION_RAD
 from benchmarks.real.board_areas import errors_by, size_error
 from benchmarks.real.rig_verdict import verdict_lines, verdict_of
 from benchmarks.table import Line, line, told
@@ -67,7 +66,7 @@ def _turn_lines(rig: StereoRig, pairs: Pairs, board: Board) -> list[Line]:
     yaw = np.array([0.0, _STEP_RAD, 0.0, 0.0, 0.0])
     now, moved = (np.array(_three(one, pairs, board)) for one in (rig, corrected_rig(rig, prepared.camera, yaw)))
     needed = -now * _STEP_RAD / (moved - now)
-    trusted = f"{1e3 * UNKNOWN_CALIBRATION_RAD[1]:.2f} mrad"
+    trusted = f"{1e3 * OTHER_PROGRAMS.turn_rad[1]:.2f} mrad"
     return [
         *verdict_lines(verdict),
         told("  board by the turn that the rows ask for: corners, pixels, size", _shown(turned), len(pairs)),

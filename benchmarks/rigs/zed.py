@@ -11,7 +11,6 @@ and what such a rig is trusted to. The photographs are not part of the project: 
 from __future__ import annotations
 
 import sys
-from configparser import ConfigParser
 from pathlib import Path
 
 import cv2
@@ -19,22 +18,19 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.photo.overlap import match_pair
 from asbuilt_bim.camera.rectify import RectifiedPair, rectification, rectify
-from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
-from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_formats.opencv import Foreign
+from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.measure.sigma.area import left_of_disparity_px
 from asbuilt_bim.vision.stereo.rig_health import (
-    UNKNOWN_CALIBRATION_RAD,
-    UNKNOWN_LENS_PX,
     StationHealth,
     judge,
     levelled,
     refined_rig,
     station_health,
 )
-from benchmarks.real.shots import zed_rig
 from benchmarks.sites import DATA, absent
 from benchmarks.table import Line, line, options, report, told, unjudged
 
@@ -65,18 +61,10 @@ def pairs(size: str, stated_m: tuple[int, ...]) -> list[tuple[int, Pair]]:
 
 
 def factory_rig(size: str) -> StereoRig:
-    """Return the maker's numbers for a size of photos."""
-    rig = zed_rig(FOLDER / "SN21531_from_m.conf")
-    if size == "720":
-        return rig
-    conf = ConfigParser()
-    conf.read(FOLDER / "SN21531_from_m.conf")
-    cameras = []
-    for side, one in (("LEFT_CAM_FHD", rig.left), ("RIGHT_CAM_FHD", rig.right)):
-        fx, fy, cx, cy = (float(conf[side][key]) for key in ("fx", "fy", "cx", "cy"))
-        K = frozen([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-        cameras.append(Intrinsics(K=K, distortion=one.distortion, width_px=1920, height_px=1080))
-    return rig_of_unknown_sigma(cameras[0], cameras[1], rig.right_from_left)
+    """Read the maker's numbers for a size of photos, as the program does; `width` is what such a rig is trusted to."""
+    return read_rig(
+        FOLDER / "SN21531_from_m.conf", None, Foreign(size_px=(1280, 720) if size == "720" else (1920, 1080))
+    )
 
 
 def health_of(rig: StereoRig, pair: Pair) -> tuple[RectifiedPair, StationHealth | None]:
@@ -127,10 +115,10 @@ def distance_line(rig: StereoRig, size: str, stated_m: int, pair: Pair) -> Line:
     before, here, after = (float(likeness[min(max(best + k, 0), len(likeness) - 1)]) for k in (-1, 0, 1))
     disparity = column - half - best - 0.5 * (before - after) / (before - 2.0 * here + after)
     measured = camera.f_px * camera.baseline_m / disparity
-    modes = left_of_disparity_px(
-        at[None], np.array([0.0, 0.0, disparity]), camera, UNKNOWN_CALIBRATION_RAD, UNKNOWN_LENS_PX
-    )
-    sigma = measured * float(np.hypot(np.linalg.norm(modes), _MATCH_PX)) / disparity
+    q = np.array([0.0, 0.0, disparity])
+    modes = left_of_disparity_px(at[None], q, camera, np.array(rig.width.turn_rad), rig.width.lens_px)
+    by_photos = float(np.hypot(np.linalg.norm(modes), _MATCH_PX)) / disparity
+    sigma = measured * float(np.hypot(by_photos, rig.width.scale_share))
     off = abs(measured - stated_m)
     return line(
         f"{size}: the board stated at {stated_m} m", f"{measured:.2f} ± {sigma:.2f} m", "within 2 sigma", 1,

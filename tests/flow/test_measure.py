@@ -14,6 +14,7 @@ from click.testing import CliRunner, Result
 from jsonschema import Draft202012Validator
 
 import asbuilt_bim
+from asbuilt_bim.camera.rig_formats.reader import write_rig_as
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, SubjectKind, about
@@ -27,6 +28,7 @@ from asbuilt_bim.storage.schemas import schema
 from asbuilt_bim.terminal.measure_command import _largest_first
 from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.stereo.rig_health import judge
+from tests.camera.rig_formats.written import oak_small
 from tests.camera.virtual import rig as virtual_rig
 from tests.measure.box_world import site, true_area
 from tests.measure.test_faces import rig_of
@@ -290,3 +292,43 @@ def test_the_terminal_names_the_largest_unmeasured_surfaces_and_counts_the_rest(
     named, more = _largest_first([*faces, other])
     assert [one.values.get("area_m2") for one in named] == [None, 7.0, 3.0, 1.0]
     assert more == 2
+
+
+def test_a_photo_that_holds_both_eyes_is_measured_as_its_two_halves(folder: Path, found) -> None:
+    both = np.concatenate([cv2.imread(str(folder / f"{side}.png")) for side in ("left", "right")], axis=1)
+    cv2.imwrite(str(folder / "both.png"), both)
+    again = asbuilt_bim.measure_pair(folder / "both.png", None, folder / "rig.yaml", target=False)
+    assert [face.area_m2 for face in again.faces] == [face.area_m2 for face in found.faces]
+    assert (again.left_name, again.right_name) == ("both.png", "both.png (right half)")
+    usual = ["--rig", str(folder / "rig.yaml"), "--out", str(folder / "sides"), "--no-target"]
+    for arguments in (["both.png"], ["left.png", "right.png", "--side-by-side"]):
+        names = [word if word.startswith("-") else str(folder / word) for word in arguments]
+        refused = CliRunner().invoke(app, ["measure", *names, *usual])
+        assert refused.exit_code == 2 and "--side-by-side if it holds both eyes" in refused.output
+    done = CliRunner().invoke(app, ["measure", str(folder / "both.png"), "--side-by-side", *usual])
+    assert done.exit_code == 0, done.output
+
+
+def test_a_bought_cameras_file_is_measured_with_and_its_width_is_told_and_counts(folder: Path, found) -> None:
+    rig = rig_of(site()[1])
+    eeprom = json.loads(oak_small(rig))
+    (folder / "oak.json").write_text(json.dumps(eeprom), encoding="utf-8")
+    done = CliRunner().invoke(
+        app,
+        ["measure", str(folder / "left.png"), str(folder / "right.png"), "--rig", str(folder / "oak.json"),
+         "--out", str(folder / "bought"), "--no-target"],
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    told = " ".join(done.output.split())
+    assert "good to 0.05 degrees, 0.7 % of every length and 0.3 px of lens" in told
+    rows = json.loads((folder / "bought/measure.json").read_text(encoding="utf-8"))["faces"]
+    wide = asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", [folder / "oak.json"], target=False)
+    write_rig_as(rig, folder / "other.yml", "opencv")
+    other = asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", folder / "other.yml", target=False)
+    assert sorted(row["area_m2"] for row in rows) == pytest.approx(sorted(face.area_m2 for face in wide.faces))
+    assert wide.faces
+    for face in wide.faces:  # fewer than by the other rig: the wider sigma names the rest as too uncertain
+        one = min(other.faces, key=lambda one: abs(one.area_m2 - face.area_m2))
+        assert face.area_m2 == pytest.approx(one.area_m2, rel=1e-6)
+        assert face.area_sigma_calibration_m2 > 0.014 * face.area_m2
+        assert face.area_sigma_calibration_m2 > 1.5 * one.area_sigma_calibration_m2

@@ -122,6 +122,18 @@ def test_swapped_photos_reject_the_station() -> None:
     assert any(one.code in (Reason.PHOTOS_SWAPPED, Reason.PHOTOS_LOOK_SWAPPED) for one in found.rejections)
 
 
+def test_photos_whose_serials_are_exchanged_are_said_to_be_swapped_once() -> None:
+    rig, both = replace(rig_of(site()[1]), camera_serial="L-1", camera_serial_right="R-1"), photos()
+    left, right = (
+        replace(one, exif=replace(one.exif, serial=serial)) for one, serial in ((both.left, "R-1"), (both.right, "L-1"))
+    )
+    found = measure_station(StationPhotos(name="S1", left=left, right=right), rig, FREE)
+    assert isinstance(found, RejectedStation)
+    (told,) = found.rejections
+    assert told.code is Reason.PHOTOS_OF_OTHER_SIDES and told.subject.at_station == "S1"
+    assert words_of(told).value == "serial R-1 left, L-1 right"
+
+
 def test_a_picture_that_does_not_decode_rejects_the_station() -> None:
     good = photos()
     broken = replace(good.left, data=good.left.data[: len(good.left.data) // 2])

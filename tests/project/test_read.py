@@ -14,11 +14,13 @@ from asbuilt_bim.project.file import (
     ControlPointsFile,
     MarkersFile,
     NetworksFile,
+    PatternsFile,
     ProjectFile,
     RigFile,
     StationFile,
     TargetFile,
     VisitFile,
+    VisitsFile,
 )
 from asbuilt_bim.project.paths import safe_name
 from asbuilt_bim.project.read import read_project
@@ -216,6 +218,8 @@ def test_names_that_no_file_can_have_are_refused(name: str) -> None:
         (["markers"], MarkersFile),
         (["networks"], NetworksFile),
         (["visits", "[]"], VisitFile),
+        (["visits"], VisitsFile),
+        (["visits", "[]", "stations"], PatternsFile),
         (["visits", "[]", "stations", "[]"], StationFile),
     ],
 )
@@ -223,8 +227,9 @@ def test_the_schema_knows_the_same_keys(place: list[str], kind: type) -> None:
     whole = schema("project-1")
     parts = _alternatives(whole, whole)
     for key in place:
-        below = [part["items"] if key == "[]" else part["properties"].get(key) for part in parts]
+        below = [part.get("items") if key == "[]" else part.get("properties", {}).get(key) for part in parts]
         parts = [alternative for part in below if part for alternative in _alternatives(part, whole)]
+    parts = [part for part in parts if "properties" in part]
     assert set().union(*(part["properties"] for part in parts)) == {f.name for f in fields(kind)}
     assert all(part.get("additionalProperties") is False for part in parts)
 

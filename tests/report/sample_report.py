@@ -9,11 +9,12 @@ from datetime import date, datetime
 import cv2
 import numpy as np
 
+from asbuilt_bim.bim.model import CostLine
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.polygon import Region, area, box, difference
-from asbuilt_bim.progress.money import cents
+from asbuilt_bim.progress.completion.earned_value import earned
 from asbuilt_bim.progress.report import (
     Completion,
     CostProgress,
@@ -302,25 +303,19 @@ def _cost_line(
     currency: str,
 ) -> CostProgress:
     """Work out one line."""
-    completion = _group("", "", of).completion
-    best = None if completion.best is None else completion.best * quantity
-    return CostProgress(
+    line = CostLine(
         global_id=key,
         name=name,
         identification=identification,
         elements=tuple(e.global_id for e in of),
         unit=unit,
-        measure=measure,
+        measure=measure,  # type: ignore[arg-type]
         planned_quantity=quantity,
         rate=rate,
         currency=currency,
-        completion=completion,
-        as_built_best=best,
-        as_built_lower=completion.lower * quantity,
-        earned_best=None if best is None else cents(best * rate),
-        earned_lower=cents(completion.lower * quantity * rate),
-        parts={e.global_id: 1.0 / len(of) for e in of},
     )
+    parts = {e.global_id: 1.0 / len(of) for e in of}
+    return earned(line, _group("", "", of).completion, parts, {e.global_id: e for e in of})
 
 
 def _station(index: int) -> StationRecord:

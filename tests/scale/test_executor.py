@@ -42,6 +42,12 @@ def say_and_sleep(number: int) -> None:
     time.sleep(60.0)
 
 
+def hang_on_three(number: int) -> int:
+    while number == 3:  # it holds the interpreter's lock
+        pass
+    return number
+
+
 def fail(number: int) -> int:
     raise ValueError(f"bad {number}")
 
@@ -84,8 +90,15 @@ def test_a_process_of_the_pool_starts_with_one_thread_for_each_library() -> None
 
 def test_a_worker_that_dies_costs_its_own_job_only() -> None:
     results = {done.job: done.result for done in run_jobs(die_on_three, iter(range(6)), workers=2)}
-    assert isinstance(results.pop(3), WorkerLoss)
+    assert results.pop(3) == WorkerLoss()
     assert results == {n: n for n in (0, 1, 2, 4, 5)}
+
+
+def test_a_job_that_never_ends_costs_its_own_result_only() -> None:
+    done = run_jobs(hang_on_three, iter(range(5)), workers=2, limit_s=1.5)
+    results = {one.job: one.result for one in done}
+    assert results.pop(3) == WorkerLoss(limit_s=1.5)
+    assert results == {n: n for n in (0, 1, 2, 4)}
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -43,7 +43,7 @@ def read_views(
 
 def _one_size(photos: Sequence[Photo]) -> tuple[int, int]:
     """Return the size (width, height) that all photos have; CalibrationError where one has another."""
-    sizes = [(photo.exif.width_px, photo.exif.height_px) for photo in photos]
+    sizes = [photo.size_px for photo in photos]
     usual = Counter(sizes).most_common(1)[0][0] if sizes else (0, 0)
     for photo, size in zip(photos, sizes, strict=True):
         if size != usual:

@@ -2,8 +2,9 @@
 
 import hashlib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -16,7 +17,7 @@ from asbuilt_bim.errors import PhotoError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.storage.regular_file import open_regular
 
-__all__ = ["MAX_PIXELS", "Photo", "PhotoExif", "decode", "photo_from_bytes", "read_photo"]
+__all__ = ["MAX_PIXELS", "Photo", "PhotoExif", "decode", "photo_from_bytes", "read_photo", "side_by_side"]
 
 MAX_PIXELS = 100_000_000
 """No site camera has more than 100 megapixels; a file that says so is damaged or meant to exhaust the memory."""
@@ -30,17 +31,39 @@ _DARK_GREY, _LEAST_LIT = 32, 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Photo:
-    """A picture file as bytes: `digest` is their SHA-256, `exif` what they say of the camera; not decoded yet."""
+    """A picture file as bytes: `digest` is their SHA-256, `exif` what they say of the camera; not decoded yet.
+
+    `eye` says which half of the file is this photo, where one file holds both eyes side by side.
+    """
 
     name: str  # the path as the user wrote it, for messages
     data: bytes
     digest: str
     exif: PhotoExif
+    eye: Literal["", "left", "right"] = ""
 
     @property
     def size_px(self) -> tuple[int, int]:
-        """Return width and height as the file's header says; `decode` holds the pixels to it."""
-        return self.exif.width_px, self.exif.height_px
+        """Return width and height as the file's header says, of one eye; `decode` holds the pixels to it."""
+        return self.exif.width_px // (2 if self.eye else 1), self.exif.height_px
+
+
+def side_by_side(both: Photo) -> tuple[Photo, Photo]:
+    """Return the left and the right photo of a file that holds both eyes, each half of its width.
+
+    Raises: PhotoError where its width is odd.
+    """
+    if both.exif.width_px % 2:
+        raise PhotoError(
+            f"photo {both.name}: {both.exif.width_px} pixels wide, so it can't hold two photos side by side; name a "
+            "file each for left and right"
+        )
+
+    def half(eye: Literal["left", "right"], name: str) -> Photo:
+        digest = hashlib.sha256(f"{eye} of {both.digest}".encode()).hexdigest()
+        return replace(both, name=name, digest=digest, eye=eye)
+
+    return half("left", both.name), half("right", f"{both.name} (right half)")
 
 
 def read_photo(path: Path) -> Photo:
@@ -112,6 +135,9 @@ def decode(photo: Photo) -> ByteImage:
         )
     if damage := damage_of_picture(photo.data, decoded):
         raise PhotoError(f"photo {photo.name}: it is damaged, {damage}; {_REMEDY}")
+    if photo.eye:
+        half = width // 2
+        decoded = np.ascontiguousarray(decoded[:, :half] if photo.eye == "left" else decoded[:, half:])
     return decoded
 
 

@@ -1,5 +1,6 @@
 """Rigs of Kalibr (camchain.yaml) and of the EuRoC data sets (a sensor.yaml each side)."""
 
+import re
 from collections.abc import Mapping
 from typing import TypeGuard
 
@@ -7,18 +8,25 @@ import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
-from asbuilt_bim.camera.rig_formats.opencv import lens_coefficients
-from asbuilt_bim.camera.rig_formats.text import Plain, numbers
+from asbuilt_bim.camera.rig_formats.chosen import chosen_pair
+from asbuilt_bim.camera.rig_formats.opencv import Foreign, lens_coefficients
+from asbuilt_bim.camera.rig_formats.plain_text import Plain
+from asbuilt_bim.camera.rig_formats.radial import MODELS, as_fisheye
+from asbuilt_bim.camera.rig_formats.rigid_pose import nearest_rigid
+from asbuilt_bim.camera.rig_formats.text import numbers
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import inverse
 
 _SIDES = ("cam0", "cam1")
+_CAMERA = re.compile(r"cam\d{1,2}")
+_RADIAL = {"ds": ("xi", "alpha"), "eucm": ("alpha", "beta")}
+"""Kalibr's models that a fisheye can stand for; their numbers come before fu fv cu cv."""
 
 
 def is_camchain(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
     """Say whether a document is Kalibr's camchain."""
-    return isinstance(document, Mapping) and "cam0" in document
+    return isinstance(document, Mapping) and isinstance(document.get("cam0"), Mapping | int | list)
 
 
 def is_euroc(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
@@ -26,21 +34,40 @@ def is_euroc(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
     return isinstance(document, Mapping) and "T_BS" in document and "intrinsics" in document
 
 
-def camchain_rig(document: Mapping[str, Plain], where: str) -> StereoRig:
-    """Make a rig of cam0 (left) and cam1 (right), whose pose T_cn_cnm1 is right_from_left in metres.
+def camchain_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> StereoRig:
+    """Make a rig of two cameras of the chain, by default cam0 and cam1; each pose T_cn_cnm1 is from the camera before.
 
-    Raises: RigError for another number of cameras, other camera or lens models, or what isn't there.
+    Raises: RigError where it is open which two, for other camera or lens models, or what isn't there.
     Reference: Kalibr wiki, "yaml formats".
     """
-    cameras = sorted(key for key in document if str(key).startswith("cam"))
-    if tuple(cameras) != _SIDES:
+    there = sorted((str(key) for key in document if _CAMERA.fullmatch(str(key))), key=lambda name: int(name[3:]))
+    if len(there) < 2 or there != [f"cam{number}" for number in range(len(there))]:
         raise RigError(
-            f"{where}: holds {', '.join(map(str, cameras))[:80]}; a stereo rig is cam0 (left) and cam1 (right)"
+            f"{where}: holds {', '.join(there)[:80]}; a stereo rig is cam0 (left) and cam1 (right), and a chain has "
+            "all numbers between"
         )
-    left, right = (_camera(document[side], f"{where}: {side}") for side in _SIDES)
-    second = document["cam1"]
-    pose = second.get("T_cn_cnm1") if isinstance(second, Mapping) else None
-    return rig_of_unknown_sigma(left, right, _pose(pose, f"{where}: cam1.T_cn_cnm1"))
+    sizes = {name: _size(document[name], f"{where}: {name}") for name in there} if len(there) > 2 else {}
+    names = chosen_pair(sizes, where, foreign) if sizes else _SIDES
+    left, right = (_camera(document[name], f"{where}: {name}") for name in names)
+    first, second = (_from_cam0(document, there.index(name), where) for name in names)
+    return rig_of_unknown_sigma(left, right, second @ inverse(first))
+
+
+def _size(camera: Plain, where: str) -> tuple[int, int]:
+    size = numbers(camera.get("resolution")) if isinstance(camera, Mapping) else None
+    if size is None or len(size) != 2:
+        raise RigError(f"{where}: needs resolution [w, h]")
+    return int(size[0]), int(size[1])
+
+
+def _from_cam0(document: Mapping[str, Plain], number: int, where: str) -> FloatArray:
+    """Return the transform (4, 4) from cam0's frame to that of a camera further on in the chain."""
+    found = np.eye(4)
+    for k in range(1, number + 1):
+        camera = document[f"cam{k}"]
+        pose = camera.get("T_cn_cnm1") if isinstance(camera, Mapping) else None
+        found = _pose(pose, f"{where}: cam{k}.T_cn_cnm1") @ found
+    return found
 
 
 def euroc_rig(left: Mapping[str, Plain], right: Mapping[str, Plain], where: str) -> StereoRig:
@@ -58,6 +85,8 @@ def _camera(camera: Plain, where: str) -> Intrinsics:
     if not isinstance(camera, Mapping):
         raise RigError(f"{where}: holds no camera")
     model = str(camera.get("camera_model", "pinhole"))
+    if model in _RADIAL:
+        return _radial(camera, model, where)
     if model != "pinhole":
         raise RigError(
             f"{where}: the camera model {model[:40]!r} isn't read; calibrate as pinhole-radtan or pinhole-equi"
@@ -75,6 +104,14 @@ def _camera(camera: Plain, where: str) -> Intrinsics:
     )
 
 
+def _radial(camera: Mapping[str, Plain], model: str, where: str) -> Intrinsics:
+    entries, lens = numbers(camera.get("intrinsics")), numbers(camera.get("distortion_coeffs", []))
+    count = len(_RADIAL[model])
+    if entries is None or len(entries) != count + 4 or lens is None or any(lens):
+        raise RigError(f"{where}: needs intrinsics [{', '.join(MODELS[model][1])}, fu, fv, cu, cv] and no distortion")
+    return as_fisheye(model, entries[count:], entries[:count], _size(camera, where), where)
+
+
 def _pose(value: Plain, where: str) -> FloatArray:
     """Return a transform (4, 4), its rotation made orthogonal to the last digit where the file's is rounded."""
     entries = numbers(value)
@@ -82,16 +119,6 @@ def _pose(value: Plain, where: str) -> FloatArray:
         raise RigError(f"{where}: needs a 4 x 4 matrix")
     matrix = np.reshape(entries, (4, 4))
     return nearest_rigid(matrix)
-
-
-def nearest_rigid(matrix: FloatArray) -> FloatArray:
-    """Return a matrix (4, 4) whose rotation, off by the file's rounding, is made a rotation; larger faults stay."""
-    u, sizes, v = np.linalg.svd(matrix[:3, :3])
-    if np.abs(sizes - 1.0).max() > 1e-4 or np.linalg.det(u @ v) < 0.0:
-        return matrix
-    mended = matrix.copy()
-    mended[:3, :3] = u @ v
-    return mended
 
 
 def camchain_text(rig: StereoRig) -> str:

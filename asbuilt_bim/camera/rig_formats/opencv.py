@@ -9,7 +9,8 @@ import numpy as np
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
-from asbuilt_bim.camera.rig_formats.text import Plain, numbers
+from asbuilt_bim.camera.rig_formats.plain_text import Plain
+from asbuilt_bim.camera.rig_formats.text import numbers
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid
@@ -35,11 +36,18 @@ _SIZES = ("image_size", "imageSize", "size", "resolution")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Foreign:
-    """What OpenCV's files don't always say: the photos' size, the unit of T, that a lens is a fisheye."""
+    """What files of other programs don't always say.
+
+    `size_px` of the photos, the unit of T, that a lens is a fisheye (OpenCV's files); `cameras`: left and right where a
+    file holds more than two, by the file's own names. `photo_px` is the size of the photos at hand: a file that says
+    its own size isn't overruled by it.
+    """
 
     size_px: tuple[int, int] | None = None
     metres_per_unit: float = 1.0
     fisheye: bool = False
+    cameras: tuple[str, ...] = ()
+    photo_px: tuple[int, int] | None = None
 
 
 def is_opencv(document: Plain) -> TypeGuard[Mapping[str, Plain]]:
@@ -63,7 +71,7 @@ def opencv_rig(document: Mapping[str, Plain], where: str, foreign: Foreign) -> S
             found[own] = values
     if problems:
         raise RigError(f"{where}: OpenCV matrices are missing or hold no numbers: {'; '.join(problems)}")
-    size = foreign.size_px or _size(document)
+    size = foreign.size_px or photo_size(document) or foreign.photo_px
     if size is None:
         raise RigError(
             f"{where}: it doesn't say how large the photos are; give rig.photo_size_px: [width, height], or "
@@ -126,7 +134,7 @@ def lens_coefficients(lens: list[float], model: str, where: str) -> FloatArray:
     return frozen(padded)
 
 
-def _size(document: Mapping[str, Plain]) -> tuple[int, int] | None:
+def photo_size(document: Mapping[str, Plain]) -> tuple[int, int] | None:
     """Return the photos' size where the file says it."""
     for name in _SIZES:
         if name in document and (pair := numbers(document[name])) is not None and len(pair) == 2:

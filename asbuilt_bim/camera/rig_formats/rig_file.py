@@ -12,7 +12,7 @@ from jsonschema import Draft202012Validator
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import COEFFICIENT_NAMES, COEFFICIENTS, LensModel, reach
-from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.camera.rig import OTHER_PROGRAMS, PARAMETERS, RigWidth, StereoRig
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.storage.atomic_write import replace_bytes, writing
@@ -24,6 +24,9 @@ _ROTATION_TOLERANCE = 1e-6
 _MOST = 1e12
 BASELINES_M = 0.02, 3.0
 _MOST_LENS = 10.0  # sigma of a coefficient: the prior of a lens is under one
+MOST_LOST = 0.25
+"""Of the frame: what lies beyond the lens's own field isn't measured on, and rectification leaves it out. An OAK-D's
+own lens loses 14 %; one that loses more than a quarter is no calibration of these photos."""
 _LEAST_FISHEYE_RAD = np.deg2rad(35.0)  # half the angle of view: a narrower lens is no fisheye
 _TOLERANCE = 1e-6  # of the sigmas' product; a calibration's own is symmetric to 1e-10
 
@@ -89,10 +92,11 @@ def rig_problems(rig: StereoRig) -> list[str]:
             problems.append(f"{side}.K: the principal point lies outside the picture")
         if abs(camera.K[0, 1]) + abs(camera.K[1, 0]) + np.abs(camera.K[2] - [0.0, 0.0, 1.0]).sum() > 1e-9:
             problems.append(f"{side}.K: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
-        elif fits and _turns_back(camera):
+        elif fits and (lost := _without_direction(camera)) > MOST_LOST:
             problems.append(
-                f"{side}.distortion: the lens folds back inside the picture, so its border has no direction; calibrate "
-                "with boards or points out to the corners of the frame, or another model of lens"
+                f"{side}.distortion: the lens folds back inside the picture, so {lost:.0%} of it have no direction "
+                f"(limit {MOST_LOST:.0%}); calibrate with boards or points out to the corners of the frame, or another "
+                "model of lens"
             )
     turn, last = rig.right_from_left[:3, :3], rig.right_from_left[3]
     if not np.all(np.isfinite(rig.right_from_left)):
@@ -173,14 +177,13 @@ def _covariance_size(content: dict[str, Any]) -> list[str]:
     ]
 
 
-def _turns_back(camera: Intrinsics) -> bool:
-    """Say whether the lens's polynomial folds back inside the picture, so that pixels there have no direction."""
+def _without_direction(camera: Intrinsics) -> float:
+    """Return the share of the picture whose pixels have no direction: the lens's polynomial folds back before them."""
     if camera.lens == "fisheye":  # its corners may lie beyond 88 degrees
-        return bool(reach(camera.distortion) < np.tan(_LEAST_FISHEYE_RAD))
+        return 1.0 if reach(camera.distortion) < np.tan(_LEAST_FISHEYE_RAD) else 0.0
     across, down = np.linspace(-0.5, camera.width_px - 0.5, 33), np.linspace(-0.5, camera.height_px - 0.5, 33)
-    top, left = np.full_like(across, -0.5), np.full_like(down, -0.5)
-    border = [(across, top), (across, top + camera.height_px), (left, down), (left + camera.width_px, down)]
-    return bool(np.any(np.isnan(camera.rays(np.concatenate([np.stack(line, axis=-1) for line in border])))))
+    rays = camera.rays(np.stack(np.meshgrid(across, down), axis=-1))
+    return float(np.isnan(rays[..., 0]).mean())
 
 
 def _problem(error: Any) -> str:
@@ -204,6 +207,15 @@ def _plain(rig: StereoRig) -> dict[str, Any]:
         "camera_serial_right": rig.camera_serial_right,
         "exif_orientation": rig.exif_orientation,
         "focal_length_mm": float(rig.focal_length_mm),
+        **({} if rig.width == OTHER_PROGRAMS else {"trusted_to": _plain_width(rig.width)}),
+    }
+
+
+def _plain_width(width: RigWidth) -> dict[str, Any]:
+    return {
+        "turn_rad": [float(one) for one in width.turn_rad],
+        "lens_px": float(width.lens_px),
+        "scale_share": float(width.scale_share),
     }
 
 
@@ -239,6 +251,16 @@ def _rig(content: dict[str, Any]) -> StereoRig:
         camera_serial_right=content.get("camera_serial_right", ""),
         exif_orientation=content.get("exif_orientation", 0),
         focal_length_mm=float(content.get("focal_length_mm", 0.0)),
+        width=_width(content["trusted_to"]) if "trusted_to" in content else OTHER_PROGRAMS,
+    )
+
+
+def _width(content: dict[str, Any]) -> RigWidth:
+    pitch, yaw, roll, down, ahead = (float(one) for one in content["turn_rad"])
+    return RigWidth(
+        turn_rad=(pitch, yaw, roll, down, ahead),
+        lens_px=float(content["lens_px"]),
+        scale_share=float(content["scale_share"]),
     )
 
 

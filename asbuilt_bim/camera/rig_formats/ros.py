@@ -8,13 +8,17 @@ import numpy as np
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import rectification
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
-from asbuilt_bim.camera.rig_formats.kalibr import nearest_rigid
 from asbuilt_bim.camera.rig_formats.opencv import MODEL_NAMES, lens_coefficients
-from asbuilt_bim.camera.rig_formats.text import Plain, numbers
-from asbuilt_bim.errors import RigError
+from asbuilt_bim.camera.rig_formats.plain_text import Plain
+from asbuilt_bim.camera.rig_formats.rigid_pose import nearest_rigid
+from asbuilt_bim.camera.rig_formats.text import numbers
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import RigError, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid
 
+_FOCAL_SHARE, _ROWS_PX = 1e-4, 0.01
+"""By rounding alone: rectification gives both cameras one focal length and one row."""
 _KEYS = {
     "K": (("camera_matrix", "K", "k"), 9),
     "R": (("rectification_matrix", "R", "r"), 9),
@@ -35,6 +39,7 @@ def ros_rig(left: Mapping[str, Plain], right: Mapping[str, Plain], where: str) -
     Raises: RigError for what isn't there, and for files whose projection holds no baseline.
     Reference: ROS sensor_msgs/CameraInfo.
     """
+    _refuse_projections(left, right, where)
     cameras, turns, shifts = [], [], []
     for side, document in (("left", left), ("right", right)):
         camera, turn, shift = _camera(document, f"{where}: {side}")
@@ -48,6 +53,26 @@ def ros_rig(left: Mapping[str, Plain], right: Mapping[str, Plain], where: str) -
         )
     right_from_left = rigid(turns[1].T @ turns[0], turns[1].T @ [shifts[1] - shifts[0], 0.0, 0.0])
     return rig_of_unknown_sigma(cameras[0], cameras[1], right_from_left)
+
+
+def _refuse_projections(left: Mapping[str, Plain], right: Mapping[str, Plain], where: str) -> None:
+    """Refuse a pair whose projections differ in more than the columns: then its R and P rectify nothing.
+
+    Raises: RigError with the code `RIG_PROJECTIONS_CONTRADICT`.
+    """
+    first, second = _first(left, "P"), _first(right, "P")
+    if first is None or second is None:
+        return
+    one, two = np.reshape(first, (3, 4)), np.reshape(second, (3, 4))
+    focal, rows = abs(one[0, 0] / max(two[0, 0], 1e-9) - 1.0), abs(float(one[1, 2] - two[1, 2]))
+    if focal <= _FOCAL_SHARE and rows <= _ROWS_PX:
+        return
+    subject, focal_px = about(SubjectKind.RIG), (float(one[0, 0]), float(two[0, 0]))
+    raise RigError(
+        f"{where}: the projection matrices aren't of one rectified pair: focal lengths {one[0, 0]:.2f} and "
+        f"{two[0, 0]:.2f} px, rows {rows:.1f} px apart. Take the files of a STEREO calibration, or the camera's own",
+        [rejected(Reason.RIG_PROJECTIONS_CONTRADICT, subject, focal_px=focal_px, rows_px=rows)],
+    )
 
 
 def _first(document: Mapping[str, Plain], key: str) -> list[float] | None:

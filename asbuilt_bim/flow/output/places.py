@@ -15,6 +15,8 @@ COPIED = (
     "tasks.csv",
     "schedule.msp.xml",
     "schedule.p6.xml",
+    "issues-2.1.bcf",
+    "issues-3.0.bcf",
     CHANGES,
     "report.html",
 )

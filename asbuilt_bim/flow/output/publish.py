@@ -11,6 +11,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.codes import REVISIONS
 from asbuilt_bim.errors import AsBuiltError, ResultError
+from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
@@ -19,6 +20,8 @@ from asbuilt_bim.ifc.read.source import file_digest, files_digest
 from asbuilt_bim.progress.globalid_remap import known_again, remapped_ids, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
+from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.project.networks import identities
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
@@ -26,6 +29,7 @@ from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overl
 from asbuilt_bim.report.result.document import CARRIED, VISITS, read_before, read_result, write_result
 from asbuilt_bim.report.wording.changes import write_changes
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.workbook.read import LastWorkbook
 from asbuilt_bim.report.writers import run_writers, writers_of
 from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
@@ -102,6 +106,11 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
     report = read_result(current.folder / "result.json")
     sources = tuple(ifc) or tuple(out.path / path for path in current.ifc)
     _check_ifc(sources, report)
+    last = last_workbook(out, report)
+    if last is not None:
+        counts = report.valuation is not None and report.valuation.count_observations
+        inputs, notes = inputs_of(ValuationFile(observations="count" if counts else "shown"), last, report)
+        report = with_valuation(report, inputs, notes)
     writers, missing = writers_of(current.folder)
     warnings = list(missing)
 
@@ -111,6 +120,8 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
         for name in ("result.json", "rig.yaml", CHANGES):
             if (current.folder / name).is_file():
                 shutil.copyfile(current.folder / name, folder / name)
+        if last is not None:
+            write_result(report, folder / "result.json")
         _write_views(folder, sources, colour)
         warnings.extend(run_writers(writers, report, folder))
 
@@ -150,6 +161,14 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
     return replace(result, reports=(*result.reports[:-1], replace(last, notes=(*last.notes, *notes))))
 
 
+def with_persons(
+    result: RunResult, project: Project, before: ProgressReport | None, last: LastWorkbook | None
+) -> RunResult:
+    """Return a run's result with what persons bring to its last visit's valuation; `before` is the current run's."""
+    inputs, notes = inputs_of(project.valuation, last, before, result.past)
+    return replace(result, reports=(*result.reports[:-1], with_valuation(result.reports[-1], inputs, notes)))
+
+
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
     """Return what a run's numbers were made from."""
     markers = replace(project.markers, survey="")  # it has a digest of its own
@@ -172,7 +191,7 @@ def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressRep
     """Write what is made from a run folder's results, as they stand there: `run` and `report` write the same."""
     report = read_result(folder / "result.json")
     earlier = read_before(folder, report.visit_date)
-    write_outputs(report, folder, folder, before=earlier[-1] if earlier else None)
+    write_outputs(report, folder, folder, earlier=earlier)
     for one in earlier:
         write_overlays(one, read_pictures(one, folder), folder / "overlays")
     colours = STATE_COLOURS if colour else None

@@ -1,10 +1,12 @@
 """Bodies of IFC products as meshes in world metres, by ifcopenshell's geometry kernel."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import ifcopenshell.geom
+import ifcopenshell.guid
 import numpy as np
 
 from asbuilt_bim.bim.mesh import Mesh, welded
@@ -45,6 +47,31 @@ def read_bodies(
     drawn = [product for product in products if getattr(product, "Representation", None)]
     if not drawn:
         return {}
+    with _all_named(file):
+        return _drawn(file, drawn, length_scale, world_from_file, threads, uncut)
+
+
+@contextmanager
+def _all_named(file: Any) -> Iterator[None]:
+    """Give what lacks a GlobalId one for a while: IfcOpenShell 0.9.0.post1 draws nothing more once it meets one."""
+    nameless = [one for one in file.by_type("IfcObjectDefinition") if one.GlobalId is None]
+    for one in nameless:
+        one.GlobalId = ifcopenshell.guid.new()
+    try:
+        yield
+    finally:
+        for one in nameless:
+            one.GlobalId = None
+
+
+def _drawn(
+    file: Any,
+    drawn: list[Any],
+    length_scale: float,
+    world_from_file: FloatArray | None,
+    threads: int,
+    uncut: bool,
+) -> dict[int, Body]:
     settings = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
     settings.set("mesher-angular-deflection", ANGLE_RAD)
     settings.set("circle-segments", SEGMENTS)

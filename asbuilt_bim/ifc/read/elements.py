@@ -20,7 +20,7 @@ from asbuilt_bim.ifc.geometry.bodies import Body, read_bodies
 from asbuilt_bim.ifc.geometry.faces import design_faces
 from asbuilt_bim.ifc.identity import with_ids
 from asbuilt_bim.ifc.read.federation import Member
-from asbuilt_bim.ifc.read.structure import base_quantities, is_concrete, parts_of, storey_of
+from asbuilt_bim.ifc.read.structure import base_quantities, is_concrete, parts_of, storey_of, type_name_of
 from asbuilt_bim.ifc.units import Units
 
 _OBSTACLES = (
@@ -205,6 +205,7 @@ def _element(product: Any, body: Body, units: Units, number: int) -> BimElement 
         faces=faces,
         qto=base_quantities(product, units),
         source=number,
+        type_name=type_name_of(product),
     )
 
 

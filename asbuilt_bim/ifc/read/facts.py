@@ -4,13 +4,11 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
-import ifcopenshell.util.element
-
 from asbuilt_bim.ifc.read.cost import planned_items
 from asbuilt_bim.ifc.read.elements import walls_and_columns
 from asbuilt_bim.ifc.read.georeference import Georeference, read_georeference
 from asbuilt_bim.ifc.read.schedule import read_tasks
-from asbuilt_bim.ifc.read.structure import holder_of, is_concrete, material_names
+from asbuilt_bim.ifc.read.structure import holder_of, is_concrete, material_names, type_name_of
 from asbuilt_bim.ifc.units import read_units, unit_symbol
 
 _PLACES = {"IfcBuildingStorey": "storey", "IfcSpace": "space", "IfcBuilding": "building", "IfcSite": "site"}
@@ -69,13 +67,12 @@ def read_facts(file: Any) -> FileFacts:
 
 
 def _kind(product: Any) -> Kind:
-    type_object = ifcopenshell.util.element.get_type(product)
     names = list(dict.fromkeys(material_names(product)))
     holder = holder_of(product)
     place = "nothing" if holder is None else _PLACES.get(holder.is_a(), "another element")
     return Kind(
         ifc_class=product.is_a(),
-        type_name=str((type_object.Name or "") if type_object is not None else product.ObjectType or ""),
+        type_name=type_name_of(product),
         materials=", ".join(names[:_MATERIALS]) + (" ..." if len(names) > _MATERIALS else ""),
         concrete=is_concrete(product),
         placed_in=place,

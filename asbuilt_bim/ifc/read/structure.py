@@ -102,6 +102,12 @@ def parts_of(product: Any, depth: int = 0) -> Iterator[Any]:
                 yield from parts_of(part, depth + 1)
 
 
+def type_name_of(product: Any) -> str:
+    """Return the name of a product's type; without one what the product itself says of it."""
+    made_as = ifcopenshell.util.element.get_type(product)
+    return str((made_as.Name or "") if made_as is not None else product.ObjectType or "")
+
+
 def is_concrete(product: Any) -> bool | None:
     """Say by its materials' names whether a product is cast concrete; None where they don't say.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from asbuilt_bim.ifc.read.structure import parts_of
 from asbuilt_bim.ifc.write.entities import Marker
-from asbuilt_bim.progress.report import ElementProgress, State
+from asbuilt_bim.progress.report import ElementProgress, ShownState
 
 _STYLE = "AsBuilt_Colour"
 _ASIDE = "AsBuilt_Aside"
@@ -21,7 +21,7 @@ _ASIDE = "AsBuilt_Aside"
 class Painter:
     """Colours the bodies of elements in one file."""
 
-    def __init__(self, marker: Marker, colours: Mapping[State, str]) -> None:
+    def __init__(self, marker: Marker, colours: Mapping[ShownState, str]) -> None:
         self._make = marker.file.create_entity
         self._file = marker.file
         self._colours = colours
@@ -36,7 +36,8 @@ class Painter:
         A body that several elements share has one colour for all of them, and stays as it is.
         """
         items = list(_body_items(element))
-        could = [self._paint_item(item, progress.state) for item in items]
+        state = progress.shown_state if progress.shown_state in self._colours else progress.state
+        could = [self._paint_item(item, state) for item in items]
         return bool(could) and all(could)
 
     def finish(self) -> None:
@@ -54,7 +55,7 @@ class Painter:
         material = self._make("IfcMaterial", Name=_ASIDE)
         self._make("IfcMaterialDefinitionRepresentation", Representations=[kept], RepresentedMaterial=material)
 
-    def _paint_item(self, item: Any, state: State) -> bool:
+    def _paint_item(self, item: Any, state: ShownState) -> bool:
         if not _alone(item) or not self._shows(item):
             return False
         mine = [styled for styled in item.StyledByItem or () if (styled.Name or "").startswith(_STYLE)]
@@ -105,7 +106,7 @@ class Painter:
             styled.Item, styled.Name = None, f"{_ASIDE} {self._count}{own}"
             self._aside.append(styled)
 
-    def _style(self, state: State) -> Any:
+    def _style(self, state: ShownState) -> Any:
         if state not in self._styles:
             colour = self._colours[state]
             red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))

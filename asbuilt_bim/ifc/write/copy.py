@@ -15,9 +15,9 @@ from asbuilt_bim.ifc.write.colours import Painter
 from asbuilt_bim.ifc.write.costs import write_costs
 from asbuilt_bim.ifc.write.entities import Marker, Words, bare
 from asbuilt_bim.ifc.write.history import HistoryWriter
-from asbuilt_bim.ifc.write.progress import mark_element, mark_storey, mark_task, observed
+from asbuilt_bim.ifc.write.progress import mark_element, mark_storey, mark_task, photographed_areas
 from asbuilt_bim.ifc.write.strip import strip
-from asbuilt_bim.progress.report import ElementProgress, ProgressReport, State, StationRecord
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport, ShownState, StationRecord
 
 _END = b"END-ISO-10303-21"
 _LEAST_FREE = 1_000_000  # bytes: a disk with less is what a copy failed for; the library doesn't say why it failed
@@ -31,12 +31,12 @@ def write_asbuilt(
     target: Path | str,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
 ) -> None:
     """Write a copy of `source` to `target` that carries the report, and the visits before it as a history.
 
-    `colours` (state -> "#rrggbb") paints the observed elements by state, `words` makes the texts of notes. What an
+    `colours` (state -> "#rrggbb") paints the elements by state, `words` makes the texts of notes. What an
     earlier run had written into `source` is replaced, so writing twice gives the same file. The copy appears whole or
     not at all.
 
@@ -58,7 +58,7 @@ def mark_file(
     report: ProgressReport,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
     name: str = "the IFC file",
 ) -> None:
@@ -72,15 +72,15 @@ def mark_file(
     visits = (*(one for one in earlier if one.visit_date < report.visit_date), report)
     history = HistoryWriter(marker, visits)
     painter = Painter(marker, colours) if colours else None
+    photographed = photographed_areas(report)
     for progress, element in _elements(marker, report, name):
-        if observed(progress):
-            mark_element(marker, element, progress, report)
-            history.write(element)
-            if painter is not None:
-                painter.paint(element, progress)
+        mark_element(marker, element, progress, report, photographed.get(progress.global_id))
+        history.write(element)
+        if painter is not None:
+            painter.paint(element, progress)
     for group in report.storeys:
         if (thing := marker.find(group.key, "IfcBuildingStorey")) is not None:
-            mark_storey(marker, thing, group, report)
+            mark_storey(marker, thing, group, report, photographed)
             history.write(thing)
     for task in report.tasks:
         if (thing := marker.find(task.progress.key, "IfcTask")) is not None:

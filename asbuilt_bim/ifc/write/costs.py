@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from datetime import date
 from typing import Any
 
+from asbuilt_bim.bim.model import COSTS_KEY
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.names import AS_BUILT
 from asbuilt_bim.ifc.write.entities import LABEL_LENGTH, Marker
@@ -27,6 +28,7 @@ def write_costs(marker: Marker, lines: tuple[CostProgress, ...], visit: date) ->
     """
     if marker.schema == "IFC2X3":
         return
+    lines = tuple(line for line in lines if not line.global_id.startswith(COSTS_KEY))  # a table's are not the IFC's
     planned = list(dict.fromkeys(line.schedule for line in lines))
     made = [_schedule(marker, name, [line for line in lines if line.schedule == name], visit) for name in planned]
     projects = marker.file.by_type("IfcProject")

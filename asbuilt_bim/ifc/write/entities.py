@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
-import ifcopenshell.util.unit
-
 from asbuilt_bim.codes import Note
 from asbuilt_bim.ifc.names import (
     KIND_OF,
@@ -43,7 +41,6 @@ class Marker:
         self.words = words
         self.schema: str = file.schema  # asking the file each time costs more than making an entity
         self.units: Units = read_units(file)
-        self.angle_scale = float(ifcopenshell.util.unit.calculate_unit_scale(file, "PLANEANGLEUNIT")) or 1.0
         self.owner: Any = _owner_history(file)
 
     def rooted(self, ifc_class: str, key: str, **attributes: Any) -> Any:
@@ -61,7 +58,7 @@ class Marker:
     def properties(
         self, thing: Any, values: Mapping[str, Value | None], references: Mapping[str, Any] | None = None
     ) -> None:
-        """Give a thing our property set; values that are None are left out. Lengths in metres, angles in radians.
+        """Give a thing our property set; values that are None are left out. Lengths in metres.
 
         `references` are entities of the file (IFC2X3 keeps its dates as such), kept by reference.
         """
@@ -114,8 +111,6 @@ class Marker:
             plain = float(plain) / self.units.length_scale
         elif kind == "area":
             plain = float(plain) / self.units.area_scale
-        elif kind == "angle":
-            plain = float(plain) / self.angle_scale
         elif isinstance(value, date):
             plain = value.isoformat()
         elif kind == "label":

@@ -9,7 +9,7 @@ from asbuilt_bim.errors import ResultError
 from asbuilt_bim.ifc.read.source import open_ifc
 from asbuilt_bim.ifc.write.copy import mark_file, save, write_asbuilt
 from asbuilt_bim.ifc.write.entities import Words, bare
-from asbuilt_bim.progress.report import ProgressReport, State
+from asbuilt_bim.progress.report import ProgressReport, ShownState
 
 
 def write_copies(
@@ -18,7 +18,7 @@ def write_copies(
     folder: Path,
     *,
     earlier: Sequence[ProgressReport] = (),
-    colours: Mapping[State, str] | None = None,
+    colours: Mapping[ShownState, str] | None = None,
     words: Words = bare,
 ) -> tuple[Path, ...]:
     """Write `<name>.asbuilt.ifc` into `folder` for each source that owns an element of the report; return the paths.

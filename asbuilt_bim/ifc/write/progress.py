@@ -1,10 +1,15 @@
 """State, completion and as-built areas of elements, storeys and tasks: our sets, and standard ones where they fit."""
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
+from asbuilt_bim.codes import WHY_STATE, Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.ifc.names import PROGRAM, Value
 from asbuilt_bim.ifc.write.entities import Marker
 from asbuilt_bim.ifc.write.tasks import write_task
+from asbuilt_bim.progress.completion.forecast import forecast_of
+from asbuilt_bim.progress.completion.moments import late_days
 from asbuilt_bim.progress.report import Completion, ElementProgress, GroupProgress, ProgressReport, TaskProgress
 from asbuilt_bim.version import __version__
 
@@ -12,22 +17,28 @@ OCCURRENCE_SET = "Pset_ConstructionOccurence"  # buildingSMART spells it so
 UNCERTAINTY_SET = "Pset_Uncertainty"
 
 
-def observed(progress: ElementProgress) -> bool:
-    """Say whether anything at all is known of an element: only then does it get our sets."""
-    seen = progress.completion.coverage > 0.0 or progress.as_built_area_m2 is not None
-    return seen or progress.state == "displaced"
+def photographed_areas(report: ProgressReport) -> dict[str, float]:
+    """Return by GlobalId the design area (m2) of the faces that as-built areas were measured on."""
+    found: dict[str, float] = {}
+    for face in report.faces:
+        if face.surface.as_built_area_m2 is not None:
+            found[face.element] = found.get(face.element, 0.0) + face.exposed_area_m2
+    return found
 
 
-def mark_element(marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport) -> None:
-    """Give an observed element its sets."""
+def mark_element(
+    marker: Marker, element: Any, progress: ElementProgress, report: ProgressReport, photographed_m2: float | None
+) -> None:
+    """Give an element its sets: one of which nothing is known too, with the reason."""
     marker.properties(
         element,
         {
-            "State": progress.state,
-            **_completion_values(progress.completion),
+            "State": progress.shown_state,
+            "Reason": _why(progress),
+            **_completion_values(progress.completion, progress.global_id),
             "DeviationFromDesign": progress.offset_m,
             "DeviationSigma": progress.offset_sigma_m,
-            "Tilt": progress.tilt_rad,
+            "TiltMmPerM": None if progress.tilt_rad is None else 1000.0 * math.tan(progress.tilt_rad),
             "VisitDate": progress.last_seen or report.visit_date,
             "Stations": ", ".join(progress.stations) or None,
             "ProgramVersion": _version(report),
@@ -38,6 +49,7 @@ def mark_element(marker: Marker, element: Any, progress: ElementProgress, report
         {
             "AsBuiltArea": progress.as_built_area_m2,
             "AsBuiltAreaSigma": progress.as_built_sigma_m2,
+            "PhotographedDesignArea": photographed_m2,
             "DesignExposedArea": progress.design_area_m2,
         },
     )
@@ -45,16 +57,20 @@ def mark_element(marker: Marker, element: Any, progress: ElementProgress, report
         _standard_sets(marker, element, progress)
 
 
-def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: ProgressReport) -> None:
+def mark_storey(
+    marker: Marker, storey: Any, group: GroupProgress, report: ProgressReport, photographed_m2: Mapping[str, float]
+) -> None:
     """Give a storey its sets; the areas are sums over its walls and columns, absent where none was measured."""
     inside = set(group.elements)
     measured = any(e.as_built_area_m2 is not None for e in report.elements if e.global_id in inside)
+    photographed = [area for key, area in photographed_m2.items() if key in inside]
     marker.properties(storey, _group_values(group, report))
     marker.areas(
         storey,
         {
             "AsBuiltArea": group.as_built_area_m2 if measured else None,
             "AsBuiltAreaSigma": group.as_built_sigma_m2 if measured else None,
+            "PhotographedDesignArea": sum(photographed) if photographed else None,
             "DesignExposedArea": group.design_area_m2,
         },
     )
@@ -63,7 +79,17 @@ def mark_storey(marker: Marker, storey: Any, group: GroupProgress, report: Progr
 def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
     """Write a task's measured time, and our set with what was overwritten."""
     kept = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report) | kept.values, kept.dates)
+    marker.properties(thing, _group_values(task.progress, report) | _dates(task, report) | kept.values, kept.dates)
+
+
+def _dates(task: TaskProgress, report: ProgressReport) -> dict[str, Value | None]:
+    """Return how a task stands against its plan, as every other file has it."""
+    finish = forecast_of(task, report).finish
+    return {
+        "DaysBehind": task.behind_days,
+        "DaysLate": late_days(task.schedule_finish, task.late, report.visit_date),
+        "ForecastFinish": None if finish is None else finish.date(),
+    }
 
 
 def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> None:
@@ -98,10 +124,11 @@ def _standard_sets(marker: Marker, element: Any, progress: ElementProgress) -> N
 def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Value | None]:
     return {
         "State": _group_state(group),
-        **_completion_values(group.completion),
+        **_completion_values(group.completion, group.key),
         "VisitDate": report.visit_date,
         "ProgramVersion": _version(report),
         "ElementsComplete": group.complete,
+        "ElementsCompleteAsFarAsSeen": group.as_far_as_seen,
         "ElementsPart": group.part,
         "ElementsNotStarted": group.not_started,
         "ElementsDisplaced": group.displaced,
@@ -109,18 +136,30 @@ def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Val
     }
 
 
+def _why(progress: ElementProgress) -> Note | None:
+    """Return the note that says why an element has its state; what is unknown always has one."""
+    found = next((note for note in progress.notes if note.code in WHY_STATE), None)
+    if found is not None or progress.state != "unknown":
+        return found
+    seen = progress.completion.coverage
+    subject = about(SubjectKind.ELEMENT, progress.global_id)
+    return noted(Reason.SEEN_LITTLE if seen > 0.0 else Reason.NOT_SEEN, subject, coverage=seen)
+
+
 def _group_state(group: GroupProgress) -> str:
     """Return a group's state; what has no best estimate, as where some of it isn't measured here, is no whole."""
     done = group.completion
     if done.best is not None and group.complete == len(group.elements):
-        return "complete"
+        return "complete as far as seen" if group.as_far_as_seen else "complete"
     if done.best is not None and group.not_started == len(group.elements):
         return "not started"
     return "part" if (done.best or done.lower) > 0.0 or (group.part and done.best is not None) else "unknown"
 
 
-def _completion_values(completion: Completion) -> dict[str, Value | None]:
+def _completion_values(completion: Completion, key: str) -> dict[str, Value | None]:
+    subject = about(SubjectKind.ELEMENT, key)
     return {
+        "Summary": noted(Reason.BOUNDS, subject, lower=completion.lower, upper=completion.upper),
         "CompletionBest": completion.best,
         "CompletionLower": completion.lower,
         "CompletionUpper": completion.upper,

@@ -8,6 +8,7 @@ from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about,
 from asbuilt_bim.ifc.names import Value
 from asbuilt_bim.ifc.read.planned_dates import task_times
 from asbuilt_bim.ifc.write.entities import DESCRIPTION, Marker
+from asbuilt_bim.progress.completion.moments import begun_at, finished_at, status_written
 from asbuilt_bim.progress.completion.planned import TaskVerdict, verdict
 from asbuilt_bim.progress.report import TaskProgress
 
@@ -49,9 +50,10 @@ def write_task(marker: Marker, task: Any, progress: TaskProgress, visit: date) -
         _keep(kept, name, getattr(holder, name, None))
     if hasattr(holder, "DataOrigin"):
         holder.DataOrigin = "MEASURED"
-    holder.StatusTime = marker.moment(visit)
-    holder.ActualStart = marker.moment(progress.actual_start)
-    holder.ActualFinish = marker.moment(progress.actual_finish)
+    begun, complete = progress.actual_start, progress.actual_finish
+    holder.StatusTime = marker.moment(status_written(visit))
+    holder.ActualStart = marker.moment(begun_at(begun) if begun else None)
+    holder.ActualFinish = marker.moment(finished_at(complete) if complete else None)
     holder.Completion = known.share if known.share > 0.0 else None
     kept.values["Basis"] = _basis(known, known.share, progress, subject)
     return kept

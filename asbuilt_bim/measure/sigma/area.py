@@ -12,7 +12,6 @@ from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import apply
 from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS, seen_by
-from asbuilt_bim.vision.stereo.rig_health import UNKNOWN_CALIBRATION_RAD, UNKNOWN_LENS_PX
 
 
 def polygon_area(points_m: FloatArray) -> float:
@@ -90,10 +89,15 @@ def calibration_sigmas_m2(
     if not outlines:
         return np.zeros(0)
     is_known = bool(np.any(rig.covariance))
-    turn_rad = np.zeros(5) if is_known else UNKNOWN_CALIBRATION_RAD
-    lens_px = rows_px if is_known else max(UNKNOWN_LENS_PX, rows_px)
+    turn_rad = np.zeros(5) if is_known else np.array(rig.width.turn_rad)
+    lens_px = rows_px if is_known else max(rig.width.lens_px, rows_px)
     sigmas = np.array([_by_disparity_m2(rings, q, camera, turn_rad, lens_px) for rings, q in outlines])
-    return np.hypot(sigmas, _by_covariance_m2(outlines, rig, camera)) if is_known else sigmas
+    if is_known:
+        by_rig = _by_covariance_m2(outlines, rig, camera)
+    else:  # an area goes with the square of lengths
+        by_rig = 2.0 * rig.width.scale_share * np.array([rings_area_m2(rings, q, camera) for rings, q in outlines])
+    both: FloatArray = np.hypot(sigmas, by_rig)
+    return both
 
 
 def _by_covariance_m2(

@@ -65,7 +65,8 @@ def progress_of(
     seen_unfinished = bool(stations) and state in ("part", "not started")
     doubts = list(doubts_of(element, surfaces, state, options))
     subject = about(SubjectKind.ELEMENT, element.global_id)
-    because = [noted(why, subject, coverage=completion.coverage)] if why else []
+    in_place = displaced is None or displaced.accepted
+    because = [noted(why, subject, coverage=completion.coverage)] if why and in_place else []
     notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
         notes.append(
@@ -119,6 +120,8 @@ def progress_of(
         unfinished_on=visit_date if seen_unfinished else history.unfinished_on.get(element.global_id),
         move_m=_plain(displaced.move_m) if displaced else None,
         accepted=displaced is not None and displaced.accepted,
+        as_far_as_seen=state == "complete" and completion.lower < options.nearly_all,
+        type_name=element.type_name,
     )
 
 
@@ -188,7 +191,7 @@ def _state(
     """
     best = completion.best
     if best is None:
-        return "unknown", None
+        return "unknown", Reason.SEEN_LITTLE if completion.coverage > 0.0 else Reason.NOT_SEEN
     if best >= options.complete_from:
         if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
             if completion.coverage >= options.enough_coverage:

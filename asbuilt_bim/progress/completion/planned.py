@@ -8,9 +8,9 @@ from typing import Literal
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
+from asbuilt_bim.progress.completion.moments import days_past, status_moment
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
 
-_EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 """What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
 
@@ -32,7 +32,7 @@ class LateElement:
     element: ElementProgress
     task: str  # the one with the latest planned finish
     due: date
-    days_late: int
+    late_days: int
 
 
 def verdict(task: TaskProgress) -> TaskVerdict:
@@ -66,16 +66,6 @@ def _note(code: Reason, task: TaskProgress, values: Values) -> Note:
     return noted(code, about(SubjectKind.TASK, task.progress.key), **values)
 
 
-def percent_down(share: float) -> str:
-    """Return a lower bound in percent, to a tenth, never more than it is."""
-    return f"{math.floor(share * 1000.0 + _EVEN) / 10.0:.1f}"
-
-
-def percent_up(share: float) -> str:
-    """Return an upper bound in percent, to a tenth, never less than it is."""
-    return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
-
-
 def planned_share(
     start: datetime | None, finish: datetime | None, day: date, calendar: WorkCalendar = EVERY_DAY
 ) -> float | None:
@@ -85,7 +75,7 @@ def planned_share(
     """
     if start is None or finish is None or finish < start:
         return None
-    status = _end_of(day)
+    status = status_moment(day)
     if status >= finish:
         return 1.0
     if status <= start:
@@ -94,7 +84,7 @@ def planned_share(
     return min(1.0, calendar.hours(start, status) / whole) if whole > 0.0 else 0.0
 
 
-def days_late(
+def days_behind(
     task: TaskProgress,
     completion: Completion,
     day: date,
@@ -116,7 +106,7 @@ def days_late(
     if task.actual_finish is not None:
         late = (task.actual_finish - finish.date()).days
         return late, seen, late
-    passed = max(0, (day - finish.date()).days)
+    passed = days_past(finish, day)
     most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
     if task.late is None and passed:
         return None, seen, most
@@ -133,12 +123,15 @@ def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
     late: tuple[State, ...] = ("part", "not started")
     found = [
         LateElement(
-            element=e, task=due[e.global_id][1], due=due[e.global_id][0], days_late=_days(due[e.global_id][0], report)
+            element=e,
+            task=due[e.global_id][1],
+            due=due[e.global_id][0].date(),
+            late_days=days_past(due[e.global_id][0], report.visit_date),
         )
         for e in report.elements
-        if e.global_id in due and e.state in late and due[e.global_id][0] < report.visit_date
+        if e.global_id in due and e.state in late and days_past(due[e.global_id][0], report.visit_date)
     ]
-    return tuple(sorted(found, key=lambda one: (-one.days_late, one.element.name, one.element.global_id)))
+    return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
 
 
 def due_but_unknown(report: ProgressReport) -> int:
@@ -147,7 +140,7 @@ def due_but_unknown(report: ProgressReport) -> int:
     return sum(
         1
         for e in report.elements
-        if e.state == "unknown" and e.global_id in due and due[e.global_id][0] < report.visit_date
+        if e.state == "unknown" and e.global_id in due and days_past(due[e.global_id][0], report.visit_date)
     )
 
 
@@ -156,33 +149,25 @@ def calendar_of(report: ProgressReport) -> WorkCalendar:
     return report.schedule.calendar if report.schedule else EVERY_DAY
 
 
-def _due(report: ProgressReport) -> Mapping[str, tuple[date, str]]:
+def _due(report: ProgressReport) -> Mapping[str, tuple[datetime, str]]:
     """Return element -> (latest planned finish, its task); an element with a task without a finish is left out."""
-    due: dict[str, tuple[date, str]] = {}
+    due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
     for task in report.tasks:
         for key in task.progress.elements:
             if task.schedule_finish is None:
                 open_ended.add(key)
-            elif key not in due or task.schedule_finish.date() > due[key][0]:
-                due[key] = (task.schedule_finish.date(), task.progress.name)
+            elif key not in due or task.schedule_finish.date() > due[key][0].date():
+                due[key] = (task.schedule_finish, task.progress.name)
     return {key: value for key, value in due.items() if key not in open_ended}
-
-
-def _days(due: date, report: ProgressReport) -> int:
-    return (report.visit_date - due).days
 
 
 def _behind(start: datetime, finish: datetime, share: float, day: date, calendar: WorkCalendar) -> int:
     """Return the whole days from when the plan wanted `share` to the end of `day`; 0 before the plan begins."""
-    status = _end_of(day)
+    status = status_moment(day)
     if share <= 0.0 and status <= start:
         return 0
     whole = calendar.hours(start, finish)
     wanted = finish if share >= 1.0 or whole <= 0.0 else min(finish, calendar.after(start, share * whole))
     days = (status - wanted) / timedelta(days=1)
     return math.floor(days) if days >= 0.0 else math.ceil(days)
-
-
-def _end_of(day: date) -> datetime:
-    return datetime(day.year, day.month, day.day) + timedelta(days=1)

@@ -76,6 +76,7 @@ def group(
         not_started=states.count("not started"),
         unknown=states.count("unknown"),
         displaced=states.count("displaced"),
+        as_far_as_seen=sum(element.as_far_as_seen for element in members),
         design_area_m2=sum(element.design_area_m2 for element in members),
         as_built_area_m2=sum(surface.as_built_area_m2 or 0.0 for surface in measured),
         as_built_sigma_m2=float(np.hypot(calibration, image)),

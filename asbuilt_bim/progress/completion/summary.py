@@ -12,7 +12,9 @@ from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.completion.earned_value import cost_progress
 from asbuilt_bim.progress.completion.element import progress_of
-from asbuilt_bim.progress.completion.planned import days_late, planned_share
+from asbuilt_bim.progress.completion.forecast import forecast
+from asbuilt_bim.progress.completion.moments import days_past, late_days
+from asbuilt_bim.progress.completion.planned import days_behind, planned_share
 from asbuilt_bim.progress.completion.records import design_face_record, station_record
 from asbuilt_bim.progress.completion.rollup import group, with_unmeasured
 from asbuilt_bim.progress.completion.wanted_views import wanted_views
@@ -126,8 +128,15 @@ def task_progress(
         others=others,
     )
     unfinished_on = _last(element.unfinished_on for element in members)
-    best, least, most = days_late(made, made.progress.completion, visit_date, calendar, unfinished_on)
-    return replace(made, days_late=best, days_late_least=least, days_late_most=most)
+    best, least, most = days_behind(made, made.progress.completion, visit_date, calendar, unfinished_on)
+    return replace(
+        made,
+        behind_days=best,
+        behind_least_days=least,
+        behind_most_days=most,
+        late_days=late_days(made.schedule_finish, made.late, visit_date),
+        forecast_finish=forecast(made, visit_date, calendar).finish,
+    )
 
 
 def _first(days: Iterable[date | None]) -> date | None:
@@ -141,6 +150,6 @@ def _last(days: Iterable[date | None]) -> date | None:
 def _late(task: Task, members: Sequence[ElementProgress], complete: bool, visit_date: date) -> bool | None:
     if task.schedule_finish is None or not members:
         return None
-    if complete or task.schedule_finish.date() >= visit_date:
+    if complete or not days_past(task.schedule_finish, visit_date):
         return False
     return True if any(element.state in ("part", "not started") for element in members) else None

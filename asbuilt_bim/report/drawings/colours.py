@@ -1,9 +1,10 @@
 """The colours of the report: told apart by colour-blind eyes too, and never the only sign of a state."""
 
-from asbuilt_bim.progress.report import ProgressReport, State
+from asbuilt_bim.progress.report import ProgressReport, ShownState
 
-STATE_COLOURS: dict[State, str] = {
+STATE_COLOURS: dict[ShownState, str] = {
     "complete": "#12a878",
+    "complete as far as seen": "#8fdcc0",
     "part": "#f0a202",
     "not started": "#4f8edc",
     "displaced": "#c2408f",
@@ -11,13 +12,14 @@ STATE_COLOURS: dict[State, str] = {
 }
 UNMATCHED = "unmatched"
 UNMATCHED_COLOUR = "#c9ced4"
+NOT_COUNTED_COLOUR = "#b98a5e"
 TARGET_COLOUR = "#ff3b5c"
-ORDER: tuple[State, ...] = ("complete", "part", "not started", "displaced", "unknown")
+ORDER: tuple[ShownState, ...] = ("complete", "complete as far as seen", "part", "not started", "displaced", "unknown")
 
 
-def element_states(report: ProgressReport) -> dict[str, State]:
+def element_states(report: ProgressReport) -> dict[str, ShownState]:
     """Return GlobalId -> state."""
-    return {element.global_id: element.state for element in report.elements}
+    return {element.global_id: element.shown_state for element in report.elements}
 
 
 def element_names(report: ProgressReport) -> dict[str, str]:
@@ -25,9 +27,14 @@ def element_names(report: ProgressReport) -> dict[str, str]:
     return {element.global_id: element.name or element.global_id for element in report.elements}
 
 
-def joint_state(states: list[State]) -> State:
-    """Return the state of several elements that share a face: the same, or `part` where they differ."""
+def joint_state(states: list[ShownState]) -> ShownState:
+    """Return the state of several elements that share a face: the same, or `part` where they differ.
+
+    Of complete ones of which one wasn't seen nearly whole, that is said.
+    """
     distinct = set(states)
+    if distinct == {"complete", "complete as far as seen"}:
+        return "complete as far as seen"
     return distinct.pop() if len(distinct) == 1 else "part" if distinct else "unknown"
 
 

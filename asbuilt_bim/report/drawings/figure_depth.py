@@ -55,7 +55,7 @@ def depth_figure(found: PairMeasurement) -> ByteImage:
 
 def flatness_figure(found: PairMeasurement) -> ByteImage:
     """Draw how far the measured surface lies off each face: blue behind it, red before it, smoothed a little."""
-    pair = found.detail.pair
+    pair = found.detail.shown
     image = np.round(0.35 * pair.left + 0.65 * 230.0).astype(np.uint8)
     shown = [(face, *_deviation(found, face)) for face in found.faces]
     spreads = [float(np.sqrt(np.mean(np.square(off[inside])))) for _, inside, off in shown if inside.any()]

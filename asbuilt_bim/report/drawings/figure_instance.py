@@ -79,7 +79,7 @@ def _photo_panel(
     """Show the photo round the instance, its mask tinted and the faces' outlines on it."""
     left, top, width, height = (round(value) for value in box)
     instance = found.detail.instances[number]
-    pair = found.detail.pair
+    pair = found.detail.shown
     x0, y0, x1, y1 = instance.box_px
     margin = max(12, round(0.08 * max(x1 - x0, y1 - y0)))
     x0, y0 = max(0, x0 - margin), max(0, y0 - margin)

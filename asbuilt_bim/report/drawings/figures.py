@@ -70,7 +70,7 @@ def colour_of(instance: int) -> str:
 
 def overlay(found: PairMeasurement) -> ByteImage:
     """Draw the faces with area and sigma, and the target with its distance, on the rectified left photo."""
-    pair = found.detail.pair
+    pair = found.detail.shown
     image = narrowed(pair.left.copy(), MAX_WIDTH_PX)
     height, width = image.shape[:2]
     scale = width / pair.left.shape[1]
@@ -112,7 +112,7 @@ def area_text(found: PairMeasurement, area_m2: float, sigma_m2: float) -> str:
 
 def masks(found: PairMeasurement) -> ByteImage:
     """Tint the mask of each wall and column on the rectified left photo."""
-    image = found.detail.pair.left.copy()
+    image = found.detail.shown.left.copy()
     for number, instance in enumerate(found.detail.instances):
         colour = np.array(bgr(colour_of(number)), dtype=np.float64)
         x0, y0, x1, y1 = instance.box_px

@@ -8,8 +8,9 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.report import FaceRecord
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
+from asbuilt_bim.report.drawings.not_counted import Verdicts
 from asbuilt_bim.report.wording import values as wording
-from asbuilt_bim.report.wording.of_faces import source_text
+from asbuilt_bim.report.wording.of_faces import UNCOUNTED, source_text
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
 GLYPH_WIDTH = 0.58  # mean advance of a sans serif per text height, for placing before anything is drawn
@@ -31,9 +32,14 @@ class Label:
     leader: tuple[float, float, float, float] | None
 
 
-def face_text(face: FaceRecord, names: dict[str, str]) -> tuple[str, ...]:
-    """Write a face's label: its element and area; an unmatched face goes by its own id, on one line."""
-    known = [names[element] for element in face.elements if element in names]
+def face_text(face: FaceRecord, names: dict[str, str], verdicts: Verdicts) -> tuple[str, ...]:
+    """Write a face's label: its element and area; an unmatched face goes by its own id, on one line.
+
+    What doesn't count as concrete has neither name nor area.
+    """
+    if (reason := verdicts.reason_of(face)) is not None:
+        return (UNCOUNTED[reason],)
+    known = [names[element] for element in verdicts.elements_of(face) if element in names]
     sigma = float(np.hypot(face.area_sigma_calibration_m2, face.area_sigma_image_m2))
     area = wording.area(face.area_m2, sigma) + ("" if face.whole else " (part)")
     alone = face.source is InstanceSource.GEOMETRY  # a word only where there were two opinions

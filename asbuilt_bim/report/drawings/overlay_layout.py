@@ -7,6 +7,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.progress.report import FaceRecord, ProgressReport, StationRecord
 from asbuilt_bim.report.drawings.colours import (
+    NOT_COUNTED_COLOUR,
     STATE_COLOURS,
     UNMATCHED,
     UNMATCHED_COLOUR,
@@ -15,8 +16,10 @@ from asbuilt_bim.report.drawings.colours import (
     joint_state,
 )
 from asbuilt_bim.report.drawings.label_placing import Box
+from asbuilt_bim.report.drawings.not_counted import Verdicts, verdicts_of
 from asbuilt_bim.report.drawings.overlay_labels import Label, anchor_of, face_text, place_label
 from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.of_faces import NOT_COUNTED_LABEL
 
 TEXT_SHARE = 1 / 70  # text height per picture width: 18 px at 1280, readable when the page shows it at half size
 UNMATCHED_SHARE = 0.006  # of the picture: smaller unmatched faces get no label, which would hide the rest
@@ -48,7 +51,8 @@ def overlay_layout(station: StationRecord, report: ProgressReport, width: int, h
     """Lay out a station's faces and target on its picture of `width` x `height` pixels."""
     text_px = max(width * TEXT_SHARE, 11.0)
     faces = sorted(station.faces, key=lambda face: (not face.elements, -face.area_m2))  # matched first, large first
-    outlines = tuple(_outline(face, report, width / station.width_px) for face in faces)
+    verdicts = verdicts_of(report)
+    outlines = tuple(_outline(face, report, verdicts, width / station.width_px) for face in faces)
     disc = _disc(station, width / station.width_px)
     taken: list[Box] = []
     labels: list[Label] = []
@@ -62,17 +66,19 @@ def overlay_layout(station: StationRecord, report: ProgressReport, width: int, h
     for face, outline in zip(faces, outlines, strict=True):
         anchor, share = anchor_of(outline.rings, width, height)
         if anchor is not None and (not outline.dashed or share > UNMATCHED_SHARE):
-            labels.append(place_label(anchor, face_text(face, names), text_px, bounds, taken))
+            labels.append(place_label(anchor, face_text(face, names, verdicts), text_px, bounds, taken))
     return OverlayLayout(
         width=width, height=height, text_px=text_px, outlines=outlines, labels=tuple(labels), disc=disc
     )
 
 
-def _outline(face: FaceRecord, report: ProgressReport, scale: float) -> Outline:
+def _outline(face: FaceRecord, report: ProgressReport, verdicts: Verdicts, scale: float) -> Outline:
     """Scale a face's rings and choose its colour."""
     rings = tuple(frozen((np.asarray(ring) + 0.5) * scale - 0.5) for ring in face.outline_px)
+    if verdicts.reason_of(face) is not None:
+        return Outline(rings=rings, colour=NOT_COUNTED_COLOUR, meaning=NOT_COUNTED_LABEL, dashed=True)
     states = element_states(report)
-    found = [states[element] for element in face.elements if element in states]
+    found = [states[element] for element in verdicts.elements_of(face) if element in states]
     if not found:
         return Outline(rings=rings, colour=UNMATCHED_COLOUR, meaning=UNMATCHED, dashed=True)
     state = joint_state(found)

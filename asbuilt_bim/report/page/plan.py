@@ -1,21 +1,25 @@
 """A plan of each storey: elements coloured by state, and where the photos were taken."""
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, State, StationRecord
+from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.drawings.colours import element_names, element_states
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
-from asbuilt_bim.report.wording.values import percent
+from asbuilt_bim.report.wording.completion import in_words
+from asbuilt_bim.report.wording.next_words import TOWARDS
 
 WIDTH = 1000.0  # of the drawing, in its own units
 _MARGIN = 60.0
 _TEXT = 17.0
 MAX_NAME = 18
+MOST_VIEWS = 12
+"""Views that the page lists and the plans show; `result.json` has more."""
 _MAX_LABELS = 60  # beyond, names would hide the plan; each element still has its tooltip
 
 
@@ -23,8 +27,9 @@ _MAX_LABELS = 60  # beyond, names would hide the plan; each element still has it
 class PlanElement:
     """An element's outline in the drawing's units, and its label's place."""
 
+    global_id: str
     name: str
-    state: State
+    state: ShownState
     tooltip: str
     path: str
     label: tuple[float, float] | None
@@ -42,6 +47,16 @@ class PlanStation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlanView:
+    """A view to take, by its number: where to stand, and a line to what to look at; both "" where there is no place."""
+
+    number: int
+    x: float
+    y: float
+    line: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StoreyPlan:
     """The drawing of one storey, the part of the common sheet from `top` on; `y_axis` is where the world's y points."""
 
@@ -51,6 +66,7 @@ class StoreyPlan:
     height: float
     elements: tuple[PlanElement, ...]
     stations: tuple[PlanStation, ...]
+    views: tuple[PlanView, ...]
     five_metres: float
     y_axis: tuple[float, float]
 
@@ -75,10 +91,9 @@ class _Sheet:
 def storey_plans(report: ProgressReport) -> tuple[StoreyPlan, ...]:
     """Draw every storey that has exposed faces, all at one scale and turned along the building."""
     footprints = _footprints(report)
-    if not footprints:
+    sheet = _sheet_of(report, footprints)
+    if sheet is None:
         return ()
-    stands = [s.world_from_left[None, :2, 3] for s in report.stations if s.world_from_left is not None]
-    sheet = _sheet(report, np.vstack([*footprints.values(), *stands]))
     order = {storey.key: index for index, storey in enumerate(report.storeys)}
     plans = []
     for storey in sorted({e.storey for e in report.elements}, key=lambda key: (order.get(key, len(order)), key)):
@@ -86,6 +101,40 @@ def storey_plans(report: ProgressReport) -> tuple[StoreyPlan, ...]:
         if inside:
             plans.append(_plan(storey, inside, footprints, sheet, report))
     return tuple(plans)
+
+
+def towards_on_plan(report: ProgressReport) -> Callable[[float, float], str] | None:
+    """Return what names a world direction (x, y) by where it points on the plans; None where there are none."""
+    sheet = _sheet_of(report, _footprints(report))
+    if sheet is None:
+        return None
+
+    def named(x: float, y: float) -> str:
+        right, up = sheet.turn @ np.array([x, y])
+        return TOWARDS[round(math.atan2(up, right) / (math.pi / 4.0)) % len(TOWARDS)]
+
+    return named
+
+
+def storey_hulls(report: ProgressReport) -> dict[str, FloatArray]:
+    """Return the hull (N, 2) in world x and y of each storey's elements: what its floor is taken to cover."""
+    footprints = _footprints(report)
+    points: dict[str, list[FloatArray]] = {}
+    for element in report.elements:
+        if element.global_id in footprints:
+            points.setdefault(element.storey, []).append(footprints[element.global_id])
+    return {storey: _hull(np.vstack(found)) for storey, found in points.items()}
+
+
+def _sheet_of(report: ProgressReport, footprints: dict[str, FloatArray]) -> _Sheet | None:
+    """Return the sheet that holds all elements, stations and views; None where nothing is exposed."""
+    if not footprints:
+        return None
+    stands = [s.world_from_left[None, :2, 3] for s in report.stations if s.world_from_left is not None]
+    views = [
+        np.array([[v.stand_x_m, v.stand_y_m]]) for v in report.wanted_views[:MOST_VIEWS] if v.stand_x_m is not None
+    ]
+    return _sheet(report, np.vstack([*footprints.values(), *stands, *views]))
 
 
 def _footprints(report: ProgressReport) -> dict[str, FloatArray]:
@@ -161,13 +210,22 @@ def _plan(
     elements = []
     for key in sorted(inside, key=lambda k: names[k]):
         outline = outlines[key]
-        tooltip = f"{names[key]}: {states[key]}, best {percent(done[key].best)}, seen {percent(done[key].coverage)}"
+        tooltip = f"{names[key]}: {states[key]}, {in_words(done[key])}"
         label = _label(names[key], outline, sheet, taken) if len(inside) <= _MAX_LABELS else None
         elements.append(
-            PlanElement(name=names[key], state=states[key], tooltip=tooltip, path=closed_path(outline), label=label)
+            PlanElement(
+                global_id=key,
+                name=names[key],
+                state=states[key],
+                tooltip=tooltip,
+                path=closed_path(outline),
+                label=label,
+            )
         )
     up = sheet.turn @ np.array([0.0, 1.0])
-    levels = [y for outline in outlines.values() for y in outline[:, 1]] + [station.y for station in stations]
+    views = tuple(_views(inside, sheet, report))
+    levels = [y for outline in outlines.values() for y in outline[:, 1]]
+    levels += [*(station.y for station in stations), *(view.y for view in views)]
     top = max(min(levels) - _MARGIN, 0.0)
     return StoreyPlan(
         storey=storey,
@@ -176,9 +234,22 @@ def _plan(
         height=max(levels) + _MARGIN - top,
         elements=tuple(elements),
         stations=stations,
+        views=views,
         five_metres=5.0 * sheet.scale,
         y_axis=(float(up[0]), float(-up[1])),
     )
+
+
+def _views(inside: set[str], sheet: _Sheet, report: ProgressReport) -> Iterator[PlanView]:
+    """Yield the views to take of a storey's elements, numbered as the page lists them."""
+    for number, view in enumerate(report.wanted_views[:MOST_VIEWS], start=1):
+        if view.element not in inside:
+            continue
+        look = (view.look_x_m, view.look_y_m)
+        stand = look if view.stand_x_m is None or view.stand_y_m is None else (view.stand_x_m, view.stand_y_m)
+        points = sheet.draw(np.array([stand, look]))
+        (x, y), (to_x, to_y) = points.tolist()
+        yield PlanView(number=number, x=x, y=y, line=f"M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}")
 
 
 def _bounds(outline: FloatArray) -> Box:

@@ -1,78 +1,92 @@
 """The page's own rows: what to photograph next and where to stand, and what changed since the last visit."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
+from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, WantedView
-from asbuilt_bim.report.wording.values import area, percent, percent_certain
-
-MOST_SHOWN = 12
-_TOWARDS = (
-    "+x",
-    "+x/+y",
-    "+y",
-    "\N{MINUS SIGN}x/+y",
-    "\N{MINUS SIGN}x",
-    "\N{MINUS SIGN}x/\N{MINUS SIGN}y",
-    "\N{MINUS SIGN}y",
-    "+x/\N{MINUS SIGN}y",
+from asbuilt_bim.report.page.plan import storey_hulls, towards_on_plan
+from asbuilt_bim.report.wording.completion import best_words
+from asbuilt_bim.report.wording.next_words import (
+    FROM_OUTSIDE,
+    FROM_SCAFFOLD,
+    NO_ROOM,
+    ON_FLOOR,
+    near_words,
+    side_words,
+    stand_words,
 )
-"""A line breaks behind a hyphen, but behind no minus sign."""
+from asbuilt_bim.report.wording.values import area, percent_certain
+
+FLOOR_MARGIN_M = 0.5
+"""A floor reaches so far past the hull of its walls and columns: an edge board, a cantilever."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NextRow:
-    """A view to take."""
+    """A view to take, by its number on the plan."""
 
+    number: int
     element: ElementProgress
     begun: bool
     open_m2: float
     unseen_m2: float
-    side: str  # "side towards +y"
-    stand: str
+    words: str
 
 
 def next_rows(report: ProgressReport) -> tuple[NextRow, ...]:
-    """Return the rows, the most valuable first; `MOST_SHOWN` of them fit the page."""
+    """Return the rows, the most valuable first; `MOST_VIEWS` of them fit the page."""
     elements = {element.global_id: element for element in report.elements}
     faces = {face.face_id: face for face in report.faces}
-    return tuple(
-        NextRow(
-            element=elements[view.element],
-            begun=view.begun,
-            open_m2=view.open_m2,
-            unseen_m2=view.unseen_m2,
-            side=_side(view, faces[view.face_id]),
-            stand=_stand(view),
+    towards, hulls = towards_on_plan(report), storey_hulls(report)
+    lowest = report.storeys[0].key if report.storeys else ""
+    rows = []
+    for number, view in enumerate(report.wanted_views, start=1):
+        if (element := elements.get(view.element)) is None or (face := faces.get(view.face_id)) is None:
+            continue
+        where = _where(view, hulls.get(element.storey), is_lowest=element.storey == lowest)
+        rows.append(
+            NextRow(
+                number=number,
+                element=element,
+                begun=view.begun,
+                open_m2=view.open_m2,
+                unseen_m2=view.unseen_m2,
+                words=_words(number, view, face, towards, where),
+            )
         )
-        for view in report.wanted_views
-        if view.element in elements and view.face_id in faces
-    )
+    return tuple(rows)
 
 
-def _side(view: WantedView, face: DesignFaceRecord) -> str:
-    """Name a side by the axes of the IFC's world that it looks along."""
-    if view.stand_x_m is not None and view.stand_y_m is not None:
-        x, y = view.stand_x_m - view.look_x_m, view.stand_y_m - view.look_y_m
-    elif face.kind == "plane":
-        x, y, _ = np.cross(face.frame_m[1], face.frame_m[2]).tolist()
-    else:
-        return "lateral surface"
-    word = "lateral surface" if face.kind == "cylinder" else face.role
-    return f"{word} towards {_TOWARDS[round(math.atan2(y, x) / (math.pi / 4.0)) % 8]}"
-
-
-def _stand(view: WantedView) -> str:
-    """Say where to stand."""
+def _words(
+    number: int, view: WantedView, face: DesignFaceRecord, towards: Callable[[float, float], str] | None, where: str
+) -> str:
+    """Say where to stand, and before which side."""
+    role = "lateral surface" if face.kind == "cylinder" else face.role
     if view.stand_x_m is None or view.stand_y_m is None:
-        return "the design leaves no 3 m free before it: go near, or look along it"
-    away = math.hypot(view.stand_x_m - view.look_x_m, view.stand_y_m - view.look_y_m)
-    place = f"{away:.1f} m before it, at x {view.stand_x_m:.1f}, y {view.stand_y_m:.1f}"
-    return place + (
-        f"; {view.nearest_m:.1f} m from station {view.nearest_station}" if view.nearest_m is not None else ""
-    )
+        x, y, _ = np.cross(face.frame_m[1], face.frame_m[2]).tolist()
+        known = towards is not None and face.kind == "plane"
+        return f"{side_words(role, towards(x, y) if known and towards else '').capitalize()}. {NO_ROOM}"
+    x, y = view.stand_x_m - view.look_x_m, view.stand_y_m - view.look_y_m
+    side = side_words(role, towards(x, y) if towards else "")
+    near = near_words(view.nearest_station, view.nearest_m)
+    return f"{stand_words(number, side, math.hypot(x, y), where)} {near}".strip()
+
+
+def _where(view: WantedView, hull_m: FloatArray | None, *, is_lowest: bool) -> str:
+    """Say whether a place lies on its storey's floor, as far as its walls and columns show how far that reaches."""
+    if hull_m is None or view.stand_x_m is None or view.stand_y_m is None:
+        return ON_FLOOR
+    origin = hull_m.mean(axis=0)
+    ring = (hull_m - origin).astype(np.float32).reshape(-1, 1, 2)
+    place = (float(view.stand_x_m - origin[0]), float(view.stand_y_m - origin[1]))
+    if cv2.pointPolygonTest(ring, place, True) >= -FLOOR_MARGIN_M:
+        return ON_FLOOR
+    return FROM_OUTSIDE if is_lowest else FROM_SCAFFOLD
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,4 +119,4 @@ def _shown(element: ElementProgress | None) -> tuple[str | None, ...]:
         return ()
     done = element.completion
     built = area(element.as_built_area_m2, element.as_built_sigma_m2)
-    return (element.state, percent_certain(done.lower), percent(done.best), built)
+    return (element.shown_state, percent_certain(done.lower), best_words(done), built)

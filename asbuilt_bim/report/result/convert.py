@@ -13,12 +13,16 @@ from cattrs.v import format_exception
 
 from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressReport
+from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressReport, TaskProgress
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
 from asbuilt_bim.report.result.notes_json import note_fields, note_from_plain, with_codes, with_words
 from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection_to_plain
 from asbuilt_bim.report.wording.of_faces import source_of
 
+FORMER_NAMES = {
+    "behind_days": "days_late", "behind_least_days": "days_late_least", "behind_most_days": "days_late_most",
+}  # fmt: skip
+"""Keys of tasks that had another name before version 1.6, and stand under both: "late" meant two things then."""
 SHARES = frozenset({"best", "lower", "upper", "coverage", "surface_coverage", "planned"})
 """Keys that hold a share in 0..1."""
 
@@ -55,6 +59,8 @@ def _converter() -> Converter:
     converter.register_unstructure_hook(Rejection, rejection_to_plain)
     converter.register_structure_hook(Rejection, lambda plain, _: rejection_from_plain(plain))
     converter.register_structure_hook(FaceRecord, _face_reader(converter))
+    converter.register_unstructure_hook(TaskProgress, _task_writer(converter))
+    converter.register_structure_hook(TaskProgress, _task_reader(converter))
     return converter
 
 
@@ -70,6 +76,27 @@ def _face_reader(converter: Converter) -> Callable[[dict[str, Any], Any], FaceRe
         return found
 
     return face
+
+
+def _task_writer(converter: Converter) -> Callable[[TaskProgress], dict[str, Any]]:
+    plain_of = _unstructure(TaskProgress, converter)
+
+    def task(value: TaskProgress) -> dict[str, Any]:
+        plain = plain_of(value)
+        return plain | {former: plain[name] for name, former in FORMER_NAMES.items()}
+
+    return task
+
+
+def _task_reader(converter: Converter) -> Callable[[dict[str, Any], Any], TaskProgress]:
+    read = _structure(TaskProgress, converter)
+
+    def task(plain: dict[str, Any], kind: Any) -> TaskProgress:
+        known = {name: plain[former] for name, former in FORMER_NAMES.items() if former in plain}
+        found: TaskProgress = read({**known, **plain}, kind)
+        return found
+
+    return task
 
 
 def _unstructure(cls: type[Any], converter: Converter) -> Callable[[Any], dict[str, Any]]:

@@ -15,9 +15,9 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
-from asbuilt_bim.report.result.convert import SHARES
+from asbuilt_bim.report.result.convert import FORMER_NAMES, SHARES
 from asbuilt_bim.report.result.document import FORMAT, VERSION
 from asbuilt_bim.report.result.notes_json import CODES, note_fields
 from asbuilt_bim.report.wording.result_terms import describe, describe_class
@@ -76,6 +76,11 @@ def _object(cls: type[Any], definitions: dict[str, Any]) -> dict[str, Any]:
         properties[field.name] = part | {"description": describe(cls.__name__, field.name)}
         if field.default is MISSING and field.default_factory is MISSING:
             required.append(field.name)
+    if cls is TaskProgress:
+        properties |= {
+            former: properties[name] | {"description": describe(cls.__name__, former)}
+            for name, former in FORMER_NAMES.items()
+        }
     if cls is Rejection:  # results before version 1.4 have its English texts only
         properties |= {name: {"type": "string", "description": describe(cls.__name__, name)} for name in TEXTS}
         required = ["what", "reason"]

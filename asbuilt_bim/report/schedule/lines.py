@@ -2,30 +2,28 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime, time
+from datetime import datetime
 
 from asbuilt_bim.bim.schedule import SCHEDULE_KEY, WorkCalendar
+from asbuilt_bim.progress.completion.forecast import forecast_of, planned_hours, working_hours
+from asbuilt_bim.progress.completion.moments import status_moment
 from asbuilt_bim.progress.completion.planned import TaskVerdict, calendar_of, verdict
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.wording.values import plain
-
-MORNING, EVENING = time(8), time(17)
-"""A visit's day as a schedule writes it: what was seen begun or complete on it, and the status date."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScheduleTimes:
     """A task's dates and working hours as they are now; None is not written."""
 
-    start: datetime | None  # the actual one, once begun
-    finish: datetime | None  # start and duration, once begun; the actual one, once finished
-    duration_h: float | None
+    start: datetime | None  # the actual one, once begun; of an unknown task the planned one
+    finish: datetime | None  # the forecast; of an unknown task the planned one
+    duration_h: float | None  # from start to finish
     actual_start: datetime | None
     actual_finish: datetime | None
     done_h: float | None  # share of the duration
-    remaining_h: float | None
+    remaining_h: float | None  # from the status date to the finish
     elapsed_h: float | None = None  # from the actual start to the actual finish or the status date
-    forecast: datetime | None = None  # the actual finish, or the status date and what remains
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,14 +48,6 @@ def schedule_lines(report: ProgressReport) -> tuple[ScheduleLine, ...]:
     return tuple(_lines(list(report.tasks), (), "", report))
 
 
-def planned_hours(task: TaskProgress, calendar: WorkCalendar) -> float | None:
-    """Return the planned working hours; all hours where the plan lies in time that isn't worked."""
-    start, finish = task.schedule_start, task.schedule_finish
-    if start is None or finish is None or finish < start:
-        return None
-    return _hours(calendar, start, finish)
-
-
 def one_line(text: str, limit: int) -> str:
     """Return a name as schedules hold it: one line, no control characters, cut where it is longer than they allow."""
     flat = " ".join(plain(text).split())
@@ -73,11 +63,6 @@ def ifc_ids(task: TaskProgress, limit: int) -> str:
         return one_line(task.progress.key, limit)
     elements = " ".join(task.progress.elements)
     return elements if len(elements) <= limit else ""
-
-
-def status_moment(report: ProgressReport) -> datetime:
-    """Return the status date: the evening of the visit's day."""
-    return datetime.combine(report.visit_date, EVENING)
 
 
 def _lines(
@@ -117,60 +102,50 @@ def _summary_line(name: str, number: str, lines: list[ScheduleLine]) -> Schedule
 
 
 def _task_line(task: TaskProgress, number: str, report: ProgressReport) -> ScheduleLine:
-    calendar, known = calendar_of(report), verdict(task)
-    planned = planned_hours(task, calendar)
+    known = verdict(task)
     return ScheduleLine(
         number=number,
         name=task.progress.name or task.progress.key,
         task=task,
         verdict=known,
-        times=_times(task, known, planned, calendar, status_moment(report)),
-        planned_h=planned,
+        times=_times(task, known, report),
+        planned_h=planned_hours(task, calendar_of(report)),
     )
 
 
-def _times(
-    task: TaskProgress, known: TaskVerdict, planned_h: float | None, calendar: WorkCalendar, status: datetime
-) -> ScheduleTimes:
-    """Return the dates as they are now. A task that has begun starts when it was first seen, and keeps its duration."""
-    share = known.share
-    if share is None or (share <= 0.0 and task.actual_start is None):  # nothing is known, or nothing is there
-        left_h = planned_h if share is not None else None
+def _times(task: TaskProgress, known: TaskVerdict, report: ProgressReport) -> ScheduleTimes:
+    """Return the dates as they are now, those of the forecast; durations follow from them, in the project's time."""
+    calendar, found, status = calendar_of(report), forecast_of(task, report), status_moment(report.visit_date)
+    begun = known.share is not None and (known.share > 0.0 or task.actual_start is not None)
+    planned_h = planned_hours(task, calendar)
+    if known.share is None or not begun:
+        left_h = planned_h if known.share is not None else None
         return ScheduleTimes(
-            start=task.schedule_start,
-            finish=task.schedule_finish,
+            start=found.start or task.schedule_start,
+            finish=found.finish or task.schedule_finish,
             duration_h=planned_h,
             actual_start=None,
             actual_finish=None,
             done_h=None if left_h is None else 0.0,
             remaining_h=left_h,
-            forecast=task.schedule_finish,
         )
-    begun = datetime.combine(task.actual_start or status.date(), MORNING)
-    ended = datetime.combine(task.actual_finish, EVENING) if known.finished and task.actual_finish else None
-    elapsed = _hours(calendar, begun, ended or status)
-    duration = elapsed if ended else planned_h
-    remaining = None if duration is None else (1.0 - share) * duration
+    ended = found.finish if known.finished else None
+    duration = None if found.finish is None or found.start is None else _hours(calendar, found.start, found.finish)
     return ScheduleTimes(
-        start=begun,
-        finish=ended or (None if duration is None else _after(calendar, begun, duration)),
+        start=found.start,
+        finish=found.finish,
         duration_h=duration,
-        actual_start=begun,
+        actual_start=found.start,
         actual_finish=ended,
-        done_h=None if duration is None else share * duration,
-        remaining_h=remaining,
-        elapsed_h=elapsed,
-        forecast=ended or (None if remaining is None else _after(calendar, status, remaining)),
+        done_h=None if duration is None else known.share * duration,
+        remaining_h=0.0 if ended else _left(calendar, status, found.finish),
+        elapsed_h=None if found.start is None else _hours(calendar, found.start, ended or status),
     )
 
 
 def _hours(calendar: WorkCalendar, start: datetime, finish: datetime) -> float:
-    """Return the working hours between two moments; all hours where none of them is worked."""
-    return calendar.hours(start, finish) or (finish - start).total_seconds() / 3600.0
+    return working_hours(calendar, start, finish) if finish > start else 0.0
 
 
-def _after(calendar: WorkCalendar, start: datetime, hours: float) -> datetime | None:
-    try:
-        return calendar.after(start, hours)
-    except ValueError:  # a calendar that ends: no finish is known
-        return None
+def _left(calendar: WorkCalendar, status: datetime, finish: datetime | None) -> float | None:
+    return None if finish is None else max(0.0, calendar.hours(status, finish))

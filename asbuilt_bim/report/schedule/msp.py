@@ -13,11 +13,12 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from asbuilt_bim.bim.schedule import DAY_MIN, WorkCalendar, WorkDay
+from asbuilt_bim.progress.completion.moments import status_written
 from asbuilt_bim.progress.completion.planned import calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
-from asbuilt_bim.report.schedule.lines import ScheduleLine, ifc_ids, one_line, schedule_lines, status_moment
-from asbuilt_bim.report.schedule.xml_file import add, add_all, write_xml
+from asbuilt_bim.report.schedule.lines import ScheduleLine, ScheduleTimes, ifc_ids, one_line, schedule_lines
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.xml_file import add, add_all, write_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 KNOWLEDGE = ("188744015", "Text29", "AsBuilt")
@@ -57,7 +58,7 @@ def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_
     if known is None:
         return
     percent = None if known.share is None else whole_percent(known.share)
-    planned_start = _moment(task.schedule_start) if times.actual_start is None else None
+    not_before = _moment(times.start) if times.actual_start is None else None
     add_all(
         element,
         Start=_moment(times.start),
@@ -71,10 +72,10 @@ def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_
         ActualStart=_moment(times.actual_start),
         ActualFinish=_moment(times.actual_finish),
         ActualDuration=_duration(times.done_h),
-        RemainingDuration=_duration(times.remaining_h),
-        ConstraintType=_NOT_BEFORE if planned_start else None,  # else it would move to the project's beginning
+        RemainingDuration=_duration(_rest(times)),
+        ConstraintType=_NOT_BEFORE if not_before else None,  # else it would move to the project's beginning
         CalendarUID=-1,
-        ConstraintDate=planned_start,
+        ConstraintDate=not_before,
         Notes=f"{note_words(known.note)} ({known.knowledge}; asbuilt-bim)",
         PhysicalPercentComplete=percent,
         EarnedValueMethod=_PHYSICAL,
@@ -92,6 +93,11 @@ def _write_task(element: ET.Element, line: ScheduleLine, task: TaskProgress, by_
         plan = ET.SubElement(element, "Baseline")
         add_all(plan, Number=0, Start=_moment(task.schedule_start), Finish=_moment(task.schedule_finish))
         add_all(plan, Duration=_duration(line.planned_h), DurationFormat=_DAYS)
+
+
+def _rest(times: ScheduleTimes) -> float | None:
+    """Return what isn't done of the duration: MS Project's remaining duration, whatever time has gone by."""
+    return None if times.duration_h is None or times.done_h is None else times.duration_h - times.done_h
 
 
 def whole_percent(share: float) -> int:
@@ -113,7 +119,7 @@ def _project(report: ProgressReport, lines: Iterable[ScheduleLine]) -> ET.Elemen
         Name=name,
         Title=name,
         ScheduleFromStart=1,
-        StartDate=_moment(min(starts, default=status_moment(report))),
+        StartDate=_moment(min(starts, default=status_written(report.visit_date))),
         FinishDate=_moment(max(finishes, default=None)) if finishes else None,
         CalendarUID=1,
         DefaultStartTime="08:00:00",
@@ -122,7 +128,7 @@ def _project(report: ProgressReport, lines: Iterable[ScheduleLine]) -> ET.Elemen
         MinutesPerWeek=sum(day.minutes for day in calendar.week),
         DaysPerMonth=20 if per_day < DAY_MIN else 30,
         DurationFormat=_DAYS,
-        StatusDate=_moment(status_moment(report)),
+        StatusDate=_moment(status_written(report.visit_date)),
         NewTasksAreManual=0,
         DefaultTaskEVMethod=_PHYSICAL,
     )

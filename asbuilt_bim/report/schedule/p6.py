@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 
 from asbuilt_bim.bim.schedule import WorkCalendar, WorkDay
+from asbuilt_bim.progress.completion.moments import status_written
 from asbuilt_bim.progress.completion.planned import TaskVerdict, calendar_of
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.schedule.lines import (
@@ -20,10 +21,9 @@ from asbuilt_bim.report.schedule.lines import (
     ifc_ids,
     one_line,
     schedule_lines,
-    status_moment,
 )
-from asbuilt_bim.report.schedule.xml_file import XSI, add, add_all, add_nil, write_xml
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.xml_file import XSI, add, add_all, add_nil, write_xml
 
 NAMESPACE = "http://xmlns.oracle.com/Primavera/P6/V18.8/API/BusinessObjects"
 """Later versions of P6 read earlier ones' files, not the other way round."""
@@ -50,11 +50,11 @@ def write_p6(report: ProgressReport, path: Path) -> None:
         project,
         ActivityDefaultCalendarObjectId=1,
         ActivityDefaultPercentCompleteType="Physical",
-        DataDate=_moment(status_moment(report)),
+        DataDate=_moment(status_written(report.visit_date)),
         Id=one_line(report.project_name, _ID) or "PROJECT",
         Name=one_line(report.project_name, 100),
         ObjectId=1,
-        PlannedStartDate=_moment(min(starts, default=status_moment(report))),
+        PlannedStartDate=_moment(min(starts, default=status_written(report.visit_date))),
         Status="Active",
     )
     objects = {line.number: index for index, line in enumerate(lines, 1)}
@@ -103,7 +103,7 @@ def _write_activity(
         AtCompletionDuration=_hours(_at_completion(times)),
         CalendarObjectId=1,
         DurationType="Fixed Duration and Units",
-        FinishDate=_moment(times.forecast),
+        FinishDate=_moment(times.finish),
         Id=key,
         Name=one_line(line.name, _NAME),
         ObjectId=objects[line.number],

@@ -6,12 +6,19 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.progress.globalid_remap import named_again
-from asbuilt_bim.progress.report import CostProgress, ElementProgress, GroupProgress, ProgressReport, TaskProgress
+from asbuilt_bim.progress.report import (
+    Completion,
+    CostProgress,
+    ElementProgress,
+    GroupProgress,
+    ProgressReport,
+    TaskProgress,
+)
 from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
-from asbuilt_bim.report.wording.values import area, number, percent, plain, rate, unit_sign
+from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_words, seen_words
+from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, unit_sign
 
-SAME_SHARE = 0.005  # half a percent: below, the words would read the same
 SAME_AREA_M2 = 0.005  # half of the last decimal shown
 
 
@@ -117,11 +124,7 @@ def _storeys(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
 
 def _group(what: str, old: GroupProgress, new: GroupProgress) -> Iterator[str]:
     """Say how one group moved."""
-    parts = [
-        _share("completion", old.completion.best, new.completion.best),
-        _share("seen", old.completion.coverage, new.completion.coverage),
-    ]
-    if text := ", ".join(part for part in parts if part):
+    if text := ", ".join(_shares(old.completion, new.completion)):
         yield f"{what}: {text}"
 
 
@@ -166,7 +169,7 @@ def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     designed |= {e.global_id: "moved in the design" for e in revised.moved}
     for key, element in new.items():
         if key not in old:
-            yield f"{_named(element)}: new in {where}, {element.state}"
+            yield f"{_named(element)}: new in {where}, {element.shown_state}"
         elif parts := [*filter(None, [designed.get(key)]), *_element(old[key], element)]:
             yield f"{_named(element)}: {', '.join(parts)}"
     yield from (f"{_named(old[key])}: no longer in {where}" for key in old if key not in new)
@@ -182,21 +185,22 @@ def _rescoped(before: ProgressReport, after: ProgressReport) -> bool:
 
 def _element(old: ElementProgress, new: ElementProgress) -> Iterator[str]:
     """Yield what changed on one element."""
-    if old.state != new.state:
-        yield f"{old.state} -> {new.state}"
-    yield from filter(None, [_share("completion", old.completion.best, new.completion.best)])
-    yield from filter(None, [_share("seen", old.completion.coverage, new.completion.coverage)])
+    if old.shown_state != new.shown_state:
+        yield f"{old.shown_state} -> {new.shown_state}"
+    yield from _shares(old.completion, new.completion)
     if _differ(old.as_built_area_m2, new.as_built_area_m2, SAME_AREA_M2):
         was, now = area(old.as_built_area_m2), area(new.as_built_area_m2, new.as_built_sigma_m2)
         yield f"as-built area {was} -> {now}"
 
 
-def _share(what: str, old: float | None, new: float | None) -> str:
-    """Write a moved share, "" where it stayed."""
-    if not _differ(old, new, SAME_SHARE):
-        return ""
-    was, now = percent(old), percent(new)
-    return f"{what} {was} -> {now}" if was != now else ""
+def _shares(old: Completion, new: Completion) -> Iterator[str]:
+    """Yield what moved of a completion: what is certain first, since fewer photos may raise the estimate."""
+    shown = {
+        AT_LEAST: (percent_certain(old.lower), percent_certain(new.lower)),
+        BEST: (best_words(old), best_words(new)),
+        SEEN: (seen_words(old), seen_words(new)),
+    }
+    yield from (f"{what} {was} -> {now}" for what, (was, now) in shown.items() if was != now)
 
 
 def _differ(old: float | None, new: float | None, same: float) -> bool:

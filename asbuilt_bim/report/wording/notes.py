@@ -9,6 +9,7 @@ from asbuilt_bim.report.wording.rig_notes import RIG_NOTES
 from asbuilt_bim.report.wording.surface_notes import SURFACE_NOTES
 from asbuilt_bim.report.wording.task_notes import TASK_NOTES
 from asbuilt_bim.report.wording.template import Template, filled
+from asbuilt_bim.report.wording.valuation_notes import VALUATION_NOTES
 
 NOTES: Mapping[Reason, Template] = {
     Reason.UNSTATED: "{text}",
@@ -17,6 +18,7 @@ NOTES: Mapping[Reason, Template] = {
     **SURFACE_NOTES,
     **RIG_NOTES,
     **TASK_NOTES,
+    **VALUATION_NOTES,
 }
 
 

@@ -41,7 +41,7 @@ def _accept(values: Values) -> str:
     turn_deg = math.degrees(float(str(values["turn_rad"])))
     if turn_deg:
         keys += [f"turn_deg: {turn_deg:.3f}", fill("about_m: [{about_x_m:.2f}, {about_y_m:.2f}]", values)]
-    return f". Where it is to stay so, write accept_survey_shift with {', '.join(keys)}"
+    return f". To accept the shift, write accept_survey_shift with {', '.join(keys)}"
 
 
 def _undoes(values: Values) -> Words:

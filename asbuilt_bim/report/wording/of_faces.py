@@ -1,5 +1,7 @@
 """Words for depth maps, masks and faces that could not be measured, and for who found a wall or column."""
 
+from collections.abc import Mapping
+
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
@@ -8,6 +10,16 @@ from asbuilt_bim.vision.masks.segment import InstanceSource
 _FACE = " ({label} at {distance_m:.1f} m)"
 _SEEN = "seen, not measurable"
 _NEARER = "photograph it from nearer, or more from the front"
+
+
+NOT_COUNTED_LABEL = "not counted: formwork or unclear"
+UNCOUNTED: Mapping[Reason, str] = {
+    Reason.STANDS_OFF: "stands off: not counted",
+    Reason.OTHER_COLOUR: "other colour: not counted",
+    Reason.STARTER_BARS: "starter bars? not counted",
+    Reason.SURFACE_UNCLEAR: "unclear: not counted",
+}
+"""What a picture says on a face that counts for no element, in place of an element's name and area."""
 
 
 def source_text(source: InstanceSource, segmenter: str) -> str:

@@ -71,6 +71,12 @@ PHOTOS: Table = {
         value="serial {serial}",
         remedy=_SWAP,
     ),
+    Reason.PHOTOS_OF_OTHER_SIDES: Words(
+        reason="left and right are swapped: each was taken by the rig's other camera",
+        value="serial {left_serial} left, {right_serial} right",
+        limit="{right_serial} left, {left_serial} right",
+        remedy=_SWAP,
+    ),
     Reason.PHOTO_OF_OTHER_MODEL: Words(
         reason="photo of another camera than the rig's",
         value="{model}",
@@ -215,5 +221,12 @@ PHOTOS: Table = {
         reason="the program failed on it ({detail})",
         remedy="this is an error of asbuilt-bim's: please report it with the two photos",
     ),
-    Reason.STATION_WORKER_LOST: Words(reason="{detail}", remedy="run again with fewer --workers"),
+    Reason.STATION_WORKER_LOST: Words(
+        reason="the process that measured it died (out of memory?)", remedy="run again with fewer --workers"
+    ),
+    Reason.STATION_ENDLESS: Words(
+        reason="measuring it did not end",
+        value="more than {limit_s:.0f} s",
+        remedy="look at your own networks and plugins. Where they only need long, set ASBUILT_BIM_LIMITS=4",
+    ),
 }

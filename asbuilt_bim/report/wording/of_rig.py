@@ -182,7 +182,49 @@ def _names(values: Values, key: str) -> tuple[str, ...]:
     return tuple(str(one) for one in value)
 
 
+def _size(values: Values) -> Words:
+    said, likely = (" x ".join(f"{side:.0f}" for side in _numbers(values, key)) for key in ("size_px", "likely_px"))
+    return Words(
+        part="rig's file",
+        reason=f"its numbers are of photos of about {likely} px, and it says {said} px",
+        remedy="correct the size, or take the camera's own file",
+    )
+
+
+def _projections(values: Values) -> Words:
+    return Words(
+        part="rig's file",
+        reason="the two projection matrices aren't of one rectified pair: their rows lie apart by",
+        value=fill("{rows_px:.1f} px", values),
+        remedy="take the files of a stereo calibration, or the camera's own",
+    )
+
+
+def _baseline(values: Values) -> Words:
+    return Words(
+        part="rig's file",
+        reason=fill("its eyes stand {baseline_m:.4f} m apart, and a {camera} has {nominal_m:.3f} m", values)
+        + f" (it was used all the same, and every area's sigma holds {200 * abs(_number(values, 'share')):.0f} %)",
+        value=fill("{share:+.1%}", values),
+        remedy="measure a known length with it (the disc, tags), or calibrate it with asbuilt-bim calibrate",
+    )
+
+
+def _files(values: Values) -> Words:
+    return Words(
+        part="rig's file",
+        reason=fill("says a baseline of {baseline_m:.4f} m, and {file} of the same camera {other_m:.4f} m", values)
+        + f" (it was used all the same, and every area's sigma holds {200 * abs(_number(values, 'share')):.0f} %)",
+        value=fill("{share:+.1%}", values),
+        remedy="find out which is right by a known length (the disc, tags), and take the other out of the folder",
+    )
+
+
 RIG: Table = {
+    Reason.RIG_SIZE_CONTRADICTED: _size,
+    Reason.RIG_PROJECTIONS_CONTRADICT: _projections,
+    Reason.RIG_BASELINE_NOT_OF_TYPE: _baseline,
+    Reason.RIG_FILES_CONTRADICT: _files,
     Reason.RIG_KNOCKED: _knocked,
     Reason.RIG_MOVED: _moved,
     Reason.RIG_UNDETERMINED: _undetermined,

@@ -89,6 +89,8 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     "two is wrong",
     Reason.GONE_LITTLE: "{area_m2:tenth m²} looks open now; an earlier visit saw it built",
     Reason.OTHER_SIZE: _other_size,
+    Reason.NOT_SEEN: "Nothing of it was seen: no photo shows it, or none well enough",
+    Reason.SEEN_LITTLE: "Only {coverage:%} of it was seen: too little to say",
     Reason.NOT_SEEN_AGAIN: "It wasn't finished when it was last seen, and this visit didn't see it",
     Reason.SEEN_TO_TOP: f"{_SEEN}up to its top",
     Reason.NO_FACE_FITS: f"{_SEEN}up to its top, but no measured face fits it",

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.report.wording.completion import bounds_note
 from asbuilt_bim.report.wording.template import Template, filled
 
 _BOUNDS = "at least {lower:% at least} (lower bound), possibly {upper:% at most}"
@@ -49,4 +50,5 @@ TASK_NOTES: Mapping[Reason, Template] = {
     Reason.BASIS_COMPLETE: "Completion is 1: seen complete; at least {lower:% at least} is certain",
     Reason.BASIS_LOWER: _lower,
     Reason.BASIS_COST: _cost,
+    Reason.BOUNDS: bounds_note,
 }

@@ -5,8 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from asbuilt_bim.codes import Note
-from asbuilt_bim.progress.completion.planned import percent_down, percent_up
-from asbuilt_bim.report.wording.values import percent
+from asbuilt_bim.report.wording.values import percent, percent_down, percent_up
 
 Template = str | Callable[[Note], str]
 """A sentence with places for values, or a function that makes it where it has branches."""

@@ -7,6 +7,7 @@ from datetime import date, datetime
 UNKNOWN = "unknown"
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 _MOST_DECIMALS = 12
+_EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
 _THIN = "\u202f"  # narrow no-break space: groups digits without being read as a decimal mark
 
 
@@ -31,6 +32,16 @@ def percent_range(lower: float, upper: float) -> str:
     if upper - lower < 1e-9:
         return percent(lower)
     return f"{math.floor(lower * 100 + 1e-9)} to {math.ceil(upper * 100 - 1e-9)} %"
+
+
+def percent_down(share: float) -> str:
+    """Return a lower bound in percent, to a tenth, never more than it is."""
+    return f"{math.floor(share * 1000.0 + _EVEN) / 10.0:.1f}"
+
+
+def percent_up(share: float) -> str:
+    """Return an upper bound in percent, to a tenth, never less than it is."""
+    return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
 
 
 def number(value: float | None, decimals: int = 2) -> str:
@@ -60,6 +71,11 @@ def area(area_m2: float | None, sigma_m2: float | None = None) -> str:
     decimals = 3 if 0.0 < sigma_m2 < 0.005 else 2
     sigma = number(sigma_m2, decimals) if sigma_m2 >= 0.0005 or sigma_m2 == 0.0 else "<0.001"
     return f"{number(area_m2, decimals)} ± {sigma} m²"
+
+
+def area_of(area_m2: float | None, sigma_m2: float | None, design_m2: float) -> str:
+    """Write a measured area beside the design's of the same sides: `1.35 ± 0.02 of 1.40 m²`."""
+    return UNKNOWN if area_m2 is None else f"{area(area_m2, sigma_m2).removesuffix(' m²')} of {number(design_m2)} m²"
 
 
 def length(length_m: float | None, sigma_m: float | None = None) -> str:

@@ -44,68 +44,28 @@ STOREYS = (
 )
 
 ELEMENTS = (
-    _column("Storey", "text", 18, "Building storey."),
-    _column("GlobalId", "text", 25, "The element's GlobalId in the IFC file."),
-    _column("Class", "text", 13, "The element's class in the IFC file."),
+    _column("Storey", "text", 16, "Building storey."),
     _column("Name", "text", 26, "The element's name in the IFC file."),
     _column("State", "text", 12, "complete, part, not started, displaced, or unknown."),
-    _column("Design area [m²]", "area", 11, "Exposed lateral surface of the design: openings and contact taken off."),
-    _column("As-built area [m²]", "area", 11, "Area of the union of all measured outlines; only what photos show."),
+    _column("Design area [m²]", "area", 10, "Exposed lateral surface of the design: openings and contact taken off."),
+    _column("As-built area [m²]", "area", 10, "Area of the union of all measured outlines; only what photos show."),
     _column("Sigma [m²]", "quantity", 9, "Standard deviation of the as-built area."),
-    _column("Completion best", "percent", 12, _BEST),
-    _column("Completion lower", "percent", 12, _LOWER),
-    _column("Completion upper", "percent", 12, _UPPER),
+    _column("Completion best", "percent", 11, _BEST),
+    _column("Completion lower", "percent", 11, _LOWER),
+    _column("Completion upper", "percent", 11, _UPPER),
     _column("Coverage", "percent", 10, _COVERAGE),
     _column(
         "Offset [mm]",
         "millimetres",
-        10,
+        9,
         "Measured face minus design face, along the design's outward normal; the largest.",
     ),
-    _column("Visit", "date", 12, "Date of this visit."),
     _column("Last seen", "date", 12, "Last visit that decided something on this element; empty where none did."),
+    _column("Notes", "wrap", 46, "Remarks."),
+    _column("GlobalId", "text", 25, "The element's GlobalId in the IFC file."),
+    _column("Class", "text", 13, "The element's class in the IFC file."),
+    _column("Visit", "date", 12, "Date of this visit."),
     _column("Stations", "text", 14, "Stations that saw it."),
-    _column("Notes", "text", 40, "Remarks."),
-)
-
-_OFF = "Of a line that takes money off the upper bound."
-COST = (
-    _column("Identification", "text", 14, "The line's identification in the cost schedule."),
-    _column("Name", "text", 34, "The line's name."),
-    _column("Elements", "count", 10, "Walls and columns that the line pays for."),
-    _column("Unit", "text", 7, "The line's own unit."),
-    _column("Planned quantity", "quantity", 12, "Planned quantity in the line's own unit (blue: may be overwritten)."),
-    _column("Rate", "rate", 11, "Price of one unit (blue: may be overwritten)."),
-    _column("Currency", "text", 10, "Currency of rate and values."),
-    _column("Planned value", "money", 14, "= planned quantity x rate, to the cent; totals are sums of these."),
-    _column("Completion best", "percent", 12, f"Weighted by what the line measures. {_BEST}"),
-    _column("Completion lower", "percent", 12, f"Weighted by what the line measures. {_LOWER} {_OFF}"),
-    _column("As-built quantity best", "quantity", 13, "= completion best x planned quantity."),
-    _column("As-built quantity lower", "quantity", 13, "= completion lower x planned quantity."),
-    _column("Earned value best", "money", 14, "= as-built quantity best x rate, to the cent."),
-    _column(
-        "Earned value lower",
-        "money",
-        14,
-        "= as-built quantity lower x rate, to the cent: what a certificate can rest on.",
-    ),
-    _column("Coverage", "percent", 10, _COVERAGE),
-    _column("Not measured", "count", 10, "What else the line pays for: it isn't measured here, and counts as unknown."),
-)
-
-COST_PARTS = (
-    _column("Identification", "text", 14, "Identification of the cost line."),
-    _column("Cost line", "text", 34, "The line's name."),
-    _column("Element", "text", 24, "An element that the line pays for."),
-    _column("GlobalId", "text", 26, "The element's GlobalId."),
-    _column("Storey", "text", 18, "The element's storey."),
-    _column("State", "text", 13, "The element's state."),
-    _column("Unit", "text", 7, "The line's own unit."),
-    _column("Planned quantity", "quantity", 12, "The element's part of the line's, by what the line measures."),
-    _column("Completion lower", "percent", 12, f"The element's. {_LOWER} {_OFF}"),
-    _column("As-built quantity lower", "quantity", 13, "= planned quantity x completion lower."),
-    _column("Earned value lower", "money", 14, "That x rate. Parts add up to their line before it is rounded."),
-    _column("Currency", "text", 10, "Currency of the value."),
 )
 
 TASKS = (
@@ -144,6 +104,14 @@ TASKS = (
         10,
         "late: the planned finish has passed and the task is not complete; unknown where the photos don't show it.",
     ),
+    _column("Days late", "count", 8, "Days from the planned finish to the visit, 0 where it isn't late; as on Late."),
+    _column(
+        "Forecast finish",
+        "date",
+        12,
+        "By what is certain: the rest takes its share of the planned time from the visit on. "
+        "Of a task seen complete the day of that visit.",
+    ),
     _column("Elements", "count", 10, "Walls and columns of the task."),
     _column("Complete", "count", 10, "Elements seen complete."),
 )
@@ -158,7 +126,7 @@ LATE = (
     _column("Completion best", "percent", 12, _BEST),
     _column("Task", "text", 34, "The task that should have finished it."),
     _column("Due", "date", 12, "Planned finish of that task."),
-    _column("Days late", "count", 10, "Days from then to the visit."),
+    _column("Days late", "count", 10, "Days from then to the visit; as on Tasks."),
 )
 
 STATIONS = (

@@ -1,5 +1,6 @@
 """A table on a worksheet: columns with a width and a number format, cells that can't run, unknown that can't be 0."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
@@ -12,6 +13,8 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
 from asbuilt_bim.report.wording.workbook_columns import Column
 
+LINE_PT = 13.5
+"""The height of a line of text."""
 MAX_TEXT = 32_000  # a cell holds 32 767 characters
 INK, LINE, SHADE, LOUD = "#1f2933", "#c6ccd3", "#eef1f4", "#b42318"
 
@@ -21,21 +24,31 @@ _KINDS: dict[str, dict[str, Any]] = {
     "area": {"num_format": "#,##0.00", "align": "right"},
     "quantity": {"num_format": "#,##0.000", "align": "right"},
     "money": {"num_format": "#,##0.00", "align": "right"},
+    "pieces": {"num_format": "General", "align": "right"},
+    "money or blank": {"num_format": "#,##0.00;-#,##0.00;", "align": "right"},
     "rate": {"num_format": "#,##0.00##########", "align": "right"},
     "percent": {"num_format": "0.0%", "align": "right"},
+    "percent2": {"num_format": "0.00%", "align": "right"},
+    "left": {"num_format": "0", "align": "left", "indent": 1},
     "millimetres": {"num_format": "+0.0;-0.0;0.0", "align": "right"},
     "metres": {"num_format": "0.000", "align": "right"},
     "count": {"num_format": "0", "align": "right"},
     "date": {"num_format": "yyyy-mm-dd", "align": "left", "indent": 1},
 }
 _STATES = {
-    "complete": "#1b7f5c", "part": "#9a6200", "not started": "#3d5a80", "displaced": "#9b2c6e", "unknown": "#6b7280",
+    "complete": "#1b7f5c", "complete as far as seen": "#4c9a7d", "part": "#9a6200",
+    "not started": "#3d5a80", "displaced": "#9b2c6e", "unknown": "#6b7280",
 }  # fmt: skip
 _ROLES: dict[str, dict[str, Any]] = {
-    "body": {},
+    "body": {"bottom": 4, "bottom_color": LINE},
+    "plain": {},
     "total": {"bold": True, "top": 1, "top_color": INK, "bg_color": SHADE},
-    "input": {"font_color": "#0b4f9e"},
-    "unknown": {"font_color": "#6b7280", "italic": True},
+    "input": {"font_color": "#0b4f9e", "bottom": 4, "bottom_color": LINE},
+    "person": {"font_color": "#7a4b00", "bg_color": "#fff3cd", "bottom": 4, "bottom_color": LINE},
+    "warning": {"font_color": LOUD, "bold": True, "bottom": 4, "bottom_color": LINE},
+    "signed by": {"bottom": 1, "bottom_color": INK, "valign": "bottom"},
+    "sign": {"font_color": "#0b4f9e", "bottom": 1, "bottom_color": INK, "valign": "bottom"},
+    "unknown": {"font_color": "#6b7280", "italic": True, "bottom": 4, "bottom_color": LINE},
     "loud": {"font_color": "#ffffff", "bg_color": LOUD, "bold": True},
     "title": {"bold": True, "font_size": 15},
     "heading": {"bold": True, "font_size": 12},
@@ -72,7 +85,11 @@ class Styles:
     def get(self, kind: str, role: str = "body") -> Format:
         """Return the format of a kind of cell in a role ("body", "total", "input", "loud", ..., or a state)."""
         if (kind, role) not in self._made:
-            extra = {"bold": True, "font_color": _STATES[role]} if role in _STATES and role != UNKNOWN else _ROLES[role]
+            extra = (
+                {"bold": True, "font_color": _STATES[role], **_ROLES["body"]}
+                if role in _STATES and role != UNKNOWN
+                else _ROLES[role]
+            )
             base = {"font_name": "Calibri", "font_size": 10, "valign": "top", "font_color": INK}
             self._made[kind, role] = self._workbook.add_format(base | _KINDS[kind] | extra)
         return self._made[kind, role]
@@ -86,6 +103,8 @@ def write_cell(
         sheet.write_formula(row, column, cell.text, styles.get(kind, role), cell.value)
     elif cell is None:
         sheet.write_string(row, column, UNKNOWN, styles.get(kind, "loud" if role == "loud" else "unknown"))
+    elif cell == "":
+        sheet.write_blank(row, column, None, styles.get(kind, role))
     elif isinstance(cell, str):
         sheet.write_string(row, column, plain(cell)[:MAX_TEXT], styles.get(kind if kind == "wrap" else "text", role))
     elif isinstance(cell, date | datetime):
@@ -112,15 +131,68 @@ def write_row(
     for index, (cell, column) in enumerate(zip(cells, columns, strict=True)):
         coloured = isinstance(cell, str) and cell in _STATES and column.heading == "State" and cell != UNKNOWN
         write_cell(sheet, row, index, cell, column.kind, styles, str(cell) if coloured else role)
+    wrapped = [(str(cell), column.width) for cell, column in zip(cells, columns, strict=True) if column.kind == "wrap"]
+    if wrapped and (height := max(row_height(plain(text), width) for text, width in wrapped)) > LINE_PT + 2.0:
+        sheet.set_row(row, height)
 
 
-def finish_table(sheet: Worksheet, head: int, last: int, columns: Sequence[Column], *, keep: int = 0) -> None:
-    """Freeze the headings (and `keep` columns), filter, and set the page for printing."""
-    sheet.freeze_panes(head + 1, keep)
+def titled(sheet: Worksheet, title: str, what: str, styles: Styles) -> None:
+    """Write what stands above a sheet's table: of which project and visit, and what it holds."""
+    sheet.set_row(0, 20)
+    write_cell(sheet, 0, 0, title, "text", styles, "heading")
+    write_cell(sheet, 1, 0, what, "text", styles, "plain")
+
+
+def write_paragraph(sheet: Worksheet, row: int, last_column: int, text: str, width: float, styles: Styles) -> None:
+    """Write a sentence over several columns, in a row that is high enough for it; `width` in characters."""
+    shown = plain(text)[:MAX_TEXT]
+    if last_column:
+        sheet.merge_range(row, 0, row, last_column, "", styles.get("wrap", "plain"))
+    write_cell(sheet, row, 0, shown, "wrap", styles, "plain")
+    sheet.set_row(row, row_height(shown, width))
+
+
+def row_height(text: str, width: float) -> float:
+    """Return the height in points of a row that holds a wrapped text in a column so many characters wide."""
+    lines = sum(max(1, math.ceil(1.05 * len(line) / max(width - 2.0, 1.0))) for line in text.split("\n"))
+    return min(LINE_PT * lines + 2.0, 400.0)
+
+
+def write_table(sheet: Worksheet, name: str, head: int, last: int, columns: Sequence[Column], styles: Styles) -> None:
+    """Make a table of what is written, so that other workbooks can name its columns; one without rows is none."""
     if last > head:
-        sheet.autofilter(head, 0, last, len(columns) - 1)
+        headers = [{"header": one.heading, "header_format": styles.get(one.kind, "head")} for one in columns]
+        sheet.add_table(
+            head, 0, last, len(columns) - 1, {"name": name, "columns": headers, "style": None, "header_row": True}
+        )
+
+
+def finish_table(
+    sheet: Worksheet,
+    head: int,
+    last: int,
+    columns: Sequence[Column],
+    *,
+    styles: Styles,
+    keep: int = 0,
+    name: str = "",
+    printed: int = 0,
+) -> None:
+    """Freeze the headings (and `keep` columns), make a table of it, and print its first `printed` columns (0: all)."""
+    sheet.freeze_panes(head + 1, keep)
+    if name:
+        write_table(sheet, name, head, last, columns, styles)
+    print_page(sheet, head, last_row=max(last, head), last_column=(printed or len(columns)) - 1)
+
+
+def print_page(sheet: Worksheet, head: int | None, *, last_row: int, last_column: int, landscape: bool = True) -> None:
+    """Set what is printed: A4, one page wide, headings on every page, page numbers."""
     page_setup(sheet)
-    sheet.repeat_rows(head)
+    if not landscape:
+        sheet.set_portrait()
+    sheet.print_area(0, 0, max(last_row, 0), last_column)
+    if head is not None:
+        sheet.repeat_rows(head)
 
 
 def page_setup(sheet: Worksheet) -> None:

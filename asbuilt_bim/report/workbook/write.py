@@ -8,9 +8,8 @@ from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import GroupProgress, ProgressReport
-from asbuilt_bim.report.cost_rows import NO_CURRENCY, CostPart, cost_parts
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.tables import (
-    NO_STOREY,
     ElementRow,
     StationRow,
     element_rows,
@@ -21,10 +20,10 @@ from asbuilt_bim.report.tables import (
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.valuation_columns import BILL as BILL_COLUMNS
+from asbuilt_bim.report.wording.valuation_columns import CERTIFICATES, COST_PARTS, OBSERVATIONS, VARIATIONS
 from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.report.wording.workbook_columns import (
-    COST,
-    COST_PARTS,
     ELEMENTS,
     LATE,
     NOTES,
@@ -33,7 +32,18 @@ from asbuilt_bim.report.wording.workbook_columns import (
     TASKS,
     Column,
 )
-from asbuilt_bim.report.workbook.cost import write_cost
+from asbuilt_bim.report.workbook.bill import write_bill
+from asbuilt_bim.report.workbook.layout import BILL, PARTS, VALUATION
+from asbuilt_bim.report.workbook.layout import CERTIFICATES as CERTIFICATES_SHEET
+from asbuilt_bim.report.workbook.layout import OBSERVATIONS as OBSERVATIONS_SHEET
+from asbuilt_bim.report.workbook.layout import VARIATIONS as VARIATIONS_SHEET
+from asbuilt_bim.report.workbook.parts import rows_of, write_parts
+from asbuilt_bim.report.workbook.records import (
+    write_certificates,
+    write_nothing_to_price,
+    write_observations,
+    write_variations,
+)
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
     Styles,
@@ -43,6 +53,7 @@ from asbuilt_bim.report.workbook.sheet import (
     write_head,
     write_row,
 )
+from asbuilt_bim.report.workbook.valuation import title_of, write_valuation
 from asbuilt_bim.storage.atomic_write import writing
 
 
@@ -65,10 +76,9 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     book.set_properties({"title": plain(f"{report.project_name}: as-built quantities {report.visit_date}")})
     styles = Styles(book)
     _summary(book.add_worksheet("Summary"), report, styles)
-    _table(book.add_worksheet("Elements"), ELEMENTS, [_element(row) for row in element_rows(report)], styles, keep=4)
-    write_cost(book.add_worksheet("Cost"), report, styles)
-    parts = [_part(one, storey_names(report)) for one in cost_parts(report)]
-    _table(book.add_worksheet("Cost by element"), COST_PARTS, parts, styles, keep=3)
+    _write_money(book, report, styles)
+    elements = [_element(row) for row in element_rows(report)]
+    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=13)
     _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
     _table(book.add_worksheet("Late"), LATE, [_late(row) for row in late_rows(report)], styles, keep=2)
     _table(book.add_worksheet("Stations"), STATIONS, [_station(row) for row in station_rows(report)], styles, keep=1)
@@ -77,15 +87,40 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     return out.getvalue()
 
 
+def _write_money(book: Workbook, report: ProgressReport, styles: Styles) -> None:
+    """Write the valuation and what it stands on; without cost lines, why there is none and what to do."""
+    names = (VALUATION, BILL, PARTS, VARIATIONS_SHEET, CERTIFICATES_SHEET, OBSERVATIONS_SHEET)
+    sheets = {name: book.add_worksheet(name) for name in names}
+    made, title, storeys = bills(report), title_of(report), storey_names(report)
+    write_observations(sheets[OBSERVATIONS_SHEET], report, title, storeys, styles)
+    if not made:
+        for name in names[:-1]:
+            write_nothing_to_price(sheets[name], report, title, styles)
+        return
+    counts = report.valuation is not None and report.valuation.count_observations
+    first_sum = write_bill(sheets[BILL], made, title, len(rows_of(made)), styles)
+    write_parts(sheets[PARTS], made, title, storeys, counts, styles)
+    variations = write_variations(sheets[VARIATIONS_SHEET], made, title, styles)
+    write_certificates(sheets[CERTIFICATES_SHEET], report, title, styles)
+    write_valuation(book, sheets[VALUATION], report, made, (first_sum, variations), styles)
+
+
 def _table(
-    sheet: Worksheet, columns: Sequence[Column], rows: Sequence[Sequence[Cell]], styles: Styles, *, keep: int
+    sheet: Worksheet,
+    columns: Sequence[Column],
+    rows: Sequence[Sequence[Cell]],
+    styles: Styles,
+    *,
+    keep: int,
+    name: str = "",
+    printed: int = 0,
 ) -> None:
     """Write a sheet that is one table."""
     write_head(sheet, 0, columns, styles)
     for index, cells in enumerate(rows):
         rejected = "rejected" in cells or "not placed" in cells
         write_row(sheet, index + 1, cells, columns, styles, "loud" if rejected else "body")
-    finish_table(sheet, 0, len(rows), columns, keep=keep)
+    finish_table(sheet, 0, len(rows), columns, styles=styles, keep=keep, name=name, printed=printed)
 
 
 def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
@@ -136,25 +171,6 @@ def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[StationRow], 
     return row + 2
 
 
-def _part(part: CostPart, storeys: dict[str, str]) -> tuple[Cell, ...]:
-    """Lay out an element's part of a cost line."""
-    element, line = part.element, part.line
-    return (
-        line.identification,
-        line.name,
-        element.name,
-        element.global_id,
-        storeys.get(element.storey, NO_STOREY),
-        element.state,
-        line.unit,
-        part.planned_quantity,
-        part.certain,
-        part.as_built_lower,
-        part.earned_lower,
-        line.currency or NO_CURRENCY,
-    )
-
-
 def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
     """Lay out a storey."""
     done = group.completion
@@ -181,8 +197,6 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
     """Lay out an element."""
     return (
         row.storey,
-        row.global_id,
-        row.ifc_class,
         row.name,
         row.state,
         row.design_area_m2,
@@ -193,10 +207,12 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.upper,
         row.coverage,
         row.offset_mm,
-        row.visit,
         row.last_seen or "",
-        row.stations,
         row.notes,
+        row.global_id,
+        row.ifc_class,
+        row.visit,
+        row.stations,
     )
 
 
@@ -214,10 +230,12 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         done.upper,
         done.coverage,
         "" if row.planned is None else row.planned,
-        row.days_late if row.has_plan else "",
-        row.days_late_least if row.has_plan else "",
-        row.days_late_most if row.has_plan else "",
+        row.behind_days if row.has_plan else "",
+        row.behind_least_days if row.has_plan else "",
+        row.behind_most_days if row.has_plan else "",
         late,
+        row.late_days if row.planned_finish else "",
+        row.forecast_finish,
         row.elements,
         row.complete,
     )
@@ -225,7 +243,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
 
 def _late(row: LateRow) -> tuple[Cell, ...]:
     """Lay out a late element."""
-    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.days_late)
+    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.late_days)
 
 
 def _station(row: StationRow) -> tuple[Cell, ...]:
@@ -250,8 +268,11 @@ def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     tables = (
         ("Summary", STOREYS),
         ("Elements", ELEMENTS),
-        ("Cost", COST),
-        ("Cost by element", COST_PARTS),
+        (BILL, BILL_COLUMNS),
+        (PARTS, COST_PARTS),
+        (VARIATIONS_SHEET, VARIATIONS),
+        (CERTIFICATES_SHEET, CERTIFICATES),
+        (OBSERVATIONS_SHEET, OBSERVATIONS),
         ("Tasks", TASKS),
         ("Late", LATE),
     )
@@ -266,4 +287,4 @@ def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
         rows += [("Made", "IFC file", f"{made.ifc_name} {made.ifc_digest}"), ("Made", "Rig", made.rig_digest)]
     for index, cells in enumerate(rows):
         write_row(sheet, index + 1, cells, NOTES, styles)
-    finish_table(sheet, 0, 0, NOTES)
+    finish_table(sheet, 0, len(rows), NOTES, styles=styles)

@@ -47,12 +47,15 @@ def agree(
     - The network alone: it sees concrete where no upright surface was found; that is noted, for without a surface
       there is no area.
     - A network that says "this is something else" (formwork, a hoarding) is believed: unknown is no harm, a wrong
-      wall is.
+      wall is. One that knows nothing but that has no opinion on the rest: it is geometry's, as without a network.
+    - What stereo measures as level is no wall, whatever the network says: its pixels are taken off.
     """
     if isinstance(network, SurfaceSegmenter):
         seen = network.segment_on(pair, depth, scene)
     else:
         seen = network.segment(pair, depth)
+    level = (scene.labels >= len(scene.pieces)) & (scene.labels < scene.bars_label)
+    seen = upright_alone(seen, level)
     others = network.refuted(pair) if isinstance(network, Refuter) else ()
     held = _holders(scene, [*(one.mask for one in seen), *others])
     found: list[Instance] = []
@@ -73,11 +76,26 @@ def agree(
         taken |= instance.mask
         if holder is not None:
             found.append(replace(instance, source=InstanceSource.BOTH, segmenter=network.name))
+        elif not getattr(network, "finds_concrete", True):
+            found.append(instance)
         else:
             score = ALONE * instance.score
             found.append(replace(instance, source=InstanceSource.GEOMETRY_ALONE, score=score))
     found.sort(key=lambda instance: -int(np.count_nonzero(instance.mask)))
     return Agreed(instances=tuple(found), notes=_alone(pair, seen, spoken, network.name))
+
+
+def upright_alone(seen: Sequence[Instance], level: BoolArray) -> list[Instance]:
+    """Return a network's instances without what stereo measures as `level` (H, W); what is all level is left out."""
+    found: list[Instance] = []
+    for one in seen:
+        mask = one.mask & ~level
+        if np.array_equal(mask, one.mask):
+            found.append(one)
+        elif mask.any():
+            freeze(mask)
+            found.append(replace(one, mask=mask, box_px=box_of(mask)))
+    return found
 
 
 def _holders(scene: Scene, masks: Sequence[BoolArray]) -> list[int | None]:

@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Literal, Protocol, runtime_checkable
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage
 from asbuilt_bim.vision.scene.read import Scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
 
@@ -45,6 +45,15 @@ class Refuter(Protocol):
 
     def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
         """Return masks bool (H, W) of what is something else: formwork, hoardings, people, machines."""
+        ...
+
+
+@runtime_checkable
+class Blurrer(Protocol):
+    """What a segmenter may have beside: it finds people; version 1 of the interface."""
+
+    def people(self, image: ByteImage) -> BoolArray | None:
+        """Return where people are in a BGR picture, bool (H, W); None where it isn't asked to look for any."""
         ...
 
 

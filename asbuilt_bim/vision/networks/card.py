@@ -65,6 +65,16 @@ class ClassCard:
     id: Annotated[int, Within(low=0, high=100_000)]
     name: str
     label: Meaning
+    blur: bool = False  # people: made unrecognisable in pictures that leave the program
+
+    def __post_init__(self) -> None:
+        """Check that only what hides concrete is blurred.
+
+        Raises:
+            ValueError: a wall or a column is to be.
+        """
+        if self.blur and self.label != "other":
+            raise ValueError(f"blur: only classes with label other are blurred, {self.name[:40]!r} is a {self.label}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,11 +124,20 @@ class NetworkCard:
             raise ValueError("geometry: only a segmenter of order nchw takes it")
         if self.mirror and (self.layout not in MIRRORED or self.input.order == "nhwc"):
             raise ValueError(f"mirror: only the layouts {', '.join(MIRRORED)} of order nchw or chw can have it")
-        if self.task == "segment" and not any(c.label != "other" for c in self.classes):
-            raise ValueError("classes: not one is a wall or a column; say which of the network's classes are")
+        if self.task == "segment" and not self.classes:
+            raise ValueError(
+                "classes: none is named; say which of the network's are a wall, a column or something else"
+            )
+        if self.layout == "centres" and not self.finds_concrete:
+            raise ValueError("classes: not one is a wall or a column, which the layout centres divides into things")
         doubled = [number for number, count in Counter(c.id for c in self.classes).items() if count > 1]
         if doubled:
             raise ValueError(f"classes: id {doubled[0]} stands twice")
+
+    @property
+    def finds_concrete(self) -> bool:
+        """Say whether a segmenter knows walls or columns; one that doesn't only rejects."""
+        return any(one.label != "other" for one in self.classes)
 
     @property
     def task(self) -> Task:

@@ -132,6 +132,31 @@ class NetworkSegmenter:
         """Return masks bool (H, W) of what the network knows to be something else; `Refuter`, version 1."""
         return tuple(one.mask for meaning, one in self._seen(pair) if meaning == "other")
 
+    @property
+    def finds_concrete(self) -> bool:
+        """Say whether it knows walls or columns, or only what is neither."""
+        return self.loaded.card.finds_concrete
+
+    def people(self, image: ByteImage) -> BoolArray | None:
+        """Return where what the card blurs is, bool (H, W), None where it blurs nothing; `Blurrer`, version 1."""
+        card = self.loaded.card
+        blurred = {one.id for one in card.classes if one.blur}
+        if not blurred:
+            return None
+        found = np.zeros(image.shape[:2], dtype=bool)
+        if self._last and self._last[0].left is image:  # it was looked at a moment ago
+            for _, one in self._last[1]:
+                found |= one.mask if one.number in blurred else False
+            freeze(found)
+            return found
+        picture, fit = input_of(image, card.input)
+        pictures: tuple[Float32Array, ...] = (picture,) if card.geometry is None else (picture, no_geometry(fit)[None])
+        for one in read_sightings(answers(self.loaded.network, card, pictures), card, fit):
+            if one.number in blurred:
+                found |= one.mask
+        freeze(found)
+        return found
+
     def _seen(self, pair: RectifiedPair) -> list[tuple[Meaning, Sighting]]:
         """Return what was seen in a pair's left photo; one that wasn't looked at yet is, without its depth."""
         if not self._last or self._last[0] is not pair:
@@ -195,7 +220,7 @@ class NetworkDepth:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NetworkMatcher:
-    """Matches a pair by a stereo network; `StereoMatcher`, version 1. Its sigma is measured on the photos."""
+    """Matches a pair by a stereo network; `StereoMatcher`, version 1. Its sigma is learned on the pair."""
 
     loaded: LoadedNetwork
 
@@ -205,13 +230,28 @@ class NetworkMatcher:
         return self.loaded.card.name
 
     def match(self, pair: RectifiedPair) -> tuple[Float32Array, Float32Array]:
-        """Return disparity and sigma in pixels, float32 (H, W); NaN disparity where nothing was measured."""
+        """Return disparity and sigma in pixels, float32 (H, W); NaN disparity where nothing was measured.
+
+        The network is asked twice: for the left photo, and for the right one, both mirrored. What the two say of one
+        thing differs by its errors: they give the pair its sigma.
+        """
+        from_left = self.raw(pair.left, pair.right)
+        mirrored = [np.ascontiguousarray(photo[:, ::-1]) for photo in (pair.right, pair.left)]
+        from_right = np.ascontiguousarray(self.raw(*mirrored)[:, ::-1])
+        return disparity_sigma(pair, from_left, from_right)
+
+    def raw(self, left: ByteImage, right: ByteImage) -> Float32Array:
+        """Return the network's own answer in pixels of the photo, float32 (H, W); NaN where it says none.
+
+        Raises:
+            NetworkError: the output is no map.
+        """
         card = self.loaded.card
-        (left, fit), (right, _) = input_of(pair.left, card.input), input_of(pair.right, card.input)
-        small = _map_of(self.loaded.network.run((left, right))["disparity"], card)
+        (first, fit), (second, _) = input_of(left, card.input), input_of(right, card.input)
+        small = _map_of(self.loaded.network.run((first, second))["disparity"], card)
         step = (card.input.width_px / small.shape[1], card.input.height_px / small.shape[0])
         disparity = fit.to_photo(small.astype(np.float32), *step) / np.float32(fit.scale_x)
-        return disparity_sigma(pair, np.where(disparity > 1.0 / SIXTEENTHS, disparity, np.nan).astype(np.float32))
+        return np.where(disparity > 1.0 / SIXTEENTHS, disparity, np.nan).astype(np.float32)
 
 
 def _map_of(answer: np.ndarray, card: NetworkCard) -> np.ndarray:

@@ -29,6 +29,9 @@ On renderings 0.4 to 0.7 px over 32 to 64 px. So nothing is known amid a wall of
 """
 MOST_MOVED_PX = 0.75
 """No pixel is moved further from the answer given; of a network's, no more is known."""
+MOST_APART_PX = 2.0
+"""What left and right say of one pixel: further apart, they speak of two things, one behind the other."""
+MAD_SIGMA = 1.4826  # the median of a normal error's size, as its sigma
 ALIKE_PX = 4.0
 """Neighbouring residuals are correlated over about 2 x 2 px."""
 
@@ -104,10 +107,45 @@ def semi_global(
     return np.where(seen, disparity, np.float32(np.nan)).astype(np.float32)
 
 
-def disparity_sigma(pair: RectifiedPair, disparity_px: Float32Array) -> tuple[Float32Array, Float32Array]:
-    """Polish another's disparity (H, W), NaN where there is none, on the photos; return it with its sigma in pixels."""
+def disparity_sigma(
+    pair: RectifiedPair, disparity_px: Float32Array, of_right_px: Float32Array
+) -> tuple[Float32Array, Float32Array]:
+    """Polish another's disparity (H, W), NaN where there is none, on the photos; return it with its sigma in pixels.
+
+    `of_right_px` is what the same matcher says of the right photo's pixels. Where both see a thing, they differ by
+    their errors: over the pair the prior's sigma, over a window its own. What they don't both see isn't measured.
+    An error that both share isn't seen so: the prior is never narrower than that of semi-global matching.
+    """
+    apart = left_against_right(disparity_px, of_right_px)
+    known = np.abs(apart) <= MOST_APART_PX
+    if not known.any():
+        return np.full_like(disparity_px, np.nan), np.full_like(disparity_px, np.inf)
+    prior = float(np.clip(MAD_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0), PRIOR_SIGMA_PX, MOST_MOVED_PX))
     matcher = SemiGlobalMatcher(refine_window_px=9, refine_steps=4)
-    return _polished(pair, disparity_px, (grey(pair.left), grey(pair.right)), matcher, MOST_MOVED_PX)
+    seen = np.where(known, disparity_px, np.float32(np.nan)).astype(np.float32)
+    disparity, sigma = _polished(pair, seen, (grey(pair.left), grey(pair.right)), matcher, prior)
+    squared = np.where(known, apart * apart, 0.0).astype(np.float32)
+    count = np.maximum(_summed(known.astype(np.float32), ROUGH_WINDOW_PX), 1.0)
+    local = np.sqrt(0.5 * np.maximum(_summed(squared, ROUGH_WINDOW_PX), 0.0) / count)  # float32 sums may dip
+    sigma = np.asarray(np.hypot(sigma, local), dtype=np.float32)
+    fine = np.isfinite(disparity) & (sigma < matcher.most_sigma_px)
+    return (
+        np.where(fine, disparity, np.float32(np.nan)).astype(np.float32),
+        np.where(fine, sigma, np.float32(np.inf)).astype(np.float32),
+    )
+
+
+def left_against_right(disparity_px: Float32Array, of_right_px: Float32Array) -> Float32Array:
+    """Return how far (H, W) the right photo's disparity differs at a left pixel's partner, NaN where there is none."""
+    height, width = disparity_px.shape
+    at = np.arange(width, dtype=np.float32) - np.nan_to_num(disparity_px)
+    low = np.floor(at).astype(np.int32)
+    share = at - low
+    rows = np.arange(height)[:, None]
+    inside = (low >= 0) & (low < width - 1) & np.isfinite(disparity_px)
+    low = np.clip(low, 0, width - 2)
+    there = (1.0 - share) * of_right_px[rows, low] + share * of_right_px[rows, low + 1]
+    return np.where(inside, there - disparity_px, np.nan).astype(np.float32)
 
 
 def depth_map(pair: RectifiedPair, matcher: StereoMatcher) -> DepthMap:
@@ -226,7 +264,9 @@ def carried_sigma_px(left: Float32Array, right: Float32Array, disparity_px: Floa
 def carried_px(posterior_px: Float32Array, prior_sigma_px: float) -> Float32Array:
     """Return how far each pixel (H, W) is from the next one of which the photos say more than the prior."""
     told = posterior_px < prior_sigma_px * np.sqrt(0.5)
-    return np.asarray(cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
+    furthest = np.float32(np.hypot(*posterior_px.shape))  # where nothing is told, OpenCV's answer is no number
+    carried: Float32Array = np.minimum(cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5), furthest)
+    return carried
 
 
 def _roughness(disparity: Float32Array, measured: BoolArray) -> Float32Array:

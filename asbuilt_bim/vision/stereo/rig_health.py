@@ -36,14 +36,6 @@ SIGNIFICANT = 3.0
 """In sigmas: an untouched rig passes it once in several hundred visits."""
 LEAST_MATCHES = 60
 """Fewer leave yaw open by more than any limit, and a wrong pair of photos may have as many by chance."""
-UNKNOWN_CALIBRATION_RAD = np.deg2rad([0.005, 0.02, 0.005, 0.05, 0.2])
-"""What a rig file without covariance is trusted to: twice what twenty pairs of a good board leave open."""
-UNKNOWN_LENS_PX = 0.2
-"""What the lenses of such a file may leave across the rows, smoothly over the frame.
-
-Matches put it down to a turn. On two published rigs (EuRoC, ETH3D) they leave 0.13 to 0.19 px by cell of the frame. The
-turn fitted to them changed areas at 5 m by 20 to 36 %, which a board and a laser contradict.
-"""
 MOST_TURN_RAD = np.deg2rad(5.0)
 """A rig turned further is bent for anyone to see: such photos are no pair, and the check of the pair says why."""
 _DIFFERENT = 4.0  # in sigmas, of the best of several places to part a visit
@@ -120,7 +112,7 @@ def judge(healths: Sequence[StationHealth], rig: StereoRig, significant: float =
     from_lens = np.linalg.inv(total) @ sum((h.fit.from_lens for h in healths), np.zeros((5, 1)))
     covariance = noise + _calibration(from_rig, from_lens, rig)
     if not np.any(rig.covariance):
-        covariance = covariance + np.diag(UNKNOWN_CALIBRATION_RAD**2)
+        covariance = covariance + np.diag(np.square(rig.width.turn_rad))
     camera = healths[0].camera
     area, area_sigma = worst_area_effect(correction, covariance, camera)
     rows = row_effect_px(correction, camera)
@@ -201,7 +193,7 @@ def _state(area: float, area_sigma: float, rows_px: float, rows_sigma_px: float,
 def _calibration(from_rig: FloatArray, from_lens: FloatArray, rig: StereoRig) -> FloatArray:
     """Return what the calibration's errors put into the correction (5, 5); a known covariance has its lenses in it."""
     if not np.any(rig.covariance):
-        return UNKNOWN_LENS_PX**2 * from_lens @ from_lens.T
+        return rig.width.lens_px**2 * from_lens @ from_lens.T
     return from_rig @ rig.covariance @ from_rig.T
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from asbuilt_bim.camera.photo.exif import exif_from_tiff
 from asbuilt_bim.camera.photo.picture_file import look_at
-from asbuilt_bim.camera.photo.read import decode, photo_from_bytes, read_photo
+from asbuilt_bim.camera.photo.read import decode, photo_from_bytes, read_photo, side_by_side
 from asbuilt_bim.errors import PhotoError
 from tests.camera.virtual import exif_block, with_exif
 
@@ -152,3 +152,12 @@ def test_a_png_that_ends_within_its_first_chunk_is_refused() -> None:
         data = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(40)
         with pytest.raises(PhotoError, match=r"a\.png: "):
             photo_from_bytes("a.png", data[:count])
+
+
+def test_a_file_of_both_eyes_is_two_photos_each_half_as_wide() -> None:
+    both = photo_from_bytes("both.png", encoded(".png"))
+    left, right = side_by_side(both)
+    assert left.size_px == right.size_px == (32, 48) and len({left.digest, right.digest, both.digest}) == 3
+    assert np.array_equal(np.concatenate([decode(left), decode(right)], axis=1), picture())
+    with pytest.raises(PhotoError, match="63 pixels wide, so it can't hold two photos"):
+        side_by_side(photo_from_bytes("odd.png", encoded(".png", width=63)))

@@ -69,7 +69,7 @@ def _complaints(path: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("schema", SCHEMAS)
-def test_observed_elements_carry_one_set_of_properties_and_one_of_quantities(schema: str, tmp_path: Path) -> None:
+def test_every_element_carries_one_set_of_properties_and_one_of_quantities(schema: str, tmp_path: Path) -> None:
     file = ifcopenshell.open(str(_written(schema, tmp_path)[1]))
     half = _psets(file, "IfcColumn", "half")
     assert half["AsBuilt_Progress"]["State"] == "part"
@@ -78,7 +78,31 @@ def test_observed_elements_carry_one_set_of_properties_and_one_of_quantities(sch
     assert half["AsBuilt_Progress"]["VisitDate"] == "2026-03-02"
     assert half["AsBuilt_Quantities"]["AsBuiltArea"] == pytest.approx(1.25)  # square metres in this file
     assert "AsBuiltArea" not in _psets(file, "IfcColumn", "none")["AsBuilt_Quantities"]
-    assert not any(name.startswith("AsBuilt") for name in _psets(file, "IfcColumn", "hidden"))
+    hidden = _psets(file, "IfcColumn", "hidden")["AsBuilt_Progress"]
+    assert hidden["State"] == "unknown" and "CompletionBest" not in hidden
+    assert (hidden["CompletionLower"], hidden["CompletionUpper"]) == (0.0, 1.0)
+    assert hidden["Reason"] == "not seen"  # the code: nobody gave words
+    assert half["AsBuilt_Progress"]["TiltMmPerM"] == pytest.approx(10.0, abs=0.01)
+    assert "AsBuiltArea" not in _psets(file, "IfcColumn", "hidden")["AsBuilt_Quantities"]
+
+
+def test_with_words_an_element_says_its_bounds_and_why_it_is_unknown(tmp_path: Path) -> None:
+    source = _written("IFC4", tmp_path)[0]
+    write_asbuilt(source, report_on(read_design(source), BEST), tmp_path / "words.ifc", words=note_words)
+    file = ifcopenshell.open(str(tmp_path / "words.ifc"))
+    assert _psets(file, "IfcColumn", "half")["AsBuilt_Progress"]["Summary"] == "at least 45 %, possibly 55 %"
+    hidden = _psets(file, "IfcColumn", "hidden")["AsBuilt_Progress"]
+    assert hidden["Summary"] == "nothing certain, possibly all"
+    assert hidden["Reason"].startswith("Nothing of it was seen")
+
+
+def test_what_is_complete_as_far_as_seen_says_so(tmp_path: Path) -> None:
+    source = _written("IFC4", tmp_path)[0]
+    report = report_on(read_design(source), BEST)
+    elements = [replace(one, as_far_as_seen=one.state == "complete") for one in report.elements]
+    write_asbuilt(source, replace(report, elements=tuple(elements)), tmp_path / "far.ifc")
+    file = ifcopenshell.open(str(tmp_path / "far.ifc"))
+    assert _psets(file, "IfcColumn", "full")["AsBuilt_Progress"]["State"] == "complete as far as seen"
 
 
 @pytest.mark.parametrize("schema", SCHEMAS)
@@ -153,7 +177,7 @@ def test_measured_zero_unknown_and_part_measured_are_three_things(schema: str, t
     said = _psets(file, "IfcTask", "pour full")["AsBuilt_Progress"]
     assert said["Basis"] == Reason.BASIS_COMPLETE  # no words were given
     assert said["CompletionLower"] == pytest.approx(0.9)
-    assert times["pour full"].ActualFinish == "2026-03-02T00:00:00"
+    assert times["pour full"].ActualFinish == "2026-03-02T17:00:00"
     assert times["pour full"].ScheduleStart == "2026-02-01T00:00:00"
     assert times["pour none"].Completion is None and times["pour none"].DataOrigin == "MEASURED"
     assert _psets(file, "IfcTask", "pour none")["AsBuilt_Progress"]["CompletionBest"] == 0.0
@@ -175,7 +199,7 @@ def test_a_task_that_makes_a_slab_too_holds_its_lower_bound_as_all_other_schedul
     file = ifcopenshell.open(str(tmp_path / "w.ifc"))
     (time,) = [task.TaskTime for task in file.by_type("IfcTask") if task.Name == "pour half"]
     assert time.Completion == verdict(mixed).share == 0.2
-    assert (time.DataOrigin, time.ActualStart) == ("MEASURED", "2026-03-02T00:00:00")
+    assert (time.DataOrigin, time.ActualStart) == ("MEASURED", "2026-03-02T08:00:00")
     basis = _psets(file, "IfcTask", "pour half")["AsBuilt_Progress"]["Basis"]
     assert basis == "Completion is the lower bound: 1 more not measured here"
 
@@ -184,7 +208,7 @@ def test_ifc2x3_tasks_carry_their_completion_in_the_time_control(tmp_path: Path)
     file = ifcopenshell.open(str(_written("IFC2X3", tmp_path)[1]))
     controls = {control.Name: control for control in file.by_type("IfcScheduleTimeControl")}
     assert controls["pour half"].Completion == pytest.approx(0.45)
-    assert controls["pour half"].StatusTime.YearComponent == 2026
+    assert controls["pour half"].StatusTime.DateComponent.YearComponent == 2026
     assert controls["pour none"].Completion is None
     assert controls["pour hidden"].StatusTime is None
 

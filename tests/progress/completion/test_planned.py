@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar, weekday
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.progress.completion.planned import days_late, due_but_unknown, late_elements, planned_share, verdict
+from asbuilt_bim.progress.completion.planned import days_behind, due_but_unknown, late_elements, planned_share, verdict
 from asbuilt_bim.progress.report import Completion, TaskProgress
 from asbuilt_bim.report.wording.notes import note_words
 from tests.report.sample_report import sample_report
@@ -51,41 +51,41 @@ def test_a_calendar_stops_the_plan_over_the_weekend() -> None:
 def test_no_plan_gives_no_share() -> None:
     assert planned_share(None, FINISH, date(2026, 3, 6)) is None
     assert planned_share(FINISH, START, date(2026, 3, 6)) is None
-    assert days_late(task(done(0.5), schedule_finish=None), done(0.5), date(2026, 3, 6)) == (None, None, None)
+    assert days_behind(task(done(0.5), schedule_finish=None), done(0.5), date(2026, 3, 6)) == (None, None, None)
 
 
 def test_a_task_is_as_late_as_the_plan_is_ahead_of_it() -> None:
     # 30 % stands at the end of 6 March; the plan wanted 30 % at the end of 4 March
-    assert days_late(task(done(0.3)), done(0.3), date(2026, 3, 6)) == (2, 2, 2)
-    assert days_late(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, 0, -2)
+    assert days_behind(task(done(0.3)), done(0.3), date(2026, 3, 6)) == (2, 2, 2)
+    assert days_behind(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, 0, -2)
     # half of it unknown: by the best estimate on time, and not more than two days late
-    assert days_late(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0, 2)
+    assert days_behind(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0, 2)
 
 
 def test_what_was_nowhere_seen_unfinished_is_late_by_no_number() -> None:
     # every element that was seen is complete, one was not seen, and the finish has passed
     plan = task(done(0.985, 0.8, 0.99), unknown=1, late=None)
-    assert days_late(plan, plan.progress.completion, date(2026, 3, 30)) == (None, 0, 21)  # 80 % by 9 March
+    assert days_behind(plan, plan.progress.completion, date(2026, 3, 30)) == (None, 0, 21)  # 80 % by 9 March
 
 
 def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
     last, end = datetime(9999, 12, 30), datetime(9999, 12, 31, 23)
     plan = task(done(0.5), schedule_start=last, schedule_finish=end)
-    assert days_late(plan, done(0.5), date(2026, 3, 6))[1] == 0
+    assert days_behind(plan, done(0.5), date(2026, 3, 6))[1] == 0
     with pytest.raises(ValueError, match="too little working time"):
         EVERY_DAY.after(end, 48.0)
 
 
 def test_a_task_that_was_seen_unfinished_after_its_finish_is_late_by_that_whatever_was_seen_since() -> None:
     plan = task(done(None), late=None)
-    said = days_late(plan, done(None), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))
+    said = days_behind(plan, done(None), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))
     assert said == (None, 8, 29)
     open_ended = task(done(0.5, 0.3, 1.0), late=True)
-    assert days_late(open_ended, done(0.5, 0.3, 1.0), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))[1] == 8
+    assert days_behind(open_ended, done(0.5, 0.3, 1.0), date(2026, 3, 30), unfinished_on=date(2026, 3, 20))[1] == 8
 
 
 def test_an_unknown_task_is_late_by_no_number() -> None:
-    assert days_late(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0, 29)  # begun on 2 March at best
+    assert days_behind(task(done(None)), done(None), date(2026, 3, 30)) == (None, 0, 29)  # begun on 2 March at best
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_a_finished_task_is_late_at_least_till_it_was_last_seen_unfinished(
     unfinished_on: date | None, least: int
 ) -> None:
     finished = task(done(0.99), actual_finish=date(2026, 3, 16))
-    said = days_late(finished, finished.progress.completion, date(2026, 4, 1), unfinished_on=unfinished_on)
+    said = days_behind(finished, finished.progress.completion, date(2026, 4, 1), unfinished_on=unfinished_on)
     assert said == (4, least, 4)
 
 
@@ -128,7 +128,7 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     late = late_elements(report)
     assert {one.element.state for one in late} <= {"part", "not started"}
     assert [one.task for one in late] == ["Columns, ground floor"] * len(late)
-    assert late[0].days_late == 3
+    assert late[0].late_days == 3
     assert len(late) == 2
     again = replace(report.tasks[0], schedule_finish=datetime(2026, 4, 13))  # a later task makes them too
     assert late_elements(replace(report, tasks=(*report.tasks, again))) == ()

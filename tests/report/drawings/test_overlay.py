@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from asbuilt_bim.codes import Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.drawings.label_placing import free_box
@@ -11,7 +12,8 @@ from asbuilt_bim.report.drawings.lettering import ascii_text
 from asbuilt_bim.report.drawings.overlay import draw_overlay
 from asbuilt_bim.report.drawings.overlay_labels import place_label
 from asbuilt_bim.report.drawings.overlay_layout import overlay_layout
-from tests.report.sample_report import sample_picture, sample_report
+from asbuilt_bim.report.wording.of_faces import NOT_COUNTED_LABEL, UNCOUNTED
+from tests.report.sample_report import renamed, sample_picture, sample_report
 
 
 def drawn(index: int = 0, width: int = 1280) -> np.ndarray:
@@ -116,3 +118,25 @@ def test_a_label_that_moved_off_its_face_points_back_at_it():
     first, second = (place_label((400.0, 300.0), ("Column C-01",), 18.0, (1280.0, 960.0), taken) for _ in range(2))
     assert first.leader is None
     assert second.leader is not None and second.leader[:2] == (400.0, 300.0)
+
+
+@pytest.mark.parametrize("code", [Reason.STANDS_OFF, Reason.SURFACE_UNCLEAR, Reason.STARTER_BARS])
+def test_what_does_not_count_is_drawn_as_such_and_bears_neither_name_nor_area(code):
+    report = sample_report()
+    face = report.stations[0].faces[0]
+    index = [element.global_id for element in report.elements].index(face.elements[0])
+    note = noted(code, about(SubjectKind.FACE, face.face_id, "A1"), area_m2=face.area_m2, offset_m=0.08)
+    unclear = renamed(report, index, notes=(note,))
+    layout = overlay_layout(unclear.stations[0], unclear, 1280, 960)
+    assert NOT_COUNTED_LABEL in {outline.meaning for outline in layout.outlines}
+    assert any(label.lines == (UNCOUNTED[code],) for label in layout.labels)
+    assert ("C-01", "1.35 ± 0.02 m²") not in {label.lines for label in layout.labels}
+
+
+def test_a_face_of_another_colour_that_counts_keeps_its_elements_name():
+    report = sample_report()
+    face = report.stations[0].faces[0]
+    index = [element.global_id for element in report.elements].index(face.elements[0])
+    note = noted(Reason.OTHER_COLOUR, about(SubjectKind.FACE, face.face_id, "A1"), counted=True)
+    layout = overlay_layout(report.stations[0], renamed(report, index, notes=(note,)), 1280, 960)
+    assert ("C-01", "1.35 ± 0.02 m²") in {label.lines for label in layout.labels}

@@ -37,8 +37,8 @@ def test_an_element_that_left_the_design_is_listed_too() -> None:
 
 def test_the_page_tells_both_visits_and_nothing_where_there_was_none_before() -> None:
     report = sample_report()
-    page = page_html(report, {}, a_visit_before(report))
+    page = page_html(report, {}, (a_visit_before(report),))
     assert "What changed since the last visit (2026-03-02)" in page
     assert "1.25 ± 0.02" in page and "not in the design" in page
     assert "What changed since the last visit" not in page_html(report, {})
-    assert "Every element is as it was." in page_html(report, {}, replace(report, visit_date=date(2026, 3, 2)))
+    assert "Every element is as it was." in page_html(report, {}, (replace(report, visit_date=date(2026, 3, 2)),))

@@ -29,7 +29,7 @@ def test_an_element_seen_for_the_first_time_goes_from_unknown_to_a_number():
     done = replace(report.elements[5].completion, best=0.5, coverage=0.6)
     after = renamed(report, 5, completion=done, state="part", as_built_area_m2=2.5, as_built_sigma_m2=0.03)
     assert changes(report, after) == (
-        "column C-11: unknown -> part, completion unknown -> 50 %, seen 0 % -> 60 %, "
+        "column C-11: unknown -> part, best estimate not enough seen -> 50 %, seen 0 % -> 60 %, "
         "as-built area unknown -> 2.50 ± 0.03 m²",
     )
 

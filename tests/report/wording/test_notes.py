@@ -43,8 +43,12 @@ SAMPLES: Values = {
     "offset_m": -0.12,
     "years": (1950, 2200),
     "tint": (0.2, 0.26),
-    "counted": True,
-    **dict.fromkeys(("name", "first"), "Mauer"),
+    "counted": 1,
+    **dict.fromkeys(("name", "first", "by", "why"), "Mauer"),
+    **dict.fromkeys(("was", "now"), 12.5),
+    **dict.fromkeys(("said",), True),
+    **dict.fromkeys(("day", "visit"), "2026-03-02"),
+    "number": 2,
     **dict.fromkeys(("distance_m", "x_m", "y_m"), 0.3),
 }
 

@@ -163,3 +163,28 @@ def test_surfaces_that_one_of_the_networks_things_holds_are_one_instance_also_be
     assert len(held) == 1
     assert held[0].mask[COLUMN]
     assert held[0].mask[WALL]
+
+
+def test_a_network_that_knows_no_concrete_rejects_and_leaves_the_rest_to_geometry(
+    pair: RectifiedPair, scene: Scene, alone: list[Instance]
+) -> None:
+    class Rejecting(FakeNetwork):
+        finds_concrete = False
+
+    found = both(pair, scene, Rejecting(others=(mask_at(alone, WALL),))).instances
+    rest = [one for one in alone if not one.mask[WALL]]
+    assert at(found, WALL) is None and len(rest) == len(alone) - 1
+    assert [(i.label, i.source, i.score) for i in found] == [(i.label, i.source, i.score) for i in rest]
+
+
+def test_a_wall_that_the_network_sees_on_what_stereo_measures_as_level_is_no_wall(
+    pair: RectifiedPair, scene: Scene, alone: list[Instance]
+) -> None:
+    floor = (scene.labels >= len(scene.pieces)) & (scene.labels < scene.bars_label)
+    assert np.count_nonzero(floor) > 20_000
+    assert both(pair, scene, FakeNetwork([said(floor, "wall")])).notes == (), "level ground isn't noted as concrete"
+    over = mask_at(alone, WALL) | floor
+    wall = at(both(pair, scene, FakeNetwork([said(over, "wall")])).instances, WALL)
+    assert wall is not None and wall.source is InstanceSource.BOTH
+    band = cv2.dilate(mask_at(alone, WALL).astype(np.uint8), np.ones((25, 25), np.uint8)) > 0
+    assert not np.any(wall.mask & floor & ~band), "beyond its border's band no floor is taken for the wall"

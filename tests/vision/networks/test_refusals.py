@@ -37,7 +37,15 @@ def refused(path: Path, task: Any = "segment") -> str:
     [
         ({"layout": "yolov99"}, "layout: expected 'mask-rcnn'"),
         ({"clases": []}, "did you mean classes"),
-        ({"classes": [{"id": 3, "name": "cat", "label": "other"}]}, "not one is a wall or a column"),
+        ({"classes": []}, "none is named"),
+        (
+            {"classes": [{"id": 3, "name": "cat", "label": "other"}], "layout": "centres"},
+            "not one is a wall or a column",
+        ),
+        (
+            {"classes": [{"id": 3, "name": "a", "label": "wall", "blur": True}]},
+            "only classes with label other are blurred",
+        ),
         ({"classes": [{"id": 3, "name": n, "label": "wall"} for n in "ab"]}, "id 3 stands twice"),
         ({"input": {"width_px": 64}}, "input.height_px: is missing"),
         ({"input": graphs.INPUT | {"std": [1.0, 0.0, 1.0]}}, "must be positive"),

@@ -19,7 +19,9 @@ from asbuilt_bim.vision.stereo.matching import (
     _roughness,
     carried_px,
     depth_map,
+    disparity_sigma,
     grey,
+    left_against_right,
 )
 from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
 from asbuilt_bim.vision.stereo.warp import right_at, warp_right
@@ -214,3 +216,28 @@ def test_rows_that_lie_apart_are_measured_on_the_photos(apart_px: float) -> None
     known[4:-4, 24:] = True
     found = rows_apart_px(scene, right, np.full(scene.shape, 20.0, dtype=np.float32), known)
     assert found == pytest.approx(abs(apart_px), abs=0.06)
+
+
+def test_a_networks_sigma_grows_with_what_left_and_right_say_differently(pair: RectifiedPair, depth: DepthMap) -> None:
+    """The matcher's own answer as a network's, with noise of a known size put on both sides' answers."""
+    patch = (slice(220, 420), slice(510, 640))
+    truth = np.where(depth.valid, depth.disparity_px, np.float32(np.nan))
+    columns = np.arange(truth.shape[1])
+    of_right = np.full_like(truth, np.nan)
+    for row in range(truth.shape[0]):
+        known = np.isfinite(truth[row])
+        at = columns[known] - truth[row, known]
+        order = np.argsort(at)
+        of_right[row] = np.interp(columns, at[order], truth[row, known][order]) if known.any() else np.nan
+    assert np.nanmedian(np.abs(left_against_right(truth, of_right))) < 0.02
+    rng, sigmas = np.random.default_rng(2), []
+    for noise_px in (0.0, 0.3):
+        said = [one + rng.normal(0.0, noise_px, one.shape).astype(np.float32) for one in (truth, of_right)]
+        disparity, sigma = disparity_sigma(pair, *said)
+        known = np.isfinite(disparity[patch])
+        miss = np.abs(disparity - truth)[patch][known]
+        sigmas.append(float(np.median(sigma[patch][known])))
+        assert known.mean() > 0.8 and np.mean(miss < 2.0 * sigma[patch][known]) > 0.9
+    assert sigmas[1] > 2.0 * sigmas[0]
+    lost, none = disparity_sigma(pair, truth, of_right + 5.0)
+    assert not np.isfinite(lost[patch]).any() and np.isinf(none[patch]).all()

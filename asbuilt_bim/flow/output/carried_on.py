@@ -1,0 +1,54 @@
+"""What persons wrote into the last workbook, and what was certified before: carried on into the next one."""
+
+import filecmp
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from asbuilt_bim.codes import Note
+from asbuilt_bim.flow.output.folder import OutputFolder
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Terms, ValuationInputs
+from asbuilt_bim.project.file import ValuationFile
+from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook
+
+WORKBOOK = "quantities.xlsx"
+
+
+def last_workbook(out: OutputFolder, before: ProgressReport | None, named: Path | None = None) -> LastWorkbook | None:
+    """Return what the workbook in an output folder holds of persons; None where there is none, or nobody changed it.
+
+    `before` is the current run's report, `named` the workbook that the project names: it counts in a folder without
+    one. One that nobody changed holds what its run's result holds.
+
+    Raises:
+        WorkbookError: it can't be read; see `read_last_workbook`.
+    """
+    copy = out.path / WORKBOOK
+    if copy.is_file():
+        written = [run / WORKBOOK for run in (out.path / "runs").iterdir() if (run / WORKBOOK).is_file()]
+        unchanged = any(filecmp.cmp(copy, one, shallow=False) for one in written)
+        return None if unchanged and before is not None else read_last_workbook(copy)
+    return read_last_workbook(named) if named is not None and before is None else None
+
+
+def inputs_of(
+    project: ValuationFile,
+    last: LastWorkbook | None,
+    before: ProgressReport | None,
+    past: Sequence[ProgressReport] = (),
+) -> tuple[ValuationInputs, tuple[Note, ...]]:
+    """Return what persons bring to the next valuation, and notes: by the last workbook, else by the result before it.
+
+    `past` are results of other runs' folders that the project's history names. The project's terms are the first's.
+    """
+    counts = project.observations == "count"
+    known = next((one.valuation for one in (before, *reversed(past)) if one is not None and one.valuation), None)
+    if last is not None:
+        inputs = last.inputs if last.inputs is not NO_INPUTS else known or _first(project)
+        return replace(inputs, count_observations=counts), last.notes
+    return replace(known or _first(project), count_observations=counts), ()
+
+
+def _first(project: ValuationFile) -> ValuationInputs:
+    return ValuationInputs(terms=Terms(retention=project.retention_percent / 100.0, tax=project.tax_percent / 100.0))

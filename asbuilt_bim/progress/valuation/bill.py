@@ -1,0 +1,354 @@
+"""The bill of a visit: each line with what was certified before, now, in all, and what remains. Pure arithmetic."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
+from asbuilt_bim.progress.money import cents, certified_quantity, total
+from asbuilt_bim.progress.report import NOTHING_SEEN, CostProgress, ElementProgress, ProgressReport
+from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Override, Paid, RateChange, Variation
+from asbuilt_bim.progress.valuation.observed import Observed, observed_elements
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BillRow:
+    """An element's part of a line, or (`element` None) the part of the line that isn't measured here."""
+
+    element: ElementProgress | None
+    quantity: float  # of the contract, in the line's unit
+    measured: float  # the certain share (0..1) by photos alone
+    observed: Observed | None
+    override: Override | None
+    share: float  # that counts
+    others: int = 0  # elements that this row stands for, where it stands for what isn't measured
+
+    @property
+    def global_id(self) -> str:
+        """Return the element's GlobalId, "" for what isn't measured."""
+        return self.element.global_id if self.element else ""
+
+    @property
+    def certified(self) -> float:
+        """Return what of the quantity counts, not rounded."""
+        return self.quantity * self.share
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BillLine:
+    """A line of the bill; amounts in cents."""
+
+    number: int  # from 1, its own in the workbook
+    bill: int
+    line: CostProgress
+    rows: tuple[BillRow, ...]
+    rate: float
+    rate_change: RateChange | None
+    contract: float
+    quantity: float  # certified in all
+    amount: float
+    paid: Paid | None
+    gone: bool = False  # it was certified before, and isn't in the costs any more
+    best: float | None = None
+
+    @property
+    def previous_quantity(self) -> float:
+        """Return what the last certificate held."""
+        return self.paid.quantity if self.paid else 0.0
+
+    @property
+    def previous(self) -> float:
+        """Return what the last certificate held, in cents."""
+        return self.paid.amount if self.paid else 0.0
+
+    @property
+    def period(self) -> float:
+        """Return what this valuation adds, in cents; less than nothing where the certified amount falls."""
+        return cents(self.amount - self.previous)
+
+    @property
+    def falls(self) -> bool:
+        """Say whether less is certified than before; of a line that takes money off, whether more is taken."""
+        return self.period < 0.0 and not (self.line.takes_off and not self.gone)
+
+    @property
+    def best_amount(self) -> float | None:
+        """Return what the best estimate is worth."""
+        return None if self.best is None else cents(self.best * self.rate)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariationLine:
+    """A variation with what was certified of it before and now, in cents."""
+
+    variation: Variation
+    amount: float  # of all of it
+    certified: float
+    previous: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sums:
+    """One column of a bill's summary, in cents."""
+
+    work: float
+    variations: float
+    retention: float
+    tax: float
+
+    @property
+    def gross(self) -> float:
+        """Return work and variations."""
+        return cents(self.work + self.variations)
+
+    @property
+    def net(self) -> float:
+        """Return what is due before tax."""
+        return cents(self.gross - self.retention)
+
+    @property
+    def payable(self) -> float:
+        """Return what is due with tax."""
+        return cents(self.net + self.tax)
+
+    def minus(self, other: "Sums") -> "Sums":
+        """Return the difference of two columns."""
+        return Sums(
+            work=cents(self.work - other.work),
+            variations=cents(self.variations - other.variations),
+            retention=cents(self.retention - other.retention),
+            tax=cents(self.tax - other.tax),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bill:
+    """The lines that may be added up, of one cost schedule and currency, with their variations and sums."""
+
+    number: int  # from 1
+    schedule: str
+    currency: str
+    lines: tuple[BillLine, ...]
+    variations: tuple[VariationLine, ...]
+    previous: Sums
+    period: Sums
+    cumulative: Sums
+    best: float | None  # of the lines that have a best estimate
+
+    @property
+    def contract(self) -> float:
+        """Return what all lines are worth when they are done."""
+        return total(line.contract for line in self.lines)
+
+
+def bills(report: ProgressReport) -> tuple[Bill, ...]:
+    """Return a report's bills, in the order of schedule and currency; none where it has no cost lines."""
+    inputs = report.valuation or NO_INPUTS
+    elements = {element.global_id: element for element in report.elements}
+    seen = observed_elements(report.observations, elements, report.visit_date)
+    groups = sorted({(line.schedule, line.currency) for line in report.cost_lines})
+    if not groups and inputs.paid:
+        groups = [("", next((one.currency for one in inputs.before), ""))]
+    paid = paid_lines(report.cost_lines, inputs.paid)
+    made: list[Bill] = []
+    number = 0
+    for place, (schedule, currency) in enumerate(groups, 1):
+        own = [line for line in report.cost_lines if (line.schedule, line.currency) == (schedule, currency)]
+        lines: list[BillLine] = []
+        for line in own:
+            number += 1
+            lines.append(_bill_line(number, place, line, elements, seen, report, paid.get(line.global_id)))
+        for lost in _gone(inputs.paid, paid, place, len(groups)):
+            number += 1
+            lines.append(_gone_line(number, place, lost, schedule, currency))
+        made.append(_bill(place, len(groups), schedule, currency, lines, report))
+    return tuple(made)
+
+
+def paid_lines(lines: Sequence[CostProgress], paid: Sequence[Paid]) -> dict[str, Paid]:
+    """Return by the key of a line what was certified of it: by its key, else by an identification that is its own."""
+    by_key = {one.line: one for one in paid}
+    found = {line.global_id: by_key[line.global_id] for line in lines if line.global_id in by_key}
+    taken = {one.line for one in found.values()}
+    left = [one for one in paid if one.line not in taken and one.identification]
+    free = [line for line in lines if line.global_id not in found and line.identification]
+    for line in free:
+        same = [one for one in left if one.identification == line.identification]
+        alike = [one for one in free if one.identification == line.identification]
+        if len(same) == 1 == len(alike):
+            found[line.global_id] = same[0]
+    return found
+
+
+def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, count: int) -> list[Paid]:
+    """Return what was certified of lines that aren't there any more, in the bill that they stood in."""
+    kept = {one.line for one in found.values()}
+    lost = [one for one in paid if one.line not in kept and (one.amount or one.quantity)]
+    return [one for one in lost if min(one.bill, count) == place]
+
+
+def _gone_line(number: int, place: int, paid: Paid, schedule: str, currency: str) -> BillLine:
+    """Return the line of what was certified and isn't in the costs any more: it is worth nothing now."""
+    line = CostProgress(
+        global_id=paid.line,
+        name=paid.text,
+        identification=paid.identification,
+        elements=(),
+        unit=paid.unit,
+        measure="other",
+        planned_quantity=0.0,
+        rate=paid.rate,
+        currency=currency,
+        completion=NOTHING_SEEN,
+        as_built_best=None,
+        as_built_lower=0.0,
+        earned_best=None,
+        earned_lower=0.0,
+        schedule=schedule,
+    )
+    return BillLine(
+        number=number,
+        bill=place,
+        line=line,
+        rows=(),
+        rate=paid.rate,
+        rate_change=None,
+        contract=0.0,
+        quantity=0.0,
+        amount=0.0,
+        paid=paid,
+        gone=True,
+    )
+
+
+def _bill_line(
+    number: int,
+    place: int,
+    line: CostProgress,
+    elements: Mapping[str, ElementProgress],
+    seen: Mapping[str, Observed],
+    report: ProgressReport,
+    paid: Paid | None,
+) -> BillLine:
+    inputs = report.valuation or NO_INPUTS
+    keys = {line.global_id, paid.line if paid else line.global_id}
+    change = next((one for one in inputs.rates if one.line in keys), None)
+    rate = change.rate if change else line.rate
+    by_element = {one.element: one for one in inputs.overrides if one.line in keys}
+    pieces, off = line.measure == "count", line.planned_quantity * rate < 0.0
+    rows = [
+        _row(line, elements[key], part, seen.get(key), by_element.get(key), off, inputs.count_observations)
+        for key, part in line.parts.items()
+        if key in elements
+    ]
+    rows.sort(key=lambda row: (row.element.ifc_class, row.element.name, row.global_id) if row.element else ("",))
+    if left := unmeasured_part(line.parts):
+        override = by_element.get("")
+        share = whole_share(override.share, pieces=pieces, takes_off=off) if override else float(off)
+        rows.append(
+            BillRow(
+                element=None,
+                quantity=line.planned_quantity * left,
+                measured=float(off),
+                observed=None,
+                override=override,
+                share=share,
+                others=line.others,
+            )
+        )
+    sure = math.fsum(row.certified for row in rows)
+    quantity = certified_quantity(sure, line.planned_quantity, pieces=pieces, up=off)
+    return BillLine(
+        number=number,
+        bill=place,
+        line=line,
+        rows=tuple(rows),
+        rate=rate,
+        rate_change=change,
+        contract=cents(line.planned_quantity * rate),
+        quantity=quantity,
+        amount=cents(quantity * rate),
+        paid=paid,
+        best=line.as_built_best,
+    )
+
+
+def _row(
+    line: CostProgress,
+    element: ElementProgress,
+    part: float,
+    seen: Observed | None,
+    override: Override | None,
+    off: bool,
+    count_observations: bool,
+) -> BillRow:
+    pieces = line.measure == "count"
+    measured = certain_share(element, pieces=pieces, takes_off=off)
+    share = measured
+    if override:
+        share = whole_share(override.share, pieces=pieces, takes_off=off)
+    elif seen and count_observations:
+        share = whole_share(seen.share, pieces=pieces, takes_off=off)
+    return BillRow(
+        element=element,
+        quantity=line.planned_quantity * part,
+        measured=measured,
+        observed=seen,
+        override=override,
+        share=share,
+    )
+
+
+def whole_share(share: float, *, pieces: bool, takes_off: bool) -> float:
+    """Return a person's share; of pieces all or nothing, and begun ones count only where they are taken off."""
+    share = min(max(share, 0.0), 1.0)
+    if not pieces:
+        return share
+    return float(math.ceil(share) if takes_off else math.floor(share))
+
+
+def _bill(
+    place: int, count: int, schedule: str, currency: str, lines: Sequence[BillLine], report: ProgressReport
+) -> Bill:
+    inputs = report.valuation or NO_INPUTS
+    variations = tuple(
+        VariationLine(
+            variation=one,
+            amount=cents(one.quantity * one.rate),
+            certified=cents(cents(one.quantity * one.rate) * one.share),
+            previous=inputs.paid_variations.get(one.number, 0.0),
+        )
+        for one in inputs.variations
+        if min(one.bill, count) == place
+    )
+    retention_before, tax_before = _before(place, count, currency, report)
+    previous = Sums(
+        work=total(line.previous for line in lines),
+        variations=total(one.previous for one in variations),
+        retention=retention_before,
+        tax=tax_before,
+    )
+    work, more = total(line.amount for line in lines), total(one.certified for one in variations)
+    retention = cents(cents(work + more) * inputs.terms.retention)
+    net_now = cents(cents(work + more - retention) - previous.net)
+    tax = cents(previous.tax + cents(net_now * inputs.terms.tax))
+    cumulative = Sums(work=work, variations=more, retention=retention, tax=tax)
+    best = [line.best_amount for line in lines if line.best_amount is not None]
+    return Bill(
+        number=place,
+        schedule=schedule,
+        currency=currency,
+        lines=tuple(lines),
+        variations=variations,
+        previous=previous,
+        period=cumulative.minus(previous),
+        cumulative=cumulative,
+        best=total(best) if best else None,
+    )
+
+
+def _before(place: int, count: int, currency: str, report: ProgressReport) -> tuple[float, float]:
+    """Return the retention and the tax up to the last certificate; those of a bill that is gone go to the last one."""
+    totals = (report.valuation or NO_INPUTS).before
+    own = [one for one in totals if min(one.bill, count) == place and one.currency == currency]
+    return total(one.retention for one in own), total(one.tax for one in own)

@@ -1,0 +1,106 @@
+"""What has to be said of a valuation: what falls, what persons changed, what they wrote that can't be used."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import Bill, BillLine, bills
+from asbuilt_bim.progress.valuation.inputs import ValuationInputs
+from asbuilt_bim.progress.valuation.observed import observation_notes, observed_elements
+
+CODES = frozenset(
+    {
+        *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.CERTIFIED_FALLS),
+        *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
+        *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
+    }
+)
+"""Codes of notes that are made anew whenever a workbook is."""
+MOST = 20
+
+
+def with_valuation(report: ProgressReport, inputs: ValuationInputs | None, read: Sequence[Note] = ()) -> ProgressReport:
+    """Return a report with what persons brought to its valuation, and notes on it; `read`: from reading the workbook.
+
+    A report without cost lines, observations and certificates stays as it is.
+    """
+    report = replace(report, valuation=inputs, notes=tuple(note for note in report.notes if note.code not in CODES))
+    notes = [*read, *valuation_notes(report)]
+    return replace(report, notes=(*report.notes, *notes)) if notes else report
+
+
+def valuation_notes(report: ProgressReport) -> list[Note]:
+    """Return the notes on a report's bills, the first few of each sort."""
+    elements = {element.global_id: element for element in report.elements}
+    seen = observed_elements(report.observations, elements, report.visit_date)
+    inputs = report.valuation or ValuationInputs()
+    made = bills(report)
+    notes = [*observation_notes(seen, elements, inputs.count_observations)]
+    for bill in made:
+        notes += list(_falls(bill))[:MOST]
+    notes += list(_of_persons(made, inputs))[:MOST]
+    later = [one for one in inputs.certificates if one.visit > report.visit_date]
+    notes += [
+        noted(
+            Reason.CERTIFICATE_LATER,
+            about(SubjectKind.VISIT, report.visit_date.isoformat()),
+            number=one.number,
+            visit=one.visit.isoformat(),
+        )
+        for one in later[-1:]
+    ]
+    return notes
+
+
+def _falls(bill: Bill) -> Iterator[Note]:
+    for line in bill.lines:
+        if line.falls:
+            code = Reason.CERTIFIED_LINE_GONE if line.gone else Reason.CERTIFIED_FALLS
+            values: Values = {"was": line.previous, "now": line.amount, "currency": bill.currency}
+            yield noted(code, _subject(line), item=_label(line), **values)
+    for one in bill.variations:
+        if one.certified < one.previous and one.amount >= 0.0:
+            number = one.variation.number
+            yield noted(
+                Reason.CERTIFIED_FALLS,
+                about(SubjectKind.COST_LINE, number),
+                item=f"variation {number}",
+                was=one.previous,
+                now=one.certified,
+                currency=bill.currency,
+            )
+
+
+def _of_persons(made: Sequence[Bill], inputs: ValuationInputs) -> Iterator[Note]:
+    used = set()
+    for bill in made:
+        for line in bill.lines:
+            if line.rate_change is not None:
+                change = line.rate_change
+                values: Values = {
+                    "was": line.line.rate,
+                    "now": change.rate,
+                    "why": change.why,
+                    "currency": bill.currency,
+                }
+                yield noted(Reason.RATE_CHANGED, _subject(line), item=_label(line), **values)
+            for row in line.rows:
+                if (given := row.override) is None:
+                    continue
+                used.add(id(given))
+                if not (given.reason and given.by and given.day):
+                    name = row.element.name if row.element else ""
+                    yield noted(Reason.OVERRIDE_UNSIGNED, _subject(line), item=_label(line), element=name)
+    for one in inputs.overrides:
+        if id(one) not in used:
+            subject = about(SubjectKind.COST_LINE, one.line)
+            yield noted(Reason.OVERRIDE_UNUSED, subject, element=one.element, share=one.share, by=one.by)
+
+
+def _subject(line: BillLine) -> Subject:
+    return about(SubjectKind.COST_LINE, line.line.global_id)
+
+
+def _label(line: BillLine) -> str:
+    return f"{line.line.identification} {line.line.name}".strip() or line.line.global_id

@@ -1,0 +1,1 @@
+"""Tables beside the IFC that a person fills in: costs and observations, and the empty ones to begin with."""

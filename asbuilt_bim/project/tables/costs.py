@@ -1,0 +1,223 @@
+"""The costs table: a line each, with what it pays for; becomes the design's cost lines."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from asbuilt_bim.bim.cost_notes import cost_notes
+from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
+from asbuilt_bim.bim.model import COSTS_KEY, BimModel, CostLine, CostMeasure
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
+from asbuilt_bim.errors import CostError
+from asbuilt_bim.storage.table_file import TableFile, TableRow, number_in, read_table, refused_rows
+
+COLUMNS = {
+    "item": ("id", "identification", "no", "number", "pos", "position", "oz", "itemno", "code"),
+    "text": ("name", "description", "shorttext", "kurztext", "title"),
+    "unit": ("einheit", "uom", "me"),
+    "quantity": ("qty", "menge", "plannedquantity", "contractquantity"),
+    "rate": ("price", "unitprice", "unitrate", "ep", "einheitspreis"),
+    "currency": ("waehrung", "währung"),
+    "globalids": ("globalid", "elements", "ifcglobalid", "ifcglobalids"),
+    "selector": ("query",),
+    "class": ("ifcclass",),
+    "storey": ("level", "geschoss", "floor"),
+    "type": ("typename", "ifctype"),
+}
+"""What a column may be called."""
+NEEDED = ("item", "unit", "quantity", "rate")
+MAX_LINES = 50_000
+MAX_NUMBER = 1e12
+MAX_TEXT, MAX_SELECTOR = 500, 2_000
+_UNITS: dict[str, tuple[CostMeasure, float]] = {
+    **dict.fromkeys(("m3", "m³", "cbm", "cum", "m^3"), ("volume", 1.0)),
+    **dict.fromkeys(("l", "ltr", "dm3", "dm³"), ("volume", 1e-3)),
+    **dict.fromkeys(("m2", "m²", "qm", "sqm", "m^2"), ("area", 1.0)),
+    **dict.fromkeys(("m", "lm", "lfm", "rm"), ("length", 1.0)),
+    "km": ("length", 1000.0),
+    "cm": ("length", 0.01),
+    "mm": ("length", 0.001),
+    **dict.fromkeys(("pcs", "pc", "piece", "pieces", "ea", "each", "no", "nr", "nos"), ("count", 1.0)),
+    **dict.fromkeys(("st", "stk", "stck", "stück", "stueck", "u"), ("count", 1.0)),
+}
+"""What a unit measures, and how many SI units or pieces it is; every other unit is `other`: t, h, lump sum."""
+_SIGNS = {"volume": "m3", "area": "m2", "length": "m", "count": "pcs"}
+_ID = re.compile(r"[^\s,;|]+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostsTable:
+    """A costs table as it was read: its lines without their elements, and what each is said to cover."""
+
+    name: str
+    lines: tuple[CostLine, ...]
+    covers: tuple[Cover, ...]
+    formulas: bool
+
+
+def read_costs(path: Path) -> CostsTable:
+    """Read a costs table, CSV or `.xlsx`.
+
+    Raises:
+        CostError: it can't be read; or a row has no item, an item stands twice, or a number could be meant two ways.
+            Every such row is named, up to eight.
+    """
+    table = read_table(path, COLUMNS, NEEDED, CostError)
+    if len(table.rows) > MAX_LINES:
+        raise CostError(f"{path}: holds {len(table.rows):,} lines, limit {MAX_LINES:,}; is it the right file?")
+    faults: list[str] = []
+    lines: list[CostLine] = []
+    covers: list[Cover] = []
+    seen: dict[str, int] = {}
+    more: list[tuple[TableRow, Cover]] = []
+    for row in table.rows:
+        if not row.text("quantity") and not row.text("rate") and not row.text("unit"):
+            more.append((row, _cover(row, faults)))
+            continue
+        line = _line(row, table, faults)
+        first = seen.setdefault(line.identification, row.number)
+        if first != row.number:
+            faults.append(f"row {row.number}: the item {line.identification!r} stands in row {first}, too")
+        lines.append(line)
+        covers.append(_cover(row, faults))
+    covers = _with_more(covers, lines, more, faults)
+    refused_rows(path, faults, CostError)
+    if not lines:
+        raise CostError(f"{path}: holds no line with a unit, a quantity and a rate; fill them in")
+    return CostsTable(name=path.name, lines=tuple(lines), covers=tuple(covers), formulas=table.formulas)
+
+
+def _with_more(
+    covers: Sequence[Cover], lines: Sequence[CostLine], more: Sequence[tuple[TableRow, Cover]], faults: list[str]
+) -> list[Cover]:
+    """Return the covers with what rows without a price add to the line of their item.
+
+    A row without an item, or without anything that it covers, is a heading, or nobody filled it in.
+    """
+    place = {line.identification: index for index, line in enumerate(lines)}
+    found = list(covers)
+    for row, cover in more:
+        item = row.text("item").strip()
+        if not item or cover.empty:
+            continue
+        if item not in place:
+            faults.append(f"row {row.number}: the item {item!r} has no unit, quantity and rate in any row")
+        elif cover.selector or cover.by_rule:
+            faults.append(
+                f"row {row.number}: a row without a price adds GlobalIds to its item, no selector and no class"
+            )
+        else:
+            ids = (*found[place[item]].global_ids, *cover.global_ids)
+            found[place[item]] = replace(found[place[item]], global_ids=tuple(dict.fromkeys(ids)))
+    return found
+
+
+def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
+    item, unit = row.text("item").strip()[:MAX_TEXT], row.text("unit").strip()[:20]
+    numbers = {}
+    for column in ("quantity", "rate"):
+        try:
+            value = number_in(row, column, table)
+            if value is None:
+                raise ValueError("is empty; write a number, 0 where there is none")
+            if not abs(value) <= MAX_NUMBER:
+                raise ValueError(f"{value:.3g} is beyond {MAX_NUMBER:.0e}, which nothing on a site is")
+            numbers[column] = value
+        except ValueError as problem:
+            faults.append(f"row {row.number}, {column}: {problem}")
+    if not item:
+        faults.append(f"row {row.number}: has no item; give each line its own")
+    measure, scale = _UNITS.get(unit.casefold().rstrip("."), ("other", 1.0))
+    return CostLine(
+        global_id=f"{COSTS_KEY}{item}",
+        name=row.text("text").strip()[:MAX_TEXT],
+        identification=item,
+        elements=(),
+        unit=_SIGNS[measure] if measure in _SIGNS and scale == 1.0 else unit,
+        measure=measure,
+        planned_quantity=numbers.get("quantity", 0.0),
+        rate=numbers.get("rate", 0.0),
+        currency=row.text("currency").strip()[:10],
+        unit_scale=scale,
+    )
+
+
+def _cover(row: TableRow, faults: list[str]) -> Cover:
+    selector = row.text("selector").strip()
+    if len(selector) > MAX_SELECTOR:
+        faults.append(f"row {row.number}: its selector has {len(selector):,} letters, limit {MAX_SELECTOR:,}")
+    return Cover(
+        global_ids=tuple(dict.fromkeys(_ID.findall(row.text("globalids")))),
+        selector=selector[:MAX_SELECTOR],
+        ifc_class=row.text("class").strip(),
+        storey=row.text("storey").strip(),
+        type_name=row.text("type").strip(),
+    )
+
+
+def with_costs(design: BimModel, table: CostsTable, covered: CoveredRows) -> BimModel:
+    """Return a design with the table's lines in the place of the IFC's cost items, and notes on what can't be used.
+
+    Raises:
+        CostError: a selector can't be read; names its row.
+    """
+    where = about(SubjectKind.FILE, table.name)
+    faults = [
+        f"item {line.identification}: its selector can't be read ({found.fault}); write it like "
+        '`IfcWall, location="Level 1"`'
+        for line, found in zip(table.lines, covered.rows, strict=True)
+        if found.fault
+    ]
+    refused_rows(Path(table.name), faults, CostError)
+    lines: list[CostLine] = []
+    notes: list[Note] = []
+    for line, cover, found in zip(table.lines, table.covers, covered.rows, strict=True):
+        made = replace(
+            line,
+            elements=found.elements,
+            others=found.others,
+            currency=line.currency or covered.currency,
+            schedule=table.name,
+        )
+        lines.append(made)
+        notes += _cover_notes(made, cover, found)
+    notes += cost_notes(lines)
+    if without := len({e.global_id for e in design.elements}.difference(*(line.elements for line in lines))):
+        values = {"count": without, "of": len(design.elements)}
+        notes.append(noted(Reason.NOT_IN_COST_LINES, about(SubjectKind.DESIGN), **values))
+    if table.formulas:
+        notes.append(noted(Reason.COSTS_FORMULAS, where))
+    if design.cost_lines:
+        notes.append(noted(Reason.COSTS_INSTEAD, where, count=len(design.cost_lines)))
+    kept = [note for note in design.notes if note.code not in _OF_IFC_COSTS and not _of_cost(note)]
+    return replace(design, cost_lines=tuple(lines), notes=(*kept, *notes))
+
+
+_OF_IFC_COSTS = frozenset(
+    {Reason.NOT_IN_COST_LINES, Reason.COST_OF_OTHER_WORK, Reason.COST_SCHEDULES_SEVERAL, Reason.COST_NOT_IN_IFC2X3}
+)
+"""Notes on the IFC's own cost items, which don't count where there is a table."""
+
+
+def _of_cost(note: Note) -> bool:
+    return note.subject.kind is SubjectKind.COST_LINE
+
+
+def _cover_notes(line: CostLine, cover: Cover, found: Covered) -> list[Note]:
+    subject, item = about(SubjectKind.COST_LINE, line.global_id), _label(line)
+    notes: list[Note] = []
+    if found.unknown:
+        unknown: Sequence[str] = found.unknown[:5]
+        notes.append(
+            noted(Reason.COST_COVER_UNKNOWN, subject, item=item, elements=tuple(unknown), count=len(found.unknown))
+        )
+    if not found.elements and not found.others:
+        notes.append(noted(Reason.COST_COVERS_NOTHING, subject, item=item, said=not cover.empty))
+    elif line.measure == "other":
+        notes.append(noted(Reason.COST_UNIT_UNKNOWN, subject, item=item, unit=line.unit, others=line.others))
+    return notes
+
+
+def _label(line: CostLine) -> str:
+    return f"{line.identification} {line.name}".strip()

@@ -1,0 +1,1 @@
+"""Sheets to print to scale: calibration boards, markers, the target."""

@@ -1,0 +1,33 @@
+"""What to photograph next, in words that a person can walk by: on the plan, not in coordinates."""
+
+TOWARDS = (
+    "the right of the plan",
+    "the upper right of the plan",
+    "the top of the plan",
+    "the upper left of the plan",
+    "the left of the plan",
+    "the lower left of the plan",
+    "the bottom of the plan",
+    "the lower right of the plan",
+)
+"""Directions on the plan, every eighth of a turn from the right, anticlockwise."""
+ON_FLOOR = "on the floor"
+FROM_OUTSIDE = "outside the building"
+FROM_SCAFFOLD = "outside, from a scaffold or from the ground"
+NO_ROOM = "The design leaves no 3 m free before it: go near, or look along it."
+
+
+def side_words(role: str, towards: str) -> str:
+    """Name a side: `the side towards the top of the plan`."""
+    what = {"end": "the end", "lateral surface": "the round side"}.get(role, "the side")
+    return f"{what} towards {towards}" if towards else what
+
+
+def stand_words(number: int, side: str, away_m: float, where: str) -> str:
+    """Say where to stand for a view; its number stands on the plan."""
+    return f"Stand at {number} on the plan, {where}, {away_m:.0f}\N{NO-BREAK SPACE}m before {side}."
+
+
+def near_words(station: str, away_m: float | None) -> str:
+    """Say how far that is from a station of the visit; "" where none stood on that floor."""
+    return "" if away_m is None else f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."

@@ -1,0 +1,81 @@
+"""Sentences on costs tables, on what persons saw, and on the valuation."""
+
+from collections.abc import Mapping
+
+from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.report.wording.template import Template, filled
+from asbuilt_bim.report.wording.values import number, percent, rate
+
+_ITEM = "cost item {item}: "
+
+
+def _covers_nothing(note: Note) -> str:
+    why = (
+        "what it is to cover is nowhere in the IFC file" if note.values["said"] else "the table says no element for it"
+    )
+    return filled(f"{_ITEM}it covers nothing: {why}. Nothing of it is certified until a person says how much", note)
+
+
+def _falls(note: Note) -> str:
+    return filled(f"{{item}}: the certified amount falls {_was_now(note)}. Look why before you sign", note)
+
+
+def _gone(note: Note) -> str:
+    text = "{item}: it was certified before and is no longer in the costs: its amount falls "
+    return filled(f"{text}{_was_now(note)}", note)
+
+
+def _was_now(note: Note) -> str:
+    was, now = (number(float(str(note.values[key]))) for key in ("was", "now"))
+    return f"from {was} to {now} {note.values['currency']}".rstrip()
+
+
+def _rate(note: Note) -> str:
+    was, now = (rate(float(str(note.values[key]))) for key in ("was", "now"))
+    why = note.values["why"]
+    return filled(
+        f"{_ITEM}a person set its rate to {now}; the costs say {was} ({why or 'nobody wrote why, and by whom'})", note
+    )
+
+
+def _contradicts(note: Note) -> str:
+    values = note.values
+    seen, lower, upper, counted = (percent(float(str(values[k]))) for k in ("share", "lower", "upper", "counted"))
+    return filled(
+        f"{{element:name}} ({{subject.name}}): {{by}} saw {seen} on {{day}}, photos say {lower} to {upper}. Where "
+        f"observations count, {counted} does",
+        note,
+    )
+
+
+def _unsigned(note: Note) -> str:
+    where = "{element}" if note.values["element"] else "what isn't measured"
+    return filled(f"{_ITEM}the override of {where} lacks its reason, person or date. It counts all the same", note)
+
+
+VALUATION_NOTES: Mapping[Reason, Template] = {
+    Reason.COSTS_INSTEAD: "the table {subject.name} counts; the IFC file's own "
+    "{count:# cost line doesn't|# cost lines don't}",
+    Reason.COSTS_FORMULAS: "{subject.name} holds formulas: what they gave when it was last saved counts",
+    Reason.COST_COVERS_NOTHING: _covers_nothing,
+    Reason.COST_COVER_UNKNOWN: f"{_ITEM}not in the IFC file: {{elements:list}}{{more}}",
+    Reason.COST_UNIT_UNKNOWN: f"{_ITEM}its unit '{{unit}}' is no volume, area, length or number: it is shared out by "
+    "the elements' volume",
+    Reason.OBSERVATION_UNKNOWN: "{subject.name}: no wall or column, or more than one, is called {elements:quoted}"
+    "{more}. Write the GlobalId",
+    Reason.OBSERVATION_CONTRADICTS: _contradicts,
+    Reason.OBSERVATION_SHOWN: "{count:# observation of a person stands|# observations of persons stand} beside the "
+    "photos and doesn't count. To let them count, set valuation.observations to count",
+    Reason.CERTIFIED_FALLS: _falls,
+    Reason.CERTIFIED_LINE_GONE: _gone,
+    Reason.OVERRIDE_UNUSED: "the workbook's override of {element:name} for {subject.name} ({share:%}, {by:name}) has "
+    "nothing to stand for any more",
+    Reason.OVERRIDE_UNSIGNED: _unsigned,
+    Reason.OVERRIDE_UNREADABLE: "last workbook, {subject.name}: the override '{written}' is no percentage from 0 to "
+    "100 and was left out",
+    Reason.RATE_CHANGED: _rate,
+    Reason.RATE_UNREADABLE: "last workbook, {subject.name}: the rate '{written}' is no number; the costs' own counts",
+    Reason.VARIATION_UNREADABLE: "last workbook, {subject.name}: quantity, rate and share done must be numbers, and "
+    "the share one from 0 to 100 %. It is worth nothing until then",
+    Reason.CERTIFICATE_LATER: "valuation {number} was signed on the visit of {visit}, after this one",
+}

@@ -1,0 +1,220 @@
+"""The sheet `Valuation`: what is due of each bill, with retention, tax and the place to sign."""
+
+from collections.abc import Sequence
+from datetime import date
+
+from xlsxwriter.workbook import Workbook
+from xlsxwriter.worksheet import Worksheet
+
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import Bill, Sums
+from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
+from asbuilt_bim.progress.valuation.notes import CODES
+from asbuilt_bim.report.cost_rows import NO_CURRENCY
+from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.valuation_columns import BILL as BILL_COLUMNS
+from asbuilt_bim.report.wording.valuation_columns import ROUNDED
+from asbuilt_bim.report.wording.valuation_columns import VARIATIONS as VARIATION_COLUMNS
+from asbuilt_bim.report.wording.values import UNKNOWN, plain
+from asbuilt_bim.report.workbook.layout import (
+    BILL,
+    COLUMNS,
+    FORMAT,
+    FORMAT_NAME,
+    HEAD,
+    VALUATION,
+    VARIATIONS,
+    letter,
+    sum_name,
+)
+from asbuilt_bim.report.workbook.sheet import Cell, Formula, Styles, print_page, write_cell, write_paragraph
+
+_LABELS = {
+    "work": "Work, certified",
+    "variations": "Variations, certified",
+    "gross": "Gross",
+    "retention": "Less retention",
+    "net": "Net",
+    "tax": "Tax",
+    "payable": "Payable",
+}
+_WIDTHS = (30.0, 16.0, 16.0, 16.0, 16.0)
+_LAST = len(_WIDTHS) - 1
+
+
+def write_valuation(
+    book: Workbook,
+    sheet: Worksheet,
+    report: ProgressReport,
+    made: Sequence[Bill],
+    places: tuple[int, int],
+    styles: Styles,
+) -> None:
+    """Write the certificate; `places`: the row of the first sum in Bill, and how many rows Variations has."""
+    inputs = report.valuation or NO_INPUTS
+    for index, width in enumerate(_WIDTHS):
+        sheet.set_column(index, index, width)
+    sheet.set_row(0, 24)
+    write_cell(sheet, 0, 0, f"Valuation {inputs.number}", "text", styles, "title")
+    last = inputs.certificates[-1] if inputs.certificates else None
+    before = f"Valuation {last.number}, signed {last.signed_on} by {last.signed_by}" if last else "none"
+    head: tuple[tuple[str, str, Cell, str], ...] = (
+        ("Project", "", report.project_name, "text"),
+        ("Valuation", "valuation_number", inputs.number, "count"),
+        ("Visit of", "visit_date", report.visit_date, "date"),
+        ("Before it", "", before, "text"),
+    )
+    row = 1
+    for label, name, value, kind in head:
+        write_cell(sheet, row, 0, label, "text", styles, "plain")
+        write_cell(sheet, row, 1, value, "left" if kind == "count" else kind, styles, "plain")
+        _name(book, name, row, 1)
+        row += 1
+    row = _doubts(sheet, row + 1, report, styles)
+    for label, name, share in (
+        ("Retention", "retention_rate", inputs.terms.retention),
+        ("Tax", "tax_rate", inputs.terms.tax),
+    ):
+        write_cell(sheet, row, 0, f"{label} (blue: may be overwritten)", "text", styles)
+        write_cell(sheet, row, 1, share, "percent2", styles, "input")
+        _name(book, name, row, 1)
+        row += 1
+    for bill in made:
+        row = _summary(book, sheet, row + 1, bill, places, styles)
+    row = _signatures(book, sheet, row + 1, styles)
+    notes = [note_words(note) for note in report.notes if note.code in CODES]
+    row = _paragraphs(
+        sheet, row + 1, "Before you sign", notes or ["Nothing falls, and no person changed anything."], styles
+    )
+    rules = [
+        "Certified is what photos make certain, or what a person put in its place: never what nobody saw.",
+        "Best is the best estimate by photos alone. It stands beside, and nothing is paid by it.",
+        ROUNDED,
+        "Retention is worked out on what is certified in all, tax on what this valuation adds.",
+        "Sign by writing name and date into the blue cells. The next workbook then begins after this valuation.",
+    ]
+    row = _paragraphs(sheet, row + 1, "How it is worked out", rules, styles)
+    write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
+    write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")
+    _name(book, FORMAT_NAME, row + 1, 1)
+    print_page(sheet, None, last_row=row + 1, last_column=_LAST, landscape=False)
+
+
+def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) -> int:
+    """Write what puts the whole visit in doubt in a loud colour; return the next free row."""
+    if not report.faults:
+        return row
+    for column in range(_LAST + 1):
+        text = "Nobody should be paid by these numbers before this is clear" if column == 0 else ""
+        write_cell(sheet, row, column, text, "text", styles, "loud")
+    for fault in report.faults:
+        row += 1
+        write_paragraph(sheet, row, _LAST, str(words_of(fault)), sum(_WIDTHS), styles)
+    return row + 2
+
+
+def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tuple[int, int], styles: Styles) -> int:
+    """Write a bill's sums by formulas; return the next free row."""
+    name = f"Bill {bill.number}, {plain(bill.currency) or NO_CURRENCY}"
+    head = (f"{name}: {plain(bill.schedule)}" if bill.schedule else name, "Previous", "This period", "In all", "Best")
+    sheet.set_row(row, 30)
+    for column, text in enumerate(head):
+        sheet.write_string(row, column, text, styles.get("text" if column == 0 else "money", "head"))
+    at = {what: row + 2 + index for index, what in enumerate(_LABELS)}  # as formulas count rows
+    contract = Formula(f"={BILL}!{letter(BILL_COLUMNS, 'Contract amount')}{places[0] + bill.number}", bill.contract)
+    values = {"previous": bill.previous, "this_period": bill.period, "cumulative": bill.cumulative}
+    for what, label in _LABELS.items():
+        line = at[what] - 1
+        role = "total" if what in ("gross", "net", "payable") else "body"
+        write_cell(sheet, line, 0, label, "text", styles, role)
+        for column, sums in enumerate(COLUMNS, 1):
+            value = _value(values[sums], what)
+            formula = _formula(what, sums, at, bill, places)
+            cell: Cell = value if formula is None else Formula(formula, value)
+            write_cell(sheet, line, column, cell, "money", styles, "input" if formula is None else role)
+            _name(book, sum_name(what, sums, bill.number), line, column)
+        best: Cell = ""
+        if what == "work":
+            place = f"{BILL}!{letter(BILL_COLUMNS, 'Best amount')}{places[0] + bill.number}"
+            best = Formula(f"={place}", UNKNOWN if bill.best is None else bill.best)
+        write_cell(sheet, line, _LAST, best, "money", styles, role)
+    end = at["payable"]
+    write_cell(sheet, end, 0, "Contract, in all", "text", styles)
+    write_cell(sheet, end, 3, contract, "money", styles)
+    _name(book, f"contract_{bill.number}", end, 3)
+    return end + 1
+
+
+def _value(sums: Sums, what: str) -> float:
+    """Return a sum of a column by its name."""
+    return float(getattr(sums, what))
+
+
+def _formula(what: str, sums: str, at: dict[str, int], bill: Bill, places: tuple[int, int]) -> str | None:
+    """Return the formula of a cell of the summary; None where it is typed: it was read from a signed workbook."""
+    column = {"previous": "B", "this_period": "C", "cumulative": "D"}[sums]
+    cell = {key: f"{column}{line}" for key, line in at.items()}
+    if what in ("gross", "net", "payable"):
+        one, sign, other = {
+            "gross": ("work", "+", "variations"),
+            "net": ("gross", "-", "retention"),
+            "payable": ("net", "+", "tax"),
+        }[what]
+        return f"=ROUND({cell[one]}{sign}{cell[other]},2)"
+    if what in ("work", "variations") and sums != "this_period":
+        return _from_sheets(what, sums, bill, places)
+    if sums == "previous":
+        return None
+    if what == "tax":
+        return f"=ROUND(C{at['net']}*tax_rate,2)" if sums == "this_period" else f"=ROUND(B{at['tax']}+C{at['tax']},2)"
+    if sums == "cumulative":  # retention
+        return f"=ROUND(D{at['gross']}*retention_rate,2)"
+    return f"=ROUND(D{at[what]}-B{at[what]},2)"
+
+
+def _from_sheets(what: str, sums: str, bill: Bill, places: tuple[int, int]) -> str:
+    heading = "Previous amount" if sums == "previous" else "Certified amount"
+    if what == "work":
+        return f"={BILL}!{letter(BILL_COLUMNS, heading)}{places[0] + bill.number}"
+    first, last = HEAD + 2, HEAD + 1 + places[1]
+    amounts = letter(VARIATION_COLUMNS, heading)
+    numbers = f"{VARIATIONS}!$A${first}:$A${last}"
+    return f"=ROUND(SUMIF({numbers},{bill.number},{VARIATIONS}!${amounts}${first}:${amounts}${last}),2)"
+
+
+def _signatures(book: Workbook, sheet: Worksheet, row: int, styles: Styles) -> int:
+    """Write where persons sign; the certifier's name and date make it a certificate."""
+    for column, text in enumerate(("", "Name", "Date", "Signature", "")):
+        sheet.write_string(row, column, text, styles.get("text", "head"))
+    names = {"Prepared by": ("", ""), "Checked by": ("", ""), "Certified by": ("signed_by", "signed_on")}
+    for label, (who, when) in names.items():
+        row += 1
+        sheet.set_row(row, 28)
+        write_cell(sheet, row, 0, label, "text", styles, "signed by")
+        for column in range(1, _LAST + 1):
+            kind = "date" if column == 2 else "text"
+            sheet.write_blank(row, column, None, styles.get(kind, "sign"))
+        _name(book, who, row, 1)
+        _name(book, when, row, 2)
+    return row + 1
+
+
+def _paragraphs(sheet: Worksheet, row: int, heading: str, texts: Sequence[str], styles: Styles) -> int:
+    write_cell(sheet, row, 0, heading, "text", styles, "heading")
+    for text in texts:
+        row += 1
+        write_paragraph(sheet, row, _LAST, text, sum(_WIDTHS), styles)
+    return row + 1
+
+
+def _name(book: Workbook, name: str, row: int, column: int) -> None:
+    if name:
+        book.define_name(name, f"={VALUATION}!${'ABCDE'[column]}${row + 1}")
+
+
+def title_of(report: ProgressReport) -> str:
+    """Return what the sheets of a valuation are headed by."""
+    number = (report.valuation or NO_INPUTS).number
+    day: date = report.visit_date
+    return f"{report.project_name}: valuation {number}, visit of {day.isoformat()}"

@@ -1,0 +1,225 @@
+"""A table that somebody typed, as CSV or `.xlsx`: rows by column, numbers and days that can be meant one way only."""
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from asbuilt_bim.errors import AsBuiltError
+from asbuilt_bim.storage.regular_file import as_text, read_bytes
+from asbuilt_bim.storage.xlsx_file import XlsxCell, read_xlsx
+
+MAX_BYTES = 60_000_000
+MAX_ROWS = 200_000
+MAX_CELL = 200_000
+"""Letters of a cell: a row may list some thousand GlobalIds."""
+MAX_NAMED = 8
+Columns = Mapping[str, Sequence[str]]
+"""What a column is known by here -> what it may be called; capitals, spaces, dashes and underscores don't count."""
+_Line = tuple[int, list[str | float | date]]
+_DAY = re.compile(r"(\d{4})-(\d{1,2})-(\d{1,2})")
+_DOTTED_DAY = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
+_PLAIN = re.compile(r"[+-]?\d+(\.\d+)?([eE][+-]?\d{1,3})?")
+_COMMA = re.compile(r"[+-]?(\d+|\d{1,3}([.  ' ]\d{3})+),\d+")
+_POINT_GROUPS = re.compile(r"[+-]?\d{1,3}([, ' ]\d{3})+\.\d+")
+_GROUPS = re.compile(r"[+-]?\d{1,3}([.,]\d{3})+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableRow:
+    """One row: its number in the file, and its cells by column; "" where there is none."""
+
+    number: int
+    cells: Mapping[str, str | float | date]
+
+    def text(self, column: str) -> str:
+        """Return a cell as text; a whole number without its `.0`."""
+        cell = self.cells.get(column, "")
+        if isinstance(cell, float):
+            return f"{cell:.0f}" if cell == math.floor(cell) and abs(cell) < 1e15 else f"{cell:.15g}"
+        return cell.isoformat() if isinstance(cell, date) else cell
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableFile:
+    """A table that was read; `formulas` says whether some of its values are those that formulas last had."""
+
+    name: str
+    rows: tuple[TableRow, ...]
+    formulas: bool
+    commas: bool  # its numbers are written with a decimal comma
+    semicolons: bool = False  # between its cells, as where a decimal comma is customary
+
+
+def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: type[AsBuiltError]) -> TableFile:
+    """Read a table by its ending; blank rows are left out, and columns that nobody asked for.
+
+    Raises:
+        AsBuiltError: of the sort `refusal`: no such table, too large, or a needed column is missing or there twice.
+    """
+    semicolons = False
+    if path.suffix.lower() in (".xlsx", ".xlsm"):
+        book = read_xlsx(path, refusal)
+        sheet = next(iter(book.sheets.values()), None)
+        lines = [(number, [*map(_plain, row)]) for number, row in enumerate(sheet.rows if sheet else (), 1)]
+        formulas = sheet is not None and sheet.formulas
+    else:
+        (lines, semicolons), formulas = _csv_lines(path, refusal), False
+    filled = [(number, cells) for number, cells in lines if any(cell != "" for cell in cells)]
+    if not filled:
+        raise refusal(f"{path}: the table is empty; `asbuilt-bim template PROJECT.yaml` writes one to fill in")
+    places = _places([str(cell) for cell in filled[0][1]], columns, needed, path, refusal)
+    rows = tuple(
+        TableRow(number=number, cells={key: cells[at] for key, at in places.items() if at < len(cells)})
+        for number, cells in filled[1:]
+    )
+    commas = any(
+        isinstance(cell, str) and _is_decimal_comma(cell.strip()) for row in rows for cell in row.cells.values()
+    )
+    return TableFile(name=path.name, rows=rows, formulas=formulas, commas=commas, semicolons=semicolons)
+
+
+def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
+    """Return a number, None where the cell is empty.
+
+    `1.234` and `1,234` are thousands for one person and not for another: what could be meant two ways is refused.
+
+    Raises:
+        ValueError: it is no number, or could be meant two ways; says what to write.
+    """
+    cell = row.cells.get(column, "")
+    if not isinstance(cell, str):
+        if isinstance(cell, date):
+            raise ValueError(f"'{cell}' is a day, and a number is wanted")
+        return float(cell)
+    text = cell.strip()
+    if not text:
+        return None
+    if table.commas and _COMMA.fullmatch(text):
+        return float(re.sub(r"[.  ' ]", "", text).replace(",", "."))
+    two_ways = table.commas and "." in text
+    if two_ways or (_GROUPS.fullmatch(text) and ("," in text or table.semicolons)):
+        raise ValueError(f"'{text[:40]}' could be meant two ways; write 1234.5, without signs between thousands")
+    if _POINT_GROUPS.fullmatch(text):
+        text = re.sub(r"[, ' ]", "", text)
+    if not _PLAIN.fullmatch(text) or not math.isfinite(float(text)):
+        raise ValueError(f"'{text[:40]}' is no number; write 1234.5")
+    return float(text)
+
+
+def _is_decimal_comma(text: str) -> bool:
+    """Say whether a number's comma can't part thousands: `0,5`, `12,25`, `1.234,5`, and not `1,234`."""
+    return _COMMA.fullmatch(text) is not None and (_GROUPS.fullmatch(text) is None or text.startswith("0"))
+
+
+def share_in(row: TableRow, column: str, table: TableFile) -> float | None:
+    """Return a percentage as a share in 0..1, None where the cell is empty.
+
+    Raises:
+        ValueError: it is no number, or not within 0 to 100.
+    """
+    cell = row.cells.get(column, "")
+    if isinstance(cell, str) and cell.strip().endswith("%"):
+        row = TableRow(number=row.number, cells={**row.cells, column: cell.strip()[:-1].strip()})
+    value = number_in(row, column, table)
+    if isinstance(cell, float) and 0.0 < cell <= 1.0:  # a cell that shows 50 % holds 0.5
+        raise ValueError(f"{cell:g} may be a share or a percentage; write it as text, such as {100.0 * cell:g} %")
+    if value is not None and not 0.0 <= value <= 100.0:
+        raise ValueError(f"{value:g} is no percentage from 0 to 100")
+    return None if value is None else value / 100.0
+
+
+def day_in(row: TableRow, column: str) -> date | None:
+    """Return a day (2026-03-16, or 16.03.2026), None where the cell is empty.
+
+    Raises:
+        ValueError: it is none; 03/02 is another day in another country.
+    """
+    cell = row.cells.get(column, "")
+    if isinstance(cell, date):
+        return cell
+    text = str(cell).strip()
+    if not text:
+        return None
+    for pattern, order in ((_DAY, (1, 2, 3)), (_DOTTED_DAY, (3, 2, 1))):
+        if found := pattern.fullmatch(text):
+            try:
+                return date(*(int(found[part]) for part in order))
+            except ValueError:
+                break
+    raise ValueError(f"'{text[:40]}' is no day; write 2026-03-16")
+
+
+def refused_rows(path: Path, faults: Sequence[str], refusal: type[AsBuiltError]) -> None:
+    """Refuse a table with all that is wrong with its rows, the first ones in words.
+
+    Raises:
+        AsBuiltError: of the sort `refusal`, where there are any.
+    """
+    if faults:
+        more = f"\n  and {len(faults) - MAX_NAMED} more" if len(faults) > MAX_NAMED else ""
+        raise refusal(f"{path}: can't be used:\n  " + "\n  ".join(faults[:MAX_NAMED]) + more)
+
+
+def _plain(cell: XlsxCell) -> str | float | date:
+    if cell is None:
+        return ""
+    if isinstance(cell, bool):
+        return "true" if cell else "false"
+    return float(cell) if isinstance(cell, int) else cell.strip() if isinstance(cell, str) else cell
+
+
+def _csv_lines(path: Path, refusal: type[AsBuiltError]) -> tuple[list[_Line], bool]:
+    data = read_bytes(path, MAX_BYTES, refusal, str(path))
+    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    text = as_text(data, refusal, str(path), "utf-16" if wide else "utf-8-sig")
+    first = text.split("\n", 1)[0]
+    csv.field_size_limit(MAX_CELL)
+    sign = max(",;\t", key=first.count)
+    reader = csv.reader(io.StringIO(text.replace("\0", ""), newline=""), delimiter=sign, strict=True)
+    lines: list[_Line] = []
+    try:
+        for cells in reader:
+            lines.append((reader.line_num, [_unquoted(cell) for cell in cells]))
+            if len(lines) > MAX_ROWS:
+                raise refusal(f"{path}: more than {MAX_ROWS:,} rows; is it the right file?")
+    except csv.Error as problem:
+        cause = "a quotation mark (\") isn't closed" if "end of data" in str(problem) else problem
+        raise refusal(f"{path}, line {reader.line_num}: no CSV ({cause}); save it as CSV again") from problem
+    return lines, sign == ";"
+
+
+def _unquoted(cell: str) -> str:
+    """Return a cell without the apostrophe that a table of ours puts before what a spreadsheet would run."""
+    text = cell.strip()
+    return text[1:] if text[:1] == "'" and text[1:].lstrip()[:1] in ("=", "+", "-", "@") else text
+
+
+def _places(
+    header: Sequence[str], columns: Columns, needed: Iterable[str], path: Path, refusal: type[AsBuiltError]
+) -> dict[str, int]:
+    names = [_bare(cell) for cell in header]
+    places: dict[str, int] = {}
+    for key, known in columns.items():
+        found = [at for at, name in enumerate(names) if name in map(_bare, (key, *known))]
+        if len(found) > 1:
+            twice = ", ".join(header[at] for at in found)
+            raise refusal(f"{path}: the first row names more than one column for {key} ({twice:.80}); keep one")
+        if found:
+            places[key] = found[0]
+    missing = [key for key in needed if key not in places]
+    if missing:
+        raise refusal(
+            f"{path}: the first row names no column {', '.join(missing)}; known are {', '.join(columns)}. "
+            "`asbuilt-bim template PROJECT.yaml` writes a table to fill in"
+        )
+    return places
+
+
+def _bare(text: str) -> str:
+    """Return a heading as it is compared, without a unit in brackets."""
+    return re.sub(r"[\s_.:/-]|[\[(].*?[\])]", "", text).casefold()

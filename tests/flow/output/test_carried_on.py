@@ -1,0 +1,91 @@
+"""What a surveyor wrote into the workbook of an output folder goes into the next run's workbook and result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import openpyxl
+import pytest
+
+from asbuilt_bim.errors import WorkbookError
+from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
+from asbuilt_bim.flow.output.folder import OutputFolder
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.inputs import Terms, ValuationInputs
+from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.project.file import ValuationFile
+from asbuilt_bim.report.result.document import read_result, write_result
+from asbuilt_bim.report.workbook.write import write_workbook
+from benchmarks.valuation.sequences import signed
+from tests.report.sample_report import sample_report
+from tests.report.workbook.saved import at, typed
+
+PROJECT = ValuationFile(retention_percent=5.0, tax_percent=19.0, observations="count")
+
+
+def folder(path: Path, report: ProgressReport) -> OutputFolder:
+    """Make an output folder with one run in it, and the copy of its workbook."""
+    run = path / "runs" / "20260317T120000Z-00000000"
+    run.mkdir(parents=True)
+    write_workbook(report, run / "quantities.xlsx")
+    (path / "quantities.xlsx").write_bytes((run / "quantities.xlsx").read_bytes())
+    return OutputFolder(path=path)
+
+
+def test_a_first_workbook_begins_with_the_projects_terms(tmp_path: Path) -> None:
+    inputs, notes = inputs_of(PROJECT, None, None)
+    assert inputs == ValuationInputs(terms=Terms(retention=0.05, tax=0.19), count_observations=True) and notes == ()
+
+
+def test_a_workbook_that_nobody_changed_is_what_its_result_says(tmp_path: Path) -> None:
+    before = with_valuation(sample_report(), ValuationInputs(terms=Terms(retention=0.1, tax=0.0)))
+    assert last_workbook(folder(tmp_path, before), before) is None
+    inputs, _ = inputs_of(PROJECT, None, before)
+    assert inputs.terms == Terms(retention=0.1, tax=0.0)  # the project's were the first workbook's
+
+
+def test_what_a_surveyor_typed_goes_before_the_result(tmp_path: Path) -> None:
+    before = with_valuation(sample_report(), ValuationInputs(terms=Terms(retention=0.1, tax=0.0)))
+    out = folder(tmp_path, before)
+    copy = tmp_path / "quantities.xlsx"
+    typed(copy, {("", "tax_rate"): 0.07, at(copy, "Cost by element", "Override", 5): 0.3})
+    last = last_workbook(out, before)
+    inputs, _ = inputs_of(PROJECT, last, before)
+    assert inputs.terms == Terms(retention=0.1, tax=0.07) and [one.share for one in inputs.overrides] == [0.3]
+
+
+def test_a_changed_workbook_that_cannot_be_read_stops_the_run(tmp_path: Path) -> None:
+    before = with_valuation(sample_report(), ValuationInputs())
+    out = folder(tmp_path, before)
+    (tmp_path / "quantities.xlsx").write_bytes(b"PK\x03\x04 cut short")
+    with pytest.raises(WorkbookError, match="damaged"):
+        last_workbook(out, before)
+
+
+def test_in_another_folder_the_named_workbook_counts_and_else_the_projects_history(tmp_path: Path) -> None:
+    done = with_valuation(sample_report(), ValuationInputs())
+    write_workbook(done, tmp_path / "last.xlsx")
+    typed(tmp_path / "last.xlsx", {("", "signed_by"): "Ann", ("", "signed_on"): date(2026, 3, 20)})
+    (tmp_path / "new" / "runs").mkdir(parents=True)
+    last = last_workbook(OutputFolder(path=tmp_path / "new"), None, tmp_path / "last.xlsx")
+    assert last is not None and last.inputs.number == 2
+    past = with_valuation(sample_report(), signed(done))
+    inputs, _ = inputs_of(PROJECT, None, None, (past,))
+    assert inputs.paid == last.inputs.paid and inputs.number == 2
+
+
+def test_a_result_keeps_all_that_persons_brought(tmp_path: Path) -> None:
+    report = with_valuation(sample_report(), signed(with_valuation(sample_report(), ValuationInputs())))
+    write_result(report, tmp_path / "result.json")
+    assert read_result(tmp_path / "result.json").valuation == report.valuation
+
+
+def test_a_workbook_before_there_were_costs_loses_nothing_that_the_result_holds(tmp_path: Path) -> None:
+    kept = with_valuation(sample_report(), ValuationInputs(terms=Terms(retention=0.2, tax=0.0)))
+    out = folder(tmp_path, replace(kept, cost_lines=()))
+    book = openpyxl.load_workbook(tmp_path / "quantities.xlsx")
+    book.save(tmp_path / "quantities.xlsx")
+    inputs, _ = inputs_of(PROJECT, last_workbook(out, kept), kept)
+    assert inputs.terms.retention == 0.2

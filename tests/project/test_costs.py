@@ -1,0 +1,140 @@
+"""Costs tables: lines with what they cover; what covers nothing, and what is covered twice, is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.bim.covers import Cover
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.errors import CostError
+from asbuilt_bim.ifc.read.covers import read_covers
+from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.project.tables.costs import CostsTable, read_costs, with_costs
+from tests.ifc.models import ModelBuilder
+from tests.notes import codes
+
+HEAD = "item,text,unit,quantity,rate,globalids,selector,class,storey,type\n"
+
+
+def costs(path: Path, *rows: str, head: str = HEAD) -> CostsTable:
+    (path / "boq.csv").write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+    return read_costs(path / "boq.csv")
+
+
+def building(path: Path) -> Path:
+    builder = ModelBuilder(schema="IFC4")
+    builder.box("IfcWall", "W1", (0.0, 0.0, 0.0), (4.0, 0.2, 3.0))
+    builder.box("IfcWall", "W2", (0.0, 5.0, 0.0), (4.0, 0.2, 3.0))
+    builder.box("IfcColumn", "C", (6.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    builder.box("IfcSlab", "S", (0.0, 0.2, 3.0), (4.0, 3.0, 0.2))
+    wall = builder.file.by_type("IfcWall")[0]
+    kind = builder.rooted("IfcWallType", Name="Basic 20", PredefinedType="STANDARD")
+    builder.rooted("IfcRelDefinesByType", RelatedObjects=[wall], RelatingType=kind)
+    builder.cost("of the IFC", [wall], "IfcQuantityVolume", 2.4, 100.0)
+    return builder.write(path / "design.ifc")
+
+
+def priced(path: Path, *rows: str) -> tuple[BimModel, dict[str, str]]:
+    """Return the design with the table's lines, and its GlobalIds by name."""
+    ifc = building(path)
+    design = read_design(ifc)
+    ids = {element.name: element.global_id for element in design.elements}
+    table = costs(path, *(row.format(**ids) for row in rows))
+    covered = read_covers([ifc], table.covers, frozenset(ids.values()))
+    return with_costs(design, table, covered), ids
+
+
+def test_a_line_covers_by_global_ids_by_selector_and_by_class_storey_and_type(tmp_path: Path) -> None:
+    design, ids = _by_every_means(tmp_path)
+    covers = {line.identification: sorted(line.elements) for line in design.cost_lines}
+    assert covers["1"] == covers["3"] == sorted([ids["W1"], ids["W2"]])
+    assert covers["2"] == [ids["C"]] and covers["4"] == [ids["W1"]]
+    everything = next(line for line in design.cost_lines if line.identification == "5")
+    assert sorted(everything.elements) == sorted(ids.values()) and everything.others == 1  # the slab
+
+
+def _by_every_means(path: Path) -> tuple[BimModel, dict[str, str]]:
+    storey = read_design(building(path)).storeys[0].name
+    return priced(
+        path,
+        "1,by ids,m3,4.8,100,{W1} {W2},,,,",
+        "2,by selector,m3,1,100,,IfcColumn,,,",
+        "3,by class,m2,1,100,,,IfcWall,,",
+        "4,by type,m2,1,100,,,,,basic  20",
+        f"5,all of a storey,t,1,100,,,,{storey.upper()},",
+    )
+
+
+def test_the_tables_lines_count_in_the_place_of_the_ifcs_and_a_note_says_so(tmp_path: Path) -> None:
+    design, _ = priced(tmp_path, "1,walls,cbm,4.8,100,{W1},,,,")
+    (line,) = design.cost_lines
+    assert (line.unit, line.measure, line.schedule, line.currency) == ("m3", "volume", "boq.csv", "EUR")
+    found = codes(design.notes)
+    assert Reason.COSTS_INSTEAD in found and Reason.NOT_IN_COST_LINES in found
+    assert found.count(Reason.NOT_IN_COST_LINES) == 1
+
+
+def test_what_covers_nothing_and_what_is_covered_twice_is_named(tmp_path: Path) -> None:
+    design, _ = priced(
+        tmp_path,
+        "1,walls,m3,4.8,100,{W1},,,,",
+        "2,walls again,m3,4.8,100,,,IfcWall,,",
+        "3,nowhere,m3,1,1,,,IfcWall,Level 99,",
+        "4,nothing said,h,1,1,,,,,",
+        "5,strangers,m3,1,1,0000000000000000000000 {C},,,,",
+        "6,steel,t,1,1,{C},,,,",
+    )
+    found = codes(design.notes)
+    assert found.count(Reason.COST_COVERS_NOTHING) == 2
+    assert found.count(Reason.COST_PAID_TWICE) == 1
+    assert found.count(Reason.COST_COVER_UNKNOWN) == 1
+    assert found.count(Reason.COST_UNIT_UNKNOWN) == 1
+    assert len(design.cost_lines) == 6
+
+
+def test_a_selector_that_cannot_be_read_is_refused_with_its_item(tmp_path: Path) -> None:
+    with pytest.raises(CostError, match=r"item 7: its selector can't be read"):
+        priced(tmp_path, '7,walls,m3,4.8,100,,"IfcWall, , =",,,')
+
+
+def test_a_row_without_a_price_adds_its_elements_to_its_item_and_empty_rows_are_headings(tmp_path: Path) -> None:
+    table = costs(tmp_path, "01,Concrete,,,,,,,,", "1,walls,m3,4.8,100,A,,,,", "1,,,,,B C,,,,", ",,,,,D,,,,")
+    assert [line.identification for line in table.lines] == ["1"]
+    assert table.covers == (Cover(global_ids=("A", "B", "C")),)
+
+
+@pytest.mark.parametrize(
+    ("rows", "reason"),
+    [
+        (["1,a,m3,1,1,,,,,", "1,b,m3,1,1,,,,,"], "row 3: the item '1' stands in row 2"),
+        ([",a,m3,1,1,,,,,"], "row 2: has no item"),
+        (["1,a,m3,,1,,,,,"], "row 2, quantity: is empty"),
+        (["1,a,m3,one,1,,,,,"], "row 2, quantity: 'one' is no number"),
+        (["1,a,m3,1e13,1,,,,,"], "beyond"),
+        (["1,a,m3,1,1,,,,,", "2,,,,,A,,,,"], "'2' has no unit, quantity and rate"),
+        (["1,a,m3,1,1,,,,,", "1,,,,,,,IfcWall,,"], "adds GlobalIds"),
+        (["01,Heading,,,,,,,,"], "no line"),
+    ],
+)
+def test_rows_that_cannot_be_meant_are_refused_by_their_number(tmp_path: Path, rows: list[str], reason: str) -> None:
+    with pytest.raises(CostError, match=reason):
+        costs(tmp_path, *rows)
+
+
+def test_every_bad_row_is_named_up_to_eight(tmp_path: Path) -> None:
+    with pytest.raises(CostError) as caught:
+        costs(tmp_path, *(f"{n},a,m3,x,1,,,,," for n in range(12)))
+    assert str(caught.value).count("no number") == 8 and "and 4 more" in str(caught.value)
+
+
+def test_a_cover_of_two_files_counts_each_element_once(tmp_path: Path) -> None:
+    ifc = building(tmp_path)
+    design = read_design(ifc)
+    ids = frozenset(element.global_id for element in design.elements)
+    (tmp_path / "more").mkdir()
+    found = read_covers([ifc, ifc], [Cover(ifc_class="IfcWall")], ids)
+    assert len(found.rows[0].elements) == 2 and replace(found.rows[0]).others == 0

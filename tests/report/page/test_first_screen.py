@@ -1,0 +1,143 @@
+"""The first screen leads with what is certain; late work and what to do next stand before every table."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from datetime import date
+
+from asbuilt_bim.codes import Reason, SubjectKind, about, noted
+from asbuilt_bim.progress.report import Completion, ProgressReport, WantedView
+from asbuilt_bim.report.page.plan import storey_plans
+from asbuilt_bim.report.page.rows import next_rows
+from asbuilt_bim.report.page.trend import trend_of
+from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
+from asbuilt_bim.report.wording.next_words import FROM_SCAFFOLD, ON_FLOOR
+from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
+
+
+def done(lower: float, upper: float, coverage: float, best: float | None = 0.6) -> Completion:
+    return Completion(best=best, lower=lower, upper=upper, coverage=coverage)
+
+
+def wanted(report: ProgressReport, index: int, x: float, y: float) -> WantedView:
+    """A view of an element, from metres in front of the middle of its first face, along the world's axes."""
+    element = report.elements[index]
+    face = next(face for face in report.faces if face.element == element.global_id)
+    look = face.frame_m[0]
+    return WantedView(
+        element=element.global_id, face_id=face.face_id, begun=True, open_m2=1.0, unseen_m2=1.0, look_x_m=look[0],
+        look_y_m=look[1], look_z_m=look[2] + 1.5, stand_x_m=look[0] + x, stand_y_m=look[1] + y,
+        nearest_station="A1", nearest_m=4.2,
+    )  # fmt: skip
+
+
+def text_of(html: str) -> str:
+    return " ".join(re.sub("<[^>]*>", " ", html).split())
+
+
+def test_the_headline_is_the_lower_bound_and_the_estimate_only_stands_beside_it_where_half_was_seen() -> None:
+    report = sample_report()
+    for coverage, best in ((0.49, "not enough seen"), (0.51, "60 %")):
+        whole = replace(report.whole, completion=done(0.4839, 0.8501, coverage))
+        page = page_html(replace(report, whole=whole), {})
+        first = text_of(page[page.index('id="progress"') : page.index("<nav")])
+        assert first.index("at least 48 %") < first.index("possibly 86 %") < first.index(f"{best} best estimate")
+        assert f"{int(coverage * 100)} % seen" in first
+
+
+def test_bounds_read_as_people_say_them() -> None:
+    assert in_words(done(0.429, 1.0, 0.5)) == "at least 42 %, possibly all"
+    assert in_words(done(0.0, 1.0, 0.0, None)) == "nothing certain, possibly all"
+    assert (bounds_words(1.0, 1.0), bounds_words(0.0, 0.0)) == ("all of it", "nothing of it")
+    assert best_words(done(0.1, 0.9, 0.4999)) == "not enough seen"
+
+
+def test_late_work_and_what_to_do_next_stand_before_the_first_table() -> None:
+    report = replace(sample_report(), wanted_views=(wanted(sample_report(), 0, 0.0, 5.0),))
+    page = page_html(report, {})
+    first = page[page.index('id="progress"') : page.index("<table")]
+    assert "<h3>Late</h3>" in first and "<h3>Do next</h3>" in first
+    assert text_of(first).count("Stand at 1 on the plan") >= 1
+
+
+def test_no_place_to_stand_is_given_in_coordinates_and_each_stands_on_the_plan_by_its_number() -> None:
+    report = sample_report()
+    report = replace(report, wanted_views=(wanted(report, 0, 0.0, 5.0), wanted(report, 5, 40.0, 0.0)))
+    rows = next_rows(report)
+    assert not any(re.search(r"\bx \d|\by \d|\d{6}", row.words) for row in rows)
+    plans = {plan.storey: plan for plan in storey_plans(report)}
+    assert [view.number for view in plans[GROUND].views] == [1]
+    assert [view.number for view in plans[FIRST].views] == [2]
+    assert all(0 <= view.x <= plan.width for plan in plans.values() for view in plan.views)
+    assert "of the plan" in rows[0].words
+
+
+def test_a_place_beyond_an_upper_floor_is_from_a_scaffold_and_one_on_it_is_on_the_floor() -> None:
+    report = sample_report()
+    middle = next(face for face in report.faces if face.element == report.elements[6].global_id).frame_m[0]
+    own = next(face for face in report.faces if face.element == report.elements[5].global_id).frame_m[0]
+    half = (middle - own) / 2.0
+    views = (wanted(report, 5, float(half[0]), float(half[1])), wanted(report, 5, 40.0, 0.0))
+    words = [row.words for row in next_rows(replace(report, wanted_views=views))]
+    assert ON_FLOOR in words[0] and FROM_SCAFFOLD in words[1]
+
+
+def test_what_is_complete_as_far_as_seen_has_its_own_name_and_hatching() -> None:
+    report = renamed(sample_report(), 0, as_far_as_seen=True, state="complete")
+    page = page_html(report, {})
+    assert 'class="chip completeasfarasseen">complete as far as seen' in page
+    assert 's-completeasfarasseen" d="M' in page
+    states = {element.global_id: element.state for element in storey_plans(report)[0].elements}
+    assert states[report.elements[0].global_id] == "complete as far as seen"
+
+
+def test_an_unknown_element_says_why_and_what_to_do() -> None:
+    report = sample_report()
+    key = report.elements[5].global_id
+    note = noted(Reason.NOT_SEEN, about(SubjectKind.ELEMENT, key), coverage=0.0)
+    report = replace(renamed(report, 5, notes=(note,)), wanted_views=(wanted(report, 5, 0.0, 5.0),))
+    page = page_html(report, {})
+    card = text_of(page[page.index(f'id="e-{key}"') :].partition("</details>")[0])
+    assert "Why unknown: Nothing of it was seen" in card and "What to do: Stand at 1 on the plan" in card
+
+
+def test_an_elements_card_shows_its_photo_cut_to_it_and_the_page_holds_each_photo_once() -> None:
+    report = sample_report()
+    page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
+    assert page.count("data:image/jpeg") == 2
+    card = page[page.index(f'id="e-{report.elements[0].global_id}"') :].partition("</details>")[0]
+    box, *_ = re.findall(r'rem\)"><svg viewBox="([\d. ]+)" role', card)
+    left, top, width, height = map(float, box.split())
+    assert left >= 0 and top >= 0 and left + width <= 1281 and top + height <= 961
+    assert width * height < 1280 * 960 / 2
+    assert "in photo A1 of" in card
+
+
+def test_then_and_now_stand_side_by_side() -> None:
+    report = sample_report()
+    before = replace(report, visit_date=date(2026, 3, 2))
+    pictures = {station.name: sample_picture() for station in report.stations[:2]}
+    page = page_html(report, pictures, (before,), pictures)
+    card = page[page.index(f'id="e-{report.elements[0].global_id}"') :].partition("</details>")[0]
+    assert card.count('href="#now') == 2 and card.count('href="#then') == 1
+
+
+def test_the_trend_has_a_band_over_the_visits_and_the_plan() -> None:
+    report = sample_report()
+    before = replace(report, visit_date=date(2026, 3, 2))
+    trend = trend_of(report, (before,))
+    assert trend is not None and [mark.day for mark in trend.marks] == [date(2026, 3, 2), report.visit_date]
+    assert trend.plan.startswith("M") and 0.0 <= (trend.planned_now or 0.0) <= 1.0
+    heights = [float(point.split()[1]) for point in trend.plan[1:].split("L")]
+    assert heights == sorted(heights, reverse=True)  # a plan never goes back
+    assert trend_of(replace(report, tasks=()), ()) is None
+
+
+def test_every_link_on_the_page_leads_to_something() -> None:
+    report = sample_report()
+    report = replace(report, wanted_views=(wanted(report, 0, 0.0, 5.0),))
+    page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
+    ids = set(re.findall(r'id="([^"]+)"', page))
+    assert {link for link in re.findall(r'href="#([^"]+)"', page)} <= ids

@@ -1,0 +1,152 @@
+"""The workbook is a valuation: live formulas whose values are ours, names and tables, pages that print."""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import replace
+from datetime import date
+
+import openpyxl
+import pytest
+
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.inputs import Observation, Override, Terms, ValuationInputs, Variation
+from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.report.workbook.write import workbook_bytes
+from tests.report.sample_report import global_id, sample_report
+
+TERMS = Terms(retention=0.05, tax=0.19)
+VARIATION = Variation(
+    number="V1", text="more", order="letter", unit="m3", quantity=3.5, rate=100.01, share=0.5, by="Ann"
+)
+
+
+def valued(**inputs: object) -> ProgressReport:
+    return with_valuation(sample_report(), ValuationInputs(terms=TERMS, **inputs))  # type: ignore[arg-type]
+
+
+def book(report: ProgressReport, *, values: bool = False) -> openpyxl.Workbook:
+    return openpyxl.load_workbook(io.BytesIO(workbook_bytes(report)), data_only=values)
+
+
+def rows(made: openpyxl.Workbook, sheet: str) -> list[dict[str, object]]:
+    heads = [cell.value for cell in made[sheet][4]]
+    found = [dict(zip(heads, row, strict=True)) for row in made[sheet].iter_rows(min_row=5, values_only=True)]
+    return [row for row in found if isinstance(row.get("No."), int)]
+
+
+def test_every_amount_of_the_bill_is_a_live_formula_with_the_value_that_we_work_out() -> None:
+    report = valued()
+    formulas, values = rows(book(report), "Bill"), rows(book(report, values=True), "Bill")
+    lines = [line for bill in bills(report) for line in bill.lines]
+    assert len(lines) == len(values) == 4
+    for line, formula, value in zip(lines, formulas, values, strict=True):
+        for heading in ("Contract amount", "This period amount", "Certified amount", "Remaining amount"):
+            assert str(formula[heading]).startswith("=ROUND(")
+        assert str(formula["Sum of elements"]).startswith("=SUMIF('Cost by element'")
+        assert (value["Certified quantity"], value["Certified amount"]) == (line.quantity, line.amount)
+        assert value["Contract amount"] == line.line.planned_value
+
+
+def test_the_elements_feed_the_bill_whatever_way_they_are_sorted() -> None:
+    report = valued()
+    parts = rows(book(report, values=True), "Cost by element")
+    for line in (line for bill in bills(report) for line in bill.lines):
+        own = [row for row in parts if row["No."] == line.number]
+        assert sum(float(str(row["Quantity"])) for row in own) == pytest.approx(line.line.planned_quantity)
+        certified = sum(float(str(row["Quantity"])) * float(str(row["Counts"])) for row in own)
+        assert certified == pytest.approx(line.quantity, abs=0.0006)
+
+
+def test_the_bill_without_persons_is_what_the_page_says_was_earned() -> None:
+    report = valued()
+    for line in (line for bill in bills(report) for line in bill.lines):
+        assert (line.quantity, line.amount) == (line.line.as_built_lower, line.line.earned_lower)
+
+
+def test_pieces_are_shown_as_whole_numbers() -> None:
+    (anchors,) = [row for row in rows(book(valued(), values=True), "Bill") if row["Unit"] == "pcs"]
+    assert anchors["Certified quantity"] == 1.0  # of five columns one is complete
+
+
+def test_each_currency_is_a_bill_with_its_own_sums() -> None:
+    report = valued()
+    made = book(report, values=True)
+    totals = {row[2]: row for row in made["Bill"].iter_rows(min_row=5, values_only=True) if str(row[2])[:5] == "Total"}
+    assert {name[-3:] for name in totals} == {"EUR", "CHF"}
+    for bill in bills(report):
+        row = next(row for name, row in totals.items() if name.endswith(bill.currency))
+        assert row[12] == bill.cumulative.work
+
+
+def test_what_a_person_set_is_in_a_colour_of_its_own() -> None:
+    line = sample_report().cost_lines[0]
+    override = Override(
+        line=line.global_id, element=line.elements[0], share=0.4, reason="tape", by="Ann", day=date(2026, 3, 17)
+    )
+    report = valued(overrides=(override,), variations=(VARIATION,))
+    parts = book(report)["Cost by element"]
+    heads = {cell.value: cell.column for cell in parts[4]}
+    row = next(row for row in parts.iter_rows(min_row=5) if row[heads["Override"] - 1].value == 0.4)
+    assert row[heads["Reason"] - 1].value == "tape"
+    yellow = {row[heads[name] - 1].fill.start_color.rgb for name in ("Override", "Reason", "By", "Date")}
+    assert yellow == {"FFFFF3CD"} and row[0].fill.start_color.rgb != "FFFFF3CD"
+    variations = book(report, values=True)["Variations"]
+    assert [cell.value for cell in variations[5]][7:12] == [350.04, 0.5, 0, 175.02, 175.02]
+
+
+def test_sums_are_named_cells_and_tables_are_named() -> None:
+    report = valued()
+    made, values = book(report), book(report, values=True)
+    sheet, place = made.defined_names["net_this_period_1"].attr_text.split("!")
+    assert values[sheet.strip("'")][place.replace("$", "")].value == bills(report)[0].period.net
+    assert {"retention_rate", "tax_rate", "signed_by", "signed_on", "payable_cumulative_2"} <= set(made.defined_names)
+    tables = {name for sheet in made for name in sheet.tables}
+    assert {"Bill", "CostByElement", "Variations", "Elements"} <= tables
+
+
+def test_every_sheet_prints_one_page_wide_in_columns_that_can_be_read() -> None:
+    made = book(valued(variations=(VARIATION,)))
+    for sheet in made:
+        assert sheet.page_setup.paperSize == 9 and sheet.page_setup.fitToHeight == 0
+        if sheet.title in ("Summary", "Notes", "Stations", "Tasks", "Late"):
+            continue
+        area = re.search(r"\$A\$1:\$([A-Z]+)\$\d+", sheet.print_area or "")
+        assert area, sheet.title
+        last = openpyxl.utils.column_index_from_string(area[1])
+        widths = [sheet.column_dimensions[openpyxl.utils.get_column_letter(n + 1)].width for n in range(last)]
+        assert sum(widths) <= 220, sheet.title  # 7 points and more on A4
+
+
+def test_without_cost_lines_each_sheet_says_why_and_what_to_do() -> None:
+    made = book(replace(sample_report(), cost_lines=()))
+    for name in ("Valuation", "Bill", "Cost by element"):
+        text = " ".join(str(cell.value) for row in made[name].iter_rows() for cell in row if cell.value)
+        assert "no cost items" in text and "asbuilt-bim template" in text and "costs: costs.csv" in text
+
+
+def test_observations_stand_beside_what_photos_say() -> None:
+    seen = Observation(element=global_id(1), day=date(2026, 3, 17), share=0.8, by="Ann", why="tape")
+    later = replace(seen, day=date(2026, 4, 1))
+    report = replace(sample_report(), observations=(seen, later), visit_date=date(2026, 3, 17))
+    shown = book(with_valuation(report, ValuationInputs()), values=True)["Observations"]
+    assert [row[10].value for row in shown.iter_rows(min_row=5, max_row=6)] == [
+        "shown only",
+        "not yet: after this visit",
+    ]
+    counted = book(with_valuation(report, ValuationInputs(count_observations=True)), values=True)["Observations"]
+    assert counted["K5"].value == "80%"
+    element = next(one for one in report.elements if one.global_id == global_id(1))
+    assert counted["G5"].value == pytest.approx(element.completion.lower)
+
+
+def test_no_text_of_a_table_or_a_person_becomes_a_formula() -> None:
+    line = sample_report().cost_lines[0]
+    evil = "=cmd|' /C calc'!A0"
+    override = Override(line=line.global_id, element=line.elements[0], share=0.4, reason=evil, by=evil, day=None)
+    report = valued(overrides=(override,), variations=(replace(VARIATION, text=evil, order=evil),))
+    for sheet in book(report):
+        for row in sheet.iter_rows():
+            assert all(cell.data_type != "f" for cell in row if cell.value == evil)
