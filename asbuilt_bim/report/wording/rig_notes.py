@@ -38,7 +38,7 @@ def _knocked(note: Note) -> str:
 def _rows_apart(note: Note) -> str:
     stations, rows_px = note.values["stations"], note.values["pair_rows_px"]
     pairs = zip(stations, rows_px, strict=True) if isinstance(stations, tuple) and isinstance(rows_px, tuple) else ()
-    each = ", ".join(f"{station} {float(rows):.2f}" for station, rows in pairs)
+    each = ", ".join(f"{station} {float(str(rows)):.2f}" for station, rows in pairs)
     return f"Rows of the photo pairs lie apart, in px: {each}. --refine-rig (rig.refine: true) mends it"
 
 
