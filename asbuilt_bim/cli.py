@@ -360,6 +360,21 @@ def add_network(context: click.Context, /, **options: Any) -> None:
     _guarded(context, screen, action)
 
 
+@app.command()
+@click.argument("folder", type=_FILE, default=".", metavar="[FOLDER]")
+@click.pass_context
+def init(context: click.Context, folder: Path) -> None:
+    """Draft a project file from what lies in FOLDER, and say what is missing."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.init_command import init_command
+
+        return init_command(folder, screen)
+
+    _guarded(context, screen, action)
+
+
 @app.group("print")
 def sheets() -> None:
     """Print a calibration board, markers or the target: PDF files to scale."""

@@ -60,7 +60,7 @@ CASES = (
     Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),
     Case(script="hold/inputs.py", quick="--quick --check"),
     Case(script="hold/kills.py", quick="--quick --check"),
-    Case(script="valuation/fill.py", quick="--quick"),
+    Case(script="valuation/fill.py", quick="--quick --check"),
     Case(script="valuation/tables.py", quick="--check", packages=TOOLS),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),
@@ -76,6 +76,8 @@ CASES = (
     Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
     Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),
+    Case(script="faces/ends.py", slow="", packages=RENDERER),
+    Case(script="faces/fit_ends.py", slow="", packages=RENDERER),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
     Case(script="networks/odds.py", slow="", packages=RENDERER),
     Case(script="ifc/files.py", quick="--quick --check", slow="--check --workers 2", data="ifc"),

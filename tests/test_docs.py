@@ -56,7 +56,7 @@ def test_the_readmes_project_is_the_samples_but_for_its_name_and_stations() -> N
 def test_the_readme_is_one_page() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(readme.split()) <= 1100
-    assert len(readme.splitlines()) <= 100
+    assert len(readme.splitlines()) <= 110
 
 
 def test_the_pictures_are_small() -> None:

@@ -1,13 +1,13 @@
 """The cells of an element: a wall is divided over length x height, a column over height; and samples of its surface."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.bim.border_boxes import sample_areas
+from asbuilt_bim.bim.border_boxes import Owners, border_boxes, sample_areas
 from asbuilt_bim.bim.face_grid import face_grid, inside_grid, own_lines
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
@@ -20,7 +20,7 @@ COLUMN_CELL_M = 0.10
 MIN_WALL_CELLS = 4
 MIN_WEIGHT = 0.10
 """A cell with less solid than this is an opening, and no cell."""
-_AT_HAND = 8  # elements whose samples are kept while one is judged: it asks for them up to four times
+_MOST_SAMPLES = 1_000_000  # kept at hand, some 100 MB: each visit asks for an element's up to six times
 _FINE = 5  # points along each side of a cell when its solid is measured: shares to 4 %
 
 
@@ -52,7 +52,8 @@ class CellSamples:
     `points_m` and outward `normals` (N, 3) are in world. `face` (N,) is the index into `element.faces`, `uv_m` (N, 2)
     the place on that face. `cell` (N,) is the cell's number (its weight may be 0). `area_m2` (N,) sums up to each
     exposed area. `step_m` (N, 2) is the grid's spacing: the sample stands for the box uv - step/2 .. uv + step/2, and
-    for what the border leaves beside it (`border_boxes`).
+    for what the border leaves beside it: the boxes round `past_uv_m` (M, 2), each of the sample `owner` (M,).
+    `place` (N, 2) is its place in its face's grid, along u and up v.
     """
 
     points_m: FloatArray
@@ -62,6 +63,9 @@ class CellSamples:
     cell: IntArray
     area_m2: FloatArray
     step_m: FloatArray
+    place: IntArray
+    past_uv_m: FloatArray
+    owner: Owners
 
 
 def element_cells(element: BimElement) -> Cells:
@@ -86,10 +90,22 @@ def _cells(element: BimElement) -> Cells:
     return Cells(element=element.global_id, shape=shape, weight=frozen(weight))
 
 
-@lru_cache(maxsize=_AT_HAND)
+_SAMPLES: dict[tuple[BimElement, float], CellSamples] = {}
+
+
 def cell_samples(element: BimElement, spacing_m: float = 0.05) -> CellSamples:
-    """Sample an element's exposed lateral surface about every `spacing_m`, each sample with its cell."""
-    return _samples(element, _shape(element), spacing_m)
+    """Sample an element's exposed lateral surface about every `spacing_m`, each sample with its cell.
+
+    They are laid out once for a design of usual size. Of a larger one those asked for last are kept.
+    """
+    key = element, spacing_m
+    if key in _SAMPLES:
+        _SAMPLES[key] = _SAMPLES.pop(key)  # the last in the row
+        return _SAMPLES[key]
+    samples = _SAMPLES[key] = _samples(element, _shape(element), spacing_m)
+    while len(_SAMPLES) > 1 and sum(len(one.face) for one in _SAMPLES.values()) > _MOST_SAMPLES:
+        del _SAMPLES[next(iter(_SAMPLES))]
+    return samples
 
 
 def _shape(element: BimElement) -> tuple[int, int]:
@@ -100,25 +116,34 @@ def _shape(element: BimElement) -> tuple[int, int]:
 
 
 def _samples(element: BimElement, shape: tuple[int, int], spacing_m: float) -> CellSamples:
-    parts = []
+    none, pairs, triples = np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))
+    parts: list[tuple[NDArray[Any], ...]] = [(triples, triples, none, pairs, none, pairs, pairs)]
+    borders: list[tuple[NDArray[Any], ...]] = [(pairs, none)]
+    count = 0
     for number, face in enumerate(element.faces):
         if face.role == "reveal" or face.exposed_area_m2 <= 0.0 or not face.exposed_uv_m:
             continue
         uv, step = _grid(face.exposed_uv_m, spacing_m)
         share = sample_areas(face.exposed_uv_m, uv, step)
         share *= face.exposed_area_m2 / share.sum()
-        parts.append((*_lifted(face, uv), np.full(len(uv), number), uv, share, np.tile(step, (len(uv), 1))))
-    if not parts:
-        parts = [(np.zeros((0, 3)),) * 2 + (np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)))]
-    points, normals, face_number, uv, share, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
+        place = np.round((uv - uv.min(axis=0)) / step)
+        parts.append((*_lifted(face, uv), np.full(len(uv), number), uv, share, np.tile(step, (len(uv), 1)), place))
+        past, owner = border_boxes(face.exposed_uv_m, uv, step)
+        borders.append((past, owner + count))
+        count += len(uv)
+    points, normals, faces, uv, share, steps, places = (np.concatenate(one) for one in zip(*parts, strict=True))
+    past, owner = (np.concatenate(one) for one in zip(*borders, strict=True))
     return CellSamples(
         points_m=frozen(points),
         normals=frozen(normals),
-        face=freeze(face_number.astype(np.int32)),
+        face=freeze(faces.astype(np.int32)),
         uv_m=frozen(uv),
         cell=freeze(_cell_numbers(element, shape, points)),
         area_m2=frozen(share),
         step_m=frozen(steps),
+        place=freeze(places.astype(np.int32)),
+        past_uv_m=frozen(past),
+        owner=freeze(owner.astype(np.intp)),
     )
 
 

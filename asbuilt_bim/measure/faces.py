@@ -37,7 +37,8 @@ class MeasuredFace:
     occluded: bool  # something nearer touches its outline
     flatness_rms_m: float
     instance: int  # index into StationMeasurement.instances' order
-    open_edge: bool = False  # a side isn't proven to be the face's end: it may be larger
+    open_edge: bool = False  # a side isn't likely enough to be the face's end: it may be larger
+    whole_probability: float = 0.0  # that every side is the face's end; the flags say what speaks against it
     source: InstanceSource = InstanceSource.GEOMETRY  # who found the instance
     segmenter: str = ""  # the name of the network or plugin that did
 

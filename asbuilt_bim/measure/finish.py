@@ -14,10 +14,10 @@ from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.outline.edge_evidence import is_notched, is_open
+from asbuilt_bim.measure.outline.border import border_sides, plane_reference
+from asbuilt_bim.measure.outline.edges import pixel_plane
+from asbuilt_bim.measure.outline.ends import Ends, judge_ends
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
-from asbuilt_bim.measure.outline.occlusion import how_seen
-from asbuilt_bim.measure.outline.profile import unsettled_px
 from asbuilt_bim.measure.planes.face_hypotheses import FaceHypothesis
 from asbuilt_bim.measure.sigma.area import image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
@@ -54,11 +54,8 @@ def finish_face(
     area = ring_area(clean[0]) + sum(ring_area(ring) for ring in clean[1:])
     low, high = clean[0].min(axis=0), clean[0].max(axis=0)
     centroid = frame.from_uv(clean[0].mean(axis=0))
-    seen = how_seen(bench, settled.outline, settled.q_px)
-    sides = cv2.minAreaRect(rings_px[0].astype(np.float32))[1]
-    open_edge = is_notched(bench, settled.outline, settled.q_px) or is_open(
-        bench, settled.outline, settled.q_px, settled.hypothesis.piece, float(min(sides))
-    )
+    sides = border_sides(settled.outline)
+    ends = judge_ends(bench, sides, plane_reference(pixel_plane(settled.q_px, camera)))
     return MeasuredFace(
         face_id=face_id,
         label=instance.label,
@@ -70,17 +67,16 @@ def finish_face(
         outline_px=rings_px,
         area_m2=float(area),
         area_sigma_calibration_m2=float(calibration_m2),
-        area_sigma_image_m2=_image_sigma(
-            bench, settled, is_whole=not (open_edge or seen.cut_by_frame or seen.occluded)
-        ),
+        area_sigma_image_m2=_image_sigma(bench, settled, ends),
         covariance=frozen(plane_covariance(settled.q_px, settled.covariance, frame, centroid, camera)),
         width_m=float(high[0] - low[0]),
         height_m=float(high[1] - low[1]),
-        width_px=float(min(sides)),
+        width_px=float(min(cv2.minAreaRect(rings_px[0].astype(np.float32))[1])),
         distance_m=float(np.linalg.norm(centroid)),
-        cut_by_frame=seen.cut_by_frame,
-        occluded=seen.occluded,
-        open_edge=open_edge,
+        cut_by_frame=ends.cut_by_frame,
+        occluded=ends.occluded,
+        open_edge=ends.open_edge,
+        whole_probability=ends.probability,
         flatness_rms_m=_flatness(bench, settled),
         instance=settled.hypothesis.instance,
     )
@@ -115,22 +111,26 @@ def plane_covariance(
     return carried
 
 
-def _image_sigma(bench: Workbench, settled: Settled, *, is_whole: bool) -> float:
-    sides, camera = settled.outline.edges, bench.pair.camera
-    edges = [(0.5 * (e.line.start + e.line.stop), e.line.length_px, _side_sigma_px(bench, e, settled.q_px, is_whole))
-             for e in sides]  # fmt: skip
-    around = sum(float(np.linalg.norm(np.diff(r, axis=0, append=r[:1]), axis=1).sum()) for r in settled.outline.rings)
+def _image_sigma(bench: Workbench, settled: Settled, ends: Ends) -> float:
+    outline, camera = settled.outline, bench.pair.camera
+    edges = [
+        (0.5 * (e.line.start + e.line.stop), e.line.length_px, _side_sigma_px(e, *ends.of_edge(k)))
+        for k, e in enumerate(outline.edges)
+    ]
+    around = sum(float(np.linalg.norm(np.diff(r, axis=0, append=r[:1]), axis=1).sum()) for r in outline.rings)
     free = max(0.0, around - sum(length for _, length, _ in edges))
-    return image_sigma_m2(settled.outline.rings, edges, free, settled.q_px, settled.covariance, camera)
+    return image_sigma_m2(outline.rings, edges, free, settled.q_px, settled.covariance, camera)
 
 
-def _side_sigma_px(bench: Workbench, edge: FaceEdge, q_px: FloatArray, is_whole: bool) -> float:
-    """Return how far a side may lie off: where only a mask draws it, the face may end anywhere up to what isn't it."""
+def _side_sigma_px(edge: FaceEdge, is_end: float, open_px: float) -> float:
+    """Return how far a side may lie off: where only a mask draws it and the face goes on, anywhere up to what isn't it.
+
+    `is_end` is the probability that it doesn't go on.
+    """
     if edge.source != "mask":
         return edge.sigma_px
-    if is_whole:
-        return PROVEN_SIGMA_PX
-    return float(np.hypot(edge.sigma_px, unsettled_px(bench, edge.line, q_px) / np.sqrt(12.0)))
+    goes_on = edge.sigma_px**2 + open_px**2 / 12.0
+    return float(np.sqrt(is_end * PROVEN_SIGMA_PX**2 + (1.0 - is_end) * goes_on))
 
 
 def _flatness(bench: Workbench, settled: Settled) -> float:

@@ -235,7 +235,7 @@ def _measure(
     if options.method == "paper":
         found = paper_faces(pair, depth, instances, options.faces)
     else:
-        found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks)
+        found = measure_faces(pair, scene, instances, seen.rig, options.faces, marks, sky)
     faces = ends_clipped(found.faces, blind)
     timer.done("faces")
     reference = pack(unclipped(stereo, blind), sky, np.where(blind, np.nan, occluder_free_disparity(pair, sky)))

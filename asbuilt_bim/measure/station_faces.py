@@ -55,26 +55,11 @@ def measure_faces(
     rig: StereoRig,
     options: FaceOptions,
     marks: BoolArray | None = None,
+    sky: BoolArray | None = None,
 ) -> StationFaces:
     """Measure every face of the instances of one pair; `marks` (H, W) is print on boards that holds no plane."""
-    bench = workbench(pair, scene, marks)
-    hypotheses = face_hypotheses(bench, instances)
-    planes, covariances, down = _start(hypotheses), np.zeros((0, 3, 3)), scene.level.view.down
-    if hypotheses:
-        hypotheses = refine_inside(bench, outline_faces(bench, hypotheses, planes))
-        found = adjust_hypotheses(bench, hypotheses)
-        planes, covariances, down = found.q_px, found.covariance, found.down
-        hypotheses = outline_faces(bench, hypotheses, planes, found.joint)
-    settled = [
-        Settled(
-            hypothesis=hypothesis,
-            q_px=planes[i],
-            covariance=covariances[i] + contradiction(planes[i], covariances[i], hypothesis.mask, bench),
-            outline=hypothesis.outline,
-        )
-        for i, hypothesis in enumerate(hypotheses)
-        if hypothesis.outline is not None
-    ]
+    bench = workbench(pair, scene, marks, sky)
+    settled, down = settled_faces(bench, instances)
     calibration = calibration_sigmas_m2([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera, bench.rows_px)
     faces: list[MeasuredFace] = []
     rejections: list[Rejection] = []
@@ -87,6 +72,26 @@ def measure_faces(
     _add_round(bench, instances, rig, faces, rejections, options)
     up = frozen(-down @ pair.camera.rectified_from_left) if scene.vertical is not None else None
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=up)
+
+
+def settled_faces(bench: Workbench, instances: Sequence[Instance]) -> tuple[list[Settled], FloatArray]:
+    """Settle plane and outline of every flat face, and plumb (3,) as they show it together."""
+    hypotheses = face_hypotheses(bench, instances)
+    if not hypotheses:
+        return [], bench.scene.level.view.down
+    hypotheses = refine_inside(bench, outline_faces(bench, hypotheses, _start(hypotheses)))
+    found = adjust_hypotheses(bench, hypotheses)
+    hypotheses = outline_faces(bench, hypotheses, found.q_px, found.joint)
+    return [
+        Settled(
+            hypothesis=hypothesis,
+            q_px=q,
+            covariance=covariance + contradiction(q, covariance, hypothesis.mask, bench),
+            outline=hypothesis.outline,
+        )
+        for hypothesis, q, covariance in zip(hypotheses, found.q_px, found.covariance, strict=True)
+        if hypothesis.outline is not None
+    ], found.down
 
 
 def _start(hypotheses: Sequence[FaceHypothesis]) -> FloatArray:

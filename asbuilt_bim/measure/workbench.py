@@ -1,6 +1,6 @@
 """What every face of a station is worked on with: both photos made ready, where print hides concrete, and the scene."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -18,8 +18,6 @@ from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
 from asbuilt_bim.vision.target.find import TargetSighting
 
 FRAME_MARGIN_PX = 4
-ENOUGH_SAMPLES = 4000
-"""Pixels of a piece that its distance from a plane is the median of."""
 BOARD_SHARE = 1.75
 """A tag's board over its black square: the quiet zone is one or two of its eight to ten cells on each side."""
 DISC_SHARE = 1.25
@@ -40,11 +38,14 @@ class Workbench:
     frame: BoolArray  # (H, W) within a few px of where the left photo ends
     disparity_px: Float32Array  # (H, W) as measured, NaN where not
     rows_px: float  # how far rows lie apart over the frame: columns do as much
-    samples: Mapping[int, tuple[FloatArray, FloatArray]]  # of each flat piece: some pixels' rays (N, 3), disparity (N,)
+    sky: BoolArray  # (H, W) what is plainly sky: further than any face, whatever the matcher carried over it
 
 
-def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None) -> Workbench:
+def workbench(
+    pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None, sky: BoolArray | None = None
+) -> Workbench:
     """Lay out the pair for measuring: smoothed pictures, gradients, and where the frame ends."""
+    nowhere = np.zeros(pair.valid_left.shape, dtype=bool)
     left, right = grey(pair.left), grey(pair.right)
     return Workbench(
         pair=pair,
@@ -52,29 +53,12 @@ def workbench(pair: RectifiedPair, scene: Scene, marks: BoolArray | None = None)
         both=pictures(left, right, pair.valid_right),
         slopes=gradients(left, right, pair.valid_right),
         grey_levels=(left, right),
-        marks=marks if marks is not None else np.zeros(pair.valid_left.shape, dtype=bool),
+        marks=marks if marks is not None else nowhere,
+        sky=sky if sky is not None else nowhere,
         frame=_frame(pair.valid_left),
         disparity_px=scene.level.disparity_px.astype(np.float32),
         rows_px=rows_apart_px(left, right, scene.level.disparity_px.astype(np.float32), scene.level.measured),
-        samples=samples_of(scene),
     )
-
-
-def samples_of(scene: Scene) -> dict[int, tuple[FloatArray, FloatArray]]:
-    """Return some measured pixels of each flat piece, by its number: rays (N, 3) and disparity (N,)."""
-    found: dict[int, tuple[FloatArray, FloatArray]] = {}
-    for number, piece in enumerate(scene.pieces):
-        if piece.circle is not None or scene.sizes[number] == 0:
-            continue
-        rows, columns = scene.pixels(number)
-        some = slice(None, None, max(1, len(rows) // ENOUGH_SAMPLES))
-        disparity, rays = (
-            scene.level.disparity_px[rows[some], columns[some]],
-            scene.level.rays[rows[some], columns[some]],
-        )
-        known = np.isfinite(disparity)
-        found[number] = rays[known], disparity[known]
-    return found
 
 
 def _frame(valid: BoolArray) -> BoolArray:

@@ -18,6 +18,7 @@ from asbuilt_bim.project.file import (
     MarkersFile,
     NetworksFile,
     ProjectFile,
+    RigFile,
     StationFile,
     SurveyShiftFile,
     TargetFile,
@@ -167,23 +168,7 @@ def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
 
 
 def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
-    boards, control = written.rig.boards, written.rig.control_points
-    rig = RigSource(
-        file=checker.file(written.rig.file, "rig.file") if written.rig.file else None,
-        file_right=checker.file(written.rig.file_right, "rig.file_right") if written.rig.file_right else None,
-        foreign=Foreign(
-            size_px=written.rig.photo_size_px,
-            metres_per_unit=written.rig.unit_m,
-            fisheye=written.rig.fisheye,
-            cameras=written.rig.cameras,
-        ),
-        file_pose=checker.file(written.rig.file_pose, "rig.file_pose") if written.rig.file_pose else None,
-        control_points=checker.file(control.file, "rig.control_points.file") if control else None,
-        photo_size_px=control.photo_size_px if control else (0, 0),
-        boards=boards,
-        pairs=_board_pairs(boards, checker) if boards else (),
-        refine=written.rig.refine,
-    )
+    rig = _rig_source(written.rig, checker)
     listed = listed_visits(written.visits, checker)
     visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(listed)]
     for index, name in enumerate(written.writers):
@@ -213,6 +198,26 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         writers=tuple(dict.fromkeys(written.writers)),
         accepted_shift=_accepted(written.accept_survey_shift),
         files=checker.files,
+    )
+
+
+def _rig_source(written: RigFile, checker: PathChecker) -> RigSource:
+    boards, control = written.boards, written.control_points
+    return RigSource(
+        file=checker.file(written.file, "rig.file") if written.file else None,
+        file_right=checker.file(written.file_right, "rig.file_right") if written.file_right else None,
+        foreign=Foreign(
+            size_px=written.photo_size_px,
+            metres_per_unit=written.unit_m,
+            fisheye=written.fisheye,
+            cameras=written.cameras,
+        ),
+        file_pose=checker.file(written.file_pose, "rig.file_pose") if written.file_pose else None,
+        control_points=checker.file(control.file, "rig.control_points.file") if control else None,
+        photo_size_px=control.photo_size_px if control else (0, 0),
+        boards=boards,
+        pairs=_board_pairs(boards, checker) if boards else (),
+        refine=written.refine,
     )
 
 

@@ -123,7 +123,7 @@ def photographed_areas(report: ProgressReport) -> dict[str, float]:
 
 
 def measured_words(group: GroupProgress, report: ProgressReport) -> str:
-    """Write a group's measured area beside the design's of the same sides: `87.25 ± 0.38 of 112.40 m²`; "none"."""
+    """Write a group's measured area beside the design's of the same sides: `86.78 ± 0.44 of 112.40 m²`; "none"."""
     sides = photographed_areas(report)
     if not any(key in sides for key in group.elements):
         return "none"

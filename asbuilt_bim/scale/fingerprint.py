@@ -47,10 +47,11 @@ def reading_code_digest() -> str:
 
 
 def code_digest(package: Path, parts: tuple[str, ...] = MEASURING) -> str:
-    """Return a digest of parts of the code in a package's folder: of its names, its text and its networks' sizes."""
+    """Return a digest of parts of the code in a package's folder: names, text, fitted numbers, its networks' sizes."""
     digest = hashlib.sha256(__version__.encode())
     for name in parts:
-        for path in sorted([package / name] if name.endswith(".py") else (package / name).rglob("*.py")):
+        there = [package / name] if name.endswith(".py") else (package / name).rglob("*")
+        for path in sorted(path for path in there if path.suffix in (".py", ".json")):
             digest.update(path.relative_to(package).as_posix().encode())
             digest.update(path.read_bytes())
     for model in sorted((package / "models").glob("*.onnx")):

@@ -31,6 +31,15 @@ def schema_folder() -> Traversable:
     raise FileNotFoundError(f"the JSON Schemas are neither in {packed} nor in {beside}: install asbuilt-bim again")
 
 
+def schema_bytes(name: str) -> bytes:
+    """Return a schema's file, to be laid beside a document.
+
+    Raises:
+        FileNotFoundError: no schema has this name.
+    """
+    return (schema_folder() / f"{name}.json").read_bytes()
+
+
 @cache
 def schema(name: str) -> dict[str, Any]:
     """Read one schema by its name, such as `result-1`; treat what is returned as read-only.

@@ -30,7 +30,7 @@ def agreed_masks(read: Read) -> dict[int, MeasuredFace]:
     stereo = depth_map(pair, SemiGlobalMatcher())
     instances = agree(pair, read.scene, stereo, segmenter, GeometricOptions()).instances
     return by_truth(
-        read.twin, measure_faces(pair, read.scene, instances, read.twin.rig, FaceOptions(), read.marks).faces
+        read.twin, measure_faces(pair, read.scene, instances, read.twin.rig, FaceOptions(), read.marks, read.sky).faces
     )
 
 

@@ -26,6 +26,7 @@ from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
+from asbuilt_bim.vision.scene.sky import find_sky
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
 from benchmarks.sites import ROOT, benchmark_folder
@@ -54,6 +55,7 @@ class Read:
     scene: Scene
     target: TargetSighting | None
     marks: NDArray[np.bool_]
+    sky: NDArray[np.bool_]
 
 
 def twin_folder(seed: int, renderer: str) -> Path:
@@ -110,15 +112,16 @@ def read_twin(twin: TwinPair) -> Read:
     """Match, read the surfaces and find the target."""
     target, _ = find_target(twin.pair, TargetOptions(diameter_m=TARGET_DIAMETER_M))
     marks = marks_mask(twin.pair.valid_left.shape, (), target)
-    scene = without_bars(read_scene(twin.pair, depth_map(twin.pair, SemiGlobalMatcher())), twin.pair, marks)
-    return Read(twin=twin, scene=scene, target=target, marks=marks)
+    depth = depth_map(twin.pair, SemiGlobalMatcher())
+    scene = without_bars(read_scene(twin.pair, depth), twin.pair, marks)
+    return Read(twin=twin, scene=scene, target=target, marks=marks, sky=find_sky(twin.pair, depth))
 
 
 def measured(read: Read, true_masks: bool) -> StationFaces:
     """Measure all faces, with the truth's instances or with the program's own."""
     pair = read.twin.pair
     instances = true_instances(read.twin) if true_masks else segment_scene(pair, read.scene)
-    return measure_faces(pair, read.scene, instances, read.twin.rig, FaceOptions(), read.marks)
+    return measure_faces(pair, read.scene, instances, read.twin.rig, FaceOptions(), read.marks, read.sky)
 
 
 def true_instances(twin: TwinPair) -> list[Instance]:

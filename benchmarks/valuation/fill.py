@@ -32,7 +32,7 @@ from asbuilt_bim.errors import FillError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.fill.references import cell_name
 from asbuilt_bim.report.fill.write import Filled, fill_workbook, read_map, save_filled
-from benchmarks.table import Line, line, options, report, told
+from benchmarks.table import LEAST_N, Line, line, options, report, told, unjudged
 from benchmarks.valuation.books import Book, four_books, libreoffice, saved_report
 from benchmarks.valuation.refused import many, refused_books
 
@@ -61,6 +61,8 @@ def main() -> int:
         lines.append(refusal_line(folder, result))
         lines += kill_lines(books[0], result, folder, 10 if args.quick else args.kills)
         lines.append(large_line(folder, result))
+    if args.quick:
+        lines = unjudged(lines, LEAST_N)
     return report("Workbooks of others, filled", lines, args)
 
 
@@ -266,11 +268,15 @@ def kill_lines(book: Book, result: ProgressReport, folder: Path, count: int) -> 
 def large_line(folder: Path, result: ProgressReport) -> Line:
     """Fill a bill of 20,000 rows with formulas."""
     path, mapping, large = many(folder / "many", result, 20_000)
-    start = time.perf_counter()
+    start = time.process_time()
     filled = fill_workbook(path, read_map(mapping), large)
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     size = len(filled.before) / 1e6
-    return told(f"20,000 rows with formulas ({size:.1f} MB)", f"{seconds:.1f} s, {filled.stale} formulas", 20_000)
+    return told(
+        f"20,000 rows with formulas ({size:.1f} MB)",
+        f"{seconds:.1f} s of processor time, {filled.stale} formulas",
+        20_000,
+    )
 
 
 if __name__ == "__main__":

@@ -60,13 +60,13 @@ def clutter(building: Building, progress: Progress, plan: Plan, rng: np.random.G
     """Build the loose things of one visit."""
     out = _props(building, progress, plan) + _guard_rails(building, progress) + _scaffold(building, progress, rng)
     makers: list[tuple[int, float, float, Callable[[np.random.Generator], list[Part]]]] = [
-        (4, 0.75, 7.0, _pallet),
-        (2, 0.45, 6.0, _barrel),
-        (2, 0.5, 6.0, _barrier),
+        (4, 0.75, 7.0, pallet),
+        (2, 0.45, 6.0, barrel),
+        (2, 0.5, 6.0, barrier),
         (1, 0.35, 3.0, _extinguisher),
-        (2, 1.4, 7.0, _timber_stack),
+        (2, 1.4, 7.0, timber_stack),
         (3, 0.4, 5.0, person),
-        (1, 0.5, 5.0, _red_sign),
+        (1, 0.5, 5.0, red_sign),
     ]
     for count, radius, margin, make in makers:
         for _ in range(count):
@@ -142,7 +142,7 @@ def _scaffold(building: Building, progress: Progress, rng: np.random.Generator) 
     return [join("Scaffold", out), join("Scaffold deck", deck)]
 
 
-def _pallet(rng: np.random.Generator) -> list[Part]:
+def pallet(rng: np.random.Generator) -> list[Part]:
     boards = [box("b", (-0.6, y, 0.1), (0.6, y + 0.1, 0.14), "timber") for y in (-0.4, -0.22, -0.05, 0.12, 0.3)]
     boards += [box("k", (x, -0.4, 0), (x + 0.1, 0.4, 0.1), "timber") for x in (-0.6, -0.05, 0.5)]
     load = float(rng.uniform(0.3, 0.9))
@@ -151,13 +151,13 @@ def _pallet(rng: np.random.Generator) -> list[Part]:
     return [join("Pallet", boards), box("Load", (-0.55, -0.38, 0.14), (0.55, 0.38, 0.14 + load), material, seed)]
 
 
-def _barrel(rng: np.random.Generator) -> list[Part]:
+def barrel(rng: np.random.Generator) -> list[Part]:
     profile = [(0.28, 0.0), (0.29, 0.28), (0.28, 0.3), (0.29, 0.58), (0.28, 0.6), (0.285, 0.87)]
     material = "red_paint" if rng.random() < 0.7 else "tarpaulin"
     return [lathe("Barrel", profile, material, 32)]
 
 
-def _barrier(rng: np.random.Generator) -> list[Part]:
+def barrier(rng: np.random.Generator) -> list[Part]:
     red: list[Part] = []
     white: list[Part] = []
     for i in range(8):
@@ -175,7 +175,7 @@ def _extinguisher(rng: np.random.Generator) -> list[Part]:
     ]
 
 
-def _timber_stack(rng: np.random.Generator) -> list[Part]:
+def timber_stack(rng: np.random.Generator) -> list[Part]:
     rows = [
         box(
             "beam",
@@ -189,7 +189,7 @@ def _timber_stack(rng: np.random.Generator) -> list[Part]:
     return [replace(join("Timber", rows), texture_seed=int(rng.integers(1 << 16)))]
 
 
-def _red_sign(rng: np.random.Generator) -> list[Part]:
+def red_sign(rng: np.random.Generator) -> list[Part]:
     z = float(rng.uniform(1.1, 1.5))
     return [
         box("Sign", (-0.25, -0.01, z - 0.18), (0.25, 0.01, z + 0.18), "red_paint"),

@@ -144,7 +144,7 @@ def _sizes(kind: str, split: float, distance: float, rng: np.random.Generator) -
     return (float(front), float(side), float(turn)) if built and 0.12 <= side <= 0.9 else None
 
 
-def _bearings(plan: FloatArray) -> tuple[float, float]:
+def bearings(plan: FloatArray) -> tuple[float, float]:
     """Return the lowest and highest bearing of plan points (N, 2) from both cameras."""
     both = np.concatenate([np.arctan2(plan[:, 1] - y, plan[:, 0]) for y in (0.0, -0.25)])
     return float(both.min()), float(both.max())
@@ -152,7 +152,7 @@ def _bearings(plan: FloatArray) -> tuple[float, float]:
 
 def _is_clear(plan: FloatArray, others: list[FloatArray]) -> bool:
     """Tell whether something with plan points (N, 2) lies in view and hides no other, nor is hidden."""
-    low, high = _bearings(plan)
+    low, high = bearings(plan)
     if low < -_EDGE_RAD or high > _EDGE_RAD:
         return False
-    return all(high + _GAP_RAD < a or low - _GAP_RAD > b for a, b in map(_bearings, others))
+    return all(high + _GAP_RAD < a or low - _GAP_RAD > b for a, b in map(bearings, others))

@@ -8,6 +8,7 @@ import numpy as np
 
 from asbuilt_synthetic.background import background
 from asbuilt_synthetic.building import Building
+from asbuilt_synthetic.crowd import crowded_plan, loose_things
 from asbuilt_synthetic.meshes import Part, box, circle, join, pose_2d, prism, transform, tube
 from asbuilt_synthetic.model import (
     Body,
@@ -30,16 +31,20 @@ _VISIT = 500  # a noise stream of its own
 
 
 @lru_cache(maxsize=2)
-def twin_scene(seed: int) -> Scene:
-    """Build the scene of a seed, with its one station, sides numbered as faces and objects as elements."""
+def twin_scene(seed: int, crowded: bool = False) -> Scene:
+    """Build the scene of a seed, with its one station, sides numbered as faces and objects as elements.
+
+    `crowded`: with bodies before one another, some cut by the frame, and things about.
+    """
     rng = np.random.default_rng([seed, 32])
-    drawn = plan(seed)
+    drawn = crowded_plan(seed) if crowded else plan(seed)
     bodies: list[Body] = []
     faces: list[DesignFaceTruth] = []
     for k, o in enumerate(drawn.objects):
         body, own = _solid(o, f"twin {k}", len(faces))
         bodies.append(body)
         faces += own
+    about = loose_things(seed, drawn.objects, drawn.target_xy_m) if crowded else []
     pose = _pose(rng)
     disc, stand = _target(drawn.target_xy_m, rng)
     return Scene(
@@ -47,7 +52,7 @@ def twin_scene(seed: int) -> Scene:
         visit=_VISIT,
         day=FIRST_DAY,
         origin_m=np.zeros(3),
-        bodies=(*bodies, *(p.placed(np.eye(4)) for p in _surroundings(seed, rng))),
+        bodies=(*bodies, *(p.placed(np.eye(4)) for p in (*about, *_surroundings(seed, rng)))),
         decals=(),
         faces=tuple(faces),
         elements=tuple(_element(o, k) for k, o in enumerate(drawn.objects)),

@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from asbuilt_synthetic.crowd import crowded_plan
 from asbuilt_synthetic.lens import camera_of, in_frame, project, world_from_camera
 from asbuilt_synthetic.meshes import transform
 from asbuilt_synthetic.model import CameraTruth, FloatArray, Scene, Station
@@ -24,20 +25,41 @@ _QUALITY = 95
 _PATHS = {"samples": 5, "supersample": 1.1}  # the denoiser keeps texture by its albedo: a third of a site photo's time
 
 
-def write_twin(seed: int, folder: Path, renderer: str = "raycast") -> None:
+def write_twin(seed: int, folder: Path, renderer: str = "raycast", crowded: bool = False) -> None:
     """Write left.jpg, right.jpg, faces.png (number of the face + 1 in the distorted left photo) and truth.json."""
     folder.mkdir(parents=True, exist_ok=True)
-    scene = twin_scene(seed)
+    scene = twin_scene(seed, crowded)
     station = scene.stations[0]
     render = import_module(f"asbuilt_synthetic.{renderer}").render
     options = _PATHS if renderer == "cycles" else {}
     for side in ("left", "right"):
         photo = np.ascontiguousarray(render(scene, station, side, **options)[..., ::-1])
         cv2.imwrite(str(folder / f"{side}.jpg"), photo, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    labels = pixel_truth(scene, station).face + 1
+    seen = pixel_truth(scene, station)
+    labels = seen.face + 1
     cv2.imwrite(str(folder / "faces.png"), labels.astype(np.uint8))
-    truth = twin_truth(scene, plan(seed), np.bincount(labels.ravel(), minlength=len(scene.faces) + 1)[1:])
+    truth = twin_truth(
+        scene,
+        crowded_plan(seed) if crowded else plan(seed),
+        np.bincount(labels.ravel(), minlength=len(scene.faces) + 1)[1:],
+    )
+    cv2.imwrite(str(folder / "depth_mm.png"), np.clip(1000.0 * seen.depth_m, 0.0, 65535.0).astype(np.uint16))
+    for face in truth["faces"]:
+        face |= in_camera(scene, station, face["face"])
     (folder / "truth.json").write_text(json.dumps({**truth, "renderer": renderer}, indent=1), encoding="utf-8")
+
+
+def in_camera(scene: Scene, station: Station, index: int) -> dict[str, Any]:
+    """Tell where a face lies as a whole, seen or not, in the LEFT camera's frame: its triangles (M, 3, 3), its axis."""
+    body = next(b for b in scene.bodies if (b.face_id == index).any())
+    camera_from_world = np.linalg.inv(station.world_from_left)
+    corners = transform(camera_from_world, body.vertices_m)[body.triangles[body.face_id == index]]
+    face = scene.faces[index]
+    return {
+        "triangles_m": np.round(corners, 5).tolist(),
+        "origin_m": transform(camera_from_world, face.origin_m[None])[0].tolist(),
+        "normal": (camera_from_world[:3, :3] @ face.normal).tolist(),
+    }
 
 
 def twin_truth(scene: Scene, drawn: Plan, pixels: np.ndarray) -> dict[str, Any]:
@@ -48,21 +70,21 @@ def twin_truth(scene: Scene, drawn: Plan, pixels: np.ndarray) -> dict[str, Any]:
     return {
         "seed": scene.seed,
         "rig": {
-            "left": _camera(scene.rig.left),
-            "right": _camera(scene.rig.right),
+            "left": camera_truth(scene.rig.left),
+            "right": camera_truth(scene.rig.right),
             "right_from_left": scene.rig.right_from_left.tolist(),
         },
         "target": None if disc is None else {"depth_m": disc.depth_m, "range_m": disc.range_m},
         "objects": [{"kind": o.kind, "material": o.material} for o in drawn.objects],
         "faces": [
-            {"face": k, "object": element[f.element], **_face(scene, station, k)}
+            {"face": k, "object": element[f.element], **face_truth(scene, station, k)}
             for k, f in enumerate(scene.faces)
             if pixels[k] > 0
         ],
     }
 
 
-def _face(scene: Scene, station: Station, index: int) -> dict[str, Any]:
+def face_truth(scene: Scene, station: Station, index: int) -> dict[str, Any]:
     """Tell one face. Nothing stands before another here, so what is in the frame and faces both cameras is in view."""
     face = scene.faces[index]
     body = next(b for b in scene.bodies if (b.face_id == index).any())
@@ -103,7 +125,7 @@ def _shown_half(corners: FloatArray, axis_m: FloatArray, eye_m: FloatArray) -> F
     return corners[((eye_m[:2] - axis_m[:2]) * out).sum(1) >= radius**2 - 1e-9]
 
 
-def _camera(c: CameraTruth) -> dict[str, Any]:
+def camera_truth(c: CameraTruth) -> dict[str, Any]:
     return {"K": c.K.tolist(), "distortion": c.distortion.tolist(), "width_px": c.width_px, "height_px": c.height_px}
 
 
@@ -112,12 +134,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m asbuilt_synthetic.twins_truth", description=main.__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", required=True)
     parser.add_argument("--renderer", choices=["raycast", "cycles"], default="raycast")
+    parser.add_argument("--crowded", action="store_true", help="bodies before one another, some cut by the frame")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args(arguments)
     for seed in given.seeds:
-        folder = given.out / f"twin-{seed}-{given.renderer}"
+        folder = given.out / f"twin-{seed}-{'crowded' if given.crowded else given.renderer}"
         if not (folder / "truth.json").exists():
-            write_twin(seed, folder, given.renderer)
+            write_twin(seed, folder, given.renderer, given.crowded)
 
 
 if __name__ == "__main__":

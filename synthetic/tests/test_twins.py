@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from asbuilt_synthetic import twins_scene
-from asbuilt_synthetic.twins import _bearings, plan
+from asbuilt_synthetic.twins import bearings, plan
 from asbuilt_synthetic.twins_scene import twin_scene
-from asbuilt_synthetic.twins_truth import _face
+from asbuilt_synthetic.twins_truth import face_truth
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +31,7 @@ def test_the_papers_column_and_wall_have_its_areas() -> None:
 def test_no_object_hides_another_or_the_target() -> None:
     for seed in range(20):
         drawn = plan(seed)
-        ranges = sorted(_bearings(one.plan_m) for one in drawn.objects)
+        ranges = sorted(bearings(one.plan_m) for one in drawn.objects)
         assert all(low[1] < high[0] for low, high in itertools.pairwise(ranges))
         x, y = drawn.target_xy_m
         assert all(not low < np.arctan2(y, x) < high for low, high in ranges)
@@ -41,7 +41,7 @@ def test_every_class_of_narrow_side_comes_about() -> None:
     widths = []
     for seed in range(12):
         scene = twin_scene(seed)
-        faces = [_face(scene, scene.stations[0], k) for k in range(len(scene.faces))]
+        faces = [face_truth(scene, scene.stations[0], k) for k in range(len(scene.faces))]
         widths += [f["narrow_px"] for f in faces if f["whole"] and f["kind"] == "plane"]
     counts = np.histogram(widths, [0.0, 30.0, 60.0, 1000.0])[0]
     assert counts.min() >= 10

@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asbuilt_bim.bim import cells
 from asbuilt_bim.bim.cells import cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.ifc.read.design import read_design
 from tests.ifc.models import ModelBuilder
+from tests.match.small_site import box, element
 
 
 def _only(builder: ModelBuilder, folder: Path, name: str) -> BimElement:
@@ -82,3 +85,26 @@ def test_a_height_that_a_slab_encloses_is_no_cell(tmp_path: Path) -> None:
     cells = element_cells(_only(builder, tmp_path, "C"))
     assert cells.shape == (1, 32)
     assert (cells.weight[0, 30:] == 0.0).all() and (cells.weight[0, :30] == 1.0).all()
+
+
+def test_samples_are_laid_out_once_for_a_design_of_usual_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    walls = [element(f"W{number}", "wall", box(0, number, 0, 3.0, 0.25, 2.8)) for number in range(40)]
+    first = [cell_samples(wall) for wall in walls]
+    assert all(cell_samples(wall) is laid_out for wall, laid_out in zip(walls, first, strict=True))
+    monkeypatch.setattr(cells, "_MOST_SAMPLES", 3 * len(first[0].face))
+    monkeypatch.setattr(cells, "_SAMPLES", {})
+    few = [cell_samples(wall) for wall in walls[:4]]
+    assert cell_samples(walls[3]) is few[3] and cell_samples(walls[0]) is not few[0]
+
+
+def test_each_sample_knows_its_place_in_its_faces_grid_and_the_border_boxes_that_are_its_own() -> None:
+    strips = polygon.union([polygon.box(0.0, 0.0, 1.07, 2.8), polygon.box(2.0, 0.0, 3.0, 2.8)])
+    samples = cell_samples(element("W", "wall", box(0, 0, 0, 3.0, 0.25, 2.8), {0: strips}))
+    for index in np.unique(samples.face):
+        own = samples.face == index
+        low = samples.uv_m[own].min(axis=0)
+        np.testing.assert_allclose(low + samples.place[own] * samples.step_m[own], samples.uv_m[own], atol=1e-9)
+    assert len(samples.owner) == len(samples.past_uv_m) > 0
+    assert set(samples.face[samples.owner]) == {0}
+    off = np.abs(samples.past_uv_m - samples.uv_m[samples.owner]) / samples.step_m[samples.owner]
+    assert off.sum(axis=1).max() <= 1.0 + 1e-9  # the sample beside it

@@ -20,6 +20,7 @@ from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.report.fill.write import read_map
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.schedule.read import read_schedule
 from benchmarks.hold.children import Child
@@ -35,6 +36,7 @@ READERS = {
     "control points": read_control_points,
     "schedule": read_schedule,
     "result": read_result,
+    "map": read_map,
 }
 TEXTS = st.one_of(
     st.binary(max_size=400),

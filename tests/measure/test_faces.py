@@ -18,11 +18,13 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.outline.ends import model
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, _judge, measure_faces, thumbnail
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
+from asbuilt_bim.vision.scene.sky import find_sky
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map, grey
 from tests.measure.box_world import site, true_area, true_q
 
@@ -38,8 +40,10 @@ def rig_of(pair: RectifiedPair) -> StereoRig:
 
 
 def measured(pair: RectifiedPair) -> StationFaces:
-    scene = read_scene(pair, depth_map(pair, SemiGlobalMatcher()))
-    return measure_faces(pair, scene, segment_scene(pair, scene), rig_of(pair), FaceOptions())
+    depth = depth_map(pair, SemiGlobalMatcher())
+    scene = read_scene(pair, depth)
+    instances, sky = segment_scene(pair, scene), find_sky(pair, depth)
+    return measure_faces(pair, scene, instances, rig_of(pair), FaceOptions(), sky=sky)
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +211,6 @@ def test_the_thumbnail_is_a_jpeg_without_exif() -> None:
     assert b"Exif" not in data
 
 
-def test_no_face_that_a_mask_alone_draws_inwards_is_called_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("asbuilt_bim.measure.finish.is_notched", lambda *of_face: True)
-    faces = [face for face in measured(site()[1]).faces if isinstance(face.frame, PlaneFrame)]
-    assert faces and all(face.open_edge and not face.whole for face in faces)
+def test_a_face_tells_how_likely_it_was_seen_whole(found: StationFaces) -> None:
+    assert all(0.0 < face.whole_probability < 1.0 for face in found.faces)
+    assert all((face.whole_probability >= model().limit) == face.whole for face in found.faces)

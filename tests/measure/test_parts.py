@@ -17,7 +17,6 @@ from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px
 from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.outline.fit import FaceEdge
-from asbuilt_bim.measure.outline.profile import unsettled_px
 from asbuilt_bim.measure.outline.steps import straight_region
 from asbuilt_bim.measure.planes.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.planes.face_hypotheses import contradiction
@@ -27,7 +26,6 @@ from asbuilt_bim.measure.sigma.area import (
     image_sigma_m2,
     rings_area_m2,
 )
-from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera
 
@@ -326,32 +324,17 @@ def test_a_damaged_depth_reference_is_named() -> None:
         unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))
 
 
-Q_FLAT = np.array([0.0, 0.0, 20.0])
-LEFT_SIDE = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
-
-
-def bench_beside(beside_px: float, from_column: int) -> Workbench:
-    """Return what a workbench shows of a wall 20 px deep in disparity, with something else left of a column."""
-    disparity = np.full((480, 640), 20.0)
-    disparity[:, :from_column] = beside_px
-    measured = np.isfinite(disparity)
-    level = SimpleNamespace(disparity_px=disparity, measured=measured, sigma_px=np.full(disparity.shape, 0.3))
-    scene = SimpleNamespace(level=level, labels=np.zeros(disparity.shape, np.int16))
-    return SimpleNamespace(scene=scene, pair=SimpleNamespace(camera=CAMERA))  # type: ignore[return-value]
-
-
-@pytest.mark.parametrize(("beside_px", "column", "past_px"), [(10.0, 98, 3.0), (np.nan, 100, 48.0), (20.4, 100, 48.0)])
-def test_a_side_is_unsettled_up_to_what_is_surely_not_the_face(beside_px: float, column: int, past_px: float) -> None:
-    assert unsettled_px(bench_beside(beside_px, column), LEFT_SIDE, Q_FLAT) == pytest.approx(past_px, abs=1.0)
-
-
-def test_a_side_that_the_mask_alone_shows_is_surer_where_the_face_is_proven_to_end() -> None:
-    bench, lost_px = bench_beside(10.0, 76), float(np.hypot(3.0, 24.0 / np.sqrt(12.0)))
-    rows = [("mask", 3.0, lost_px, PROVEN_SIGMA_PX), ("frame", 3.0, 3.0, 3.0), ("photo", 0.1, 0.1, 0.1)]
-    for source, sigma_px, open_px, whole_px in rows:
-        edge = FaceEdge(line=LEFT_SIDE, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
-        assert _side_sigma_px(bench, edge, Q_FLAT, False) == pytest.approx(open_px, abs=0.3)
-        assert _side_sigma_px(bench, edge, Q_FLAT, True) == pytest.approx(whole_px)
+def test_a_side_that_a_mask_alone_draws_is_as_sure_as_it_is_likely_the_end() -> None:
+    line = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
+    lost_px = float(np.hypot(3.0, 24.0 / np.sqrt(12.0)))
+    half_px = float(np.sqrt(0.5 * (PROVEN_SIGMA_PX**2 + lost_px**2)))
+    rows = [
+        ("mask", 3.0, (lost_px, half_px, PROVEN_SIGMA_PX)), ("frame", 3.0, (3.0, 3.0, 3.0)),
+        ("photo", 0.1, (0.1, 0.1, 0.1)),
+    ]  # fmt: skip
+    for source, sigma_px, expected in rows:
+        edge = FaceEdge(line=line, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
+        assert [_side_sigma_px(edge, is_end, 24.0) for is_end in (0.0, 0.5, 1.0)] == pytest.approx(list(expected))
 
 
 @pytest.mark.parametrize(("tilt_px", "is_open"), [(0.0, False), (30.0, True)])

@@ -9,16 +9,21 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
+from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.codes import PHOTO_FAULTS, Reason
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage
 from asbuilt_bim.measure.depth_reference import unpack, unpack_occluder_free
 from asbuilt_bim.measure.station import (
     MeasureOptions,
+    Models,
     RejectedStation,
     StationMeasurement,
     StationPhotos,
     measure_station,
 )
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.target.find import TargetOptions
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of
@@ -193,3 +198,32 @@ def test_clipped_white_is_neither_sky_nor_any_depth(station: StationMeasurement)
     assert np.isnan(after[before == 0.0]).mean() > 0.9
     past = unpack_occluder_free(found.depth_ref)
     assert past is not None and np.isnan(past[before == 0.0]).mean() > 0.9
+
+
+def test_people_that_a_network_finds_are_in_no_picture_and_change_no_area(station: StationMeasurement) -> None:
+    class Finder:
+        name, finds_concrete = "finder", False
+
+        def segment(self, pair: RectifiedPair, depth: DepthMap | None) -> list[Instance]:
+            return []
+
+        def people(self, image: ByteImage) -> BoolArray:
+            found = np.zeros(image.shape[:2], dtype=bool)
+            found[220:420, 510:640] = True
+            return found
+
+    finder = Models(opinion=Finder())
+    found = measure_station(photos(), rig_of(site()[1]), FREE, models=finder)
+    assert isinstance(found, StationMeasurement)
+    assert [face.area_m2 for face in found.faces] == [face.area_m2 for face in station.faces]
+    before, after = (
+        cv2.imdecode(np.frombuffer(one.thumbnail_jpeg, np.uint8), cv2.IMREAD_GRAYSCALE).astype(float)
+        for one in (station, found)
+    )
+    scale = before.shape[1] / 800.0
+    inside = tuple(slice(round(low * scale), round(high * scale)) for low, high in ((230, 410), (520, 630)))
+    detail = [np.abs(np.diff(picture[inside], axis=1)).mean() for picture in (before, after)]
+    assert detail[1] < 0.5 * detail[0]
+    refused = measure_station(photos(), rig_of(site()[1]), MeasureOptions(), models=finder)  # no target: refused
+    assert isinstance(refused, RejectedStation) and refused.picture is not None
+    assert not np.array_equal(refused.picture[220:420, 510:640], site()[1].left[220:420, 510:640])

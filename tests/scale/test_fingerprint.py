@@ -35,11 +35,16 @@ def changed(package: Path) -> None:
     (package / "errors.py").write_text((package / "errors.py").read_text(encoding="utf-8") + "\n", encoding="utf-8")
 
 
+def fitted_anew(package: Path) -> None:
+    model = package / "measure/outline/ends.json"
+    model.write_text(model.read_text(encoding="utf-8").replace("0.", "0.1", 1), encoding="utf-8")
+
+
 def gone(package: Path) -> None:
     (package / "camera/rig.py").unlink()
 
 
-@pytest.mark.parametrize("change", [moved, changed, gone])
+@pytest.mark.parametrize("change", [moved, changed, fitted_anew, gone])
 def test_a_file_moved_changed_or_gone_makes_every_kept_measurement_another_ones(
     change: Callable[[Path], None], tmp_path: Path
 ) -> None:

@@ -1,69 +1,17 @@
 """Places along an outline, to look from them at what lies beyond it."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.measure.outline.edges import Line, pixel_plane
-from asbuilt_bim.measure.workbench import Workbench
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.measure.outline.edges import Line
 
 IntArray = NDArray[np.intp]
 
 ON_EDGE_PX = 3.0
-LEAST_RUN_PX, LEAST_RUN_SHARE = 10.0, 0.03
-"""What holds along less of an outline is its border's noise."""
-UNKNOWN_SIGMA_PX = 4.0
-UNSETTLED_PX, SURE_SIGMAS = tuple(np.arange(1.0, 49.0)), 3.0
-"""How far past a side is looked for what isn't the face; a face that goes on further isn't measured at all."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Outward:
-    """What lies so far off an outline, at each of its N places."""
-
-    off_px: float
-    inside: BoolArray  # (N,) the photo
-    measured: BoolArray  # (N,)
-    step_px: FloatArray  # (N,) disparity before the face's plane; what isn't measured counts as far away
-    sigma_px: FloatArray  # (N,) of the disparity
-    label: NDArray[Any]  # (N,) the surface that the scene was read as there
-
-
-def outwards(
-    bench: Workbench, points: FloatArray, normals: FloatArray, p: FloatArray, offs_px: Sequence[float]
-) -> Iterator[Outward]:
-    """Step outwards from places (N, 2) along their normals, and hold what lies there against the plane `p`."""
-    level, labels = bench.scene.level, bench.scene.labels
-    for off_px in offs_px:
-        at = points + off_px * normals
-        x, y = np.round(at).astype(np.intp).T
-        inside = (x >= 0) & (x < labels.shape[1]) & (y >= 0) & (y < labels.shape[0])
-        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        yield Outward(
-            off_px=off_px,
-            inside=inside,
-            measured=inside & level.measured[y, x],
-            step_px=np.nan_to_num(level.disparity_px[y, x]) - (at @ p[:2] + p[2]),
-            sigma_px=np.nan_to_num(level.sigma_px[y, x], nan=UNKNOWN_SIGMA_PX, posinf=UNKNOWN_SIGMA_PX),
-            label=labels[y, x],
-        )
-
-
-def unsettled_px(bench: Workbench, line: Line, q_px: FloatArray) -> float:
-    """Return how far past a side nothing is seen that isn't the face: depth lost, or not surely off its plane."""
-    count = max(2, int(line.length_px / 2.0))
-    points = line.start + ((np.arange(count) + 0.5) / count)[:, None] * (line.stop - line.start)
-    normals = np.broadcast_to(line.normal, points.shape)
-    ended, reach = np.zeros(count, dtype=bool), np.full(count, UNSETTLED_PX[-1])
-    for seen in outwards(bench, points, normals, pixel_plane(q_px, bench.pair.camera), UNSETTLED_PX):
-        other = ~seen.inside | (seen.measured & (np.abs(seen.step_px) > SURE_SIGMAS * seen.sigma_px))
-        reach[other & ~ended] = seen.off_px
-        ended |= other
-    return float(np.mean(reach))
 
 
 def walk(ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -10,11 +10,12 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.outline.fit import Outline
-from asbuilt_bim.measure.outline.occlusion import how_seen
+from asbuilt_bim.measure.outline.border import BorderSide, Reference, round_sides
+from asbuilt_bim.measure.outline.ends import judge_ends
 from asbuilt_bim.measure.round.circle import fit_circle
 from asbuilt_bim.measure.round.ends import find_ends
-from asbuilt_bim.measure.round.silhouettes import chord_plane, facing_plane
+from asbuilt_bim.measure.round.lateral_surface import surface_disparity
+from asbuilt_bim.measure.round.silhouettes import chord_plane
 from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, rings_area_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.masks.segment import Instance
@@ -53,25 +54,15 @@ def round_face(
     bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray, rig: StereoRig
 ) -> MeasuredFace:
     """Build the metric face of a round column: the visible arc times its height, on the lateral surface."""
-    camera = bench.pair.camera
-    frame = _frame(bench, fit)
-    distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
-    half_arc = float(np.arccos(np.clip(fit.circle.radius_m / distance, 0.0, 1.0)))
-    u = np.linspace(-half_arc, half_arc, ARC_POINTS) * fit.circle.radius_m
+    frame, ring = _frame(bench, fit), _visible_ring(fit)
     height = fit.foot_m - fit.top_m
-    ring = np.concatenate(
-        [np.stack([u, np.zeros_like(u)], axis=1), np.stack([u[::-1], np.full_like(u, height)], axis=1)]
-    )
-    points = frame.from_uv(ring)
-    ring_px = camera.project(points)
+    ring_px = bench.pair.camera.project(frame.from_uv(ring))
     area = ring_area(ring)
     sigma = float(
         np.hypot(area * fit.radius_sigma_m / fit.circle.radius_m, area * fit.height_sigma_m / max(height, 1e-6))
     )
-    clockwise = ring_area(ring_px) < 0.0
-    outline = Outline(rings=(ring_px[::-1] if clockwise else ring_px,), edges=())
     middle = frame.from_uv(np.array([0.0, 0.5 * height]))
-    seen = how_seen(bench, outline, _front_plane(bench, fit))
+    ends = judge_ends(bench, sides_of_column(ring_px, fit), lateral_reference(bench, fit.circle))
     return MeasuredFace(
         face_id=face_id, label=instance.label, score=instance.score, source=instance.source,
         segmenter=instance.segmenter, frame=frame,
@@ -81,9 +72,38 @@ def round_face(
         area_sigma_image_m2=sigma,
         covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
         height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),
-        cut_by_frame=seen.cut_by_frame, occluded=seen.occluded, flatness_rms_m=_roundness(bench, fit.circle, mask),
-        instance=number, open_edge=not fit.proven,
+        cut_by_frame=ends.cut_by_frame, occluded=ends.occluded, open_edge=ends.open_edge,
+        whole_probability=ends.probability, flatness_rms_m=_roundness(bench, fit.circle, mask),
+        instance=number,
     )  # fmt: skip
+
+
+def outline_of_column(bench: Workbench, fit: RoundFit) -> FloatArray:
+    """Return the outline (N, 2) of a round column's visible lateral surface in rectified left pixels."""
+    return bench.pair.camera.project(_frame(bench, fit).from_uv(_visible_ring(fit)))
+
+
+def _visible_ring(fit: RoundFit) -> FloatArray:
+    """Return the ring (N, 2) of the visible lateral surface, unrolled, in metres."""
+    distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
+    half_arc = float(np.arccos(np.clip(fit.circle.radius_m / distance, 0.0, 1.0)))
+    u = np.linspace(-half_arc, half_arc, ARC_POINTS) * fit.circle.radius_m
+    height = fit.foot_m - fit.top_m
+    return np.concatenate(
+        [np.stack([u, np.zeros_like(u)], axis=1), np.stack([u[::-1], np.full_like(u, height)], axis=1)]
+    )
+
+
+def sides_of_column(ring_px: FloatArray, fit: RoundFit) -> list[BorderSide]:
+    """Return the sides of a round column's outline (N, 2) px, whichever way round it runs."""
+    sigma_px = fit.height_sigma_m * fit.circle.f_px / fit.circle.z_m
+    return round_sides(ring_px[::-1] if ring_area(ring_px) < 0.0 else ring_px, fit.proven, sigma_px)
+
+
+def lateral_reference(bench: Workbench, circle: Circle) -> Reference:
+    """Return the lateral surface's own disparity, as the sides of its outline are held against it."""
+    chord = chord_plane(bench, circle)
+    return lambda at: surface_disparity(bench, circle, chord, at)
 
 
 def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> float:
@@ -117,11 +137,6 @@ def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
         zero=frozen(left_from_level @ (towards / np.linalg.norm(towards))),
         radius_m=fit.circle.radius_m,
     )
-
-
-def _front_plane(bench: Workbench, fit: RoundFit) -> FloatArray:
-    """Return q (3,) of the upright plane that touches the column's near side."""
-    return facing_plane(bench, fit.circle, float(np.hypot(fit.circle.x_m, fit.circle.z_m)) - fit.circle.radius_m)
 
 
 def _roundness(bench: Workbench, circle: Circle, mask: BoolArray) -> float:

@@ -99,6 +99,14 @@ def _disparities(bench: Workbench, circle: Circle, at: FloatArray, chord: FloatA
     return flat, found
 
 
+def surface_disparity(bench: Workbench, circle: Circle, chord: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the lateral surface's disparity at places (..., 2) of the left photo; past it, that of its sides' plane.
+
+    `chord` (3,): the silhouettes' plane, q.
+    """
+    return _disparities(bench, circle, at, pixel_plane(chord, bench.pair.camera))[1]
+
+
 def foreign_share(apart: FloatArray, core: BoolArray, band: int) -> FloatArray:
     """Return, per place across (T,), the share of bands where the photos differ by more than in the core.
 

@@ -197,12 +197,7 @@ def _inside(line: Line, valid: BoolArray) -> bool:
 def chord_plane(bench: Workbench, circle: Circle) -> FloatArray:
     """Return q (3,) of the upright plane through both tangent lines: what the silhouettes' disparity is."""
     distance = float(np.hypot(circle.x_m, circle.z_m))
-    return facing_plane(bench, circle, distance * (1.0 - (circle.radius_m / distance) ** 2))
-
-
-def facing_plane(bench: Workbench, circle: Circle, depth_m: float) -> FloatArray:
-    """Return q (3,) of the upright plane at right angles to the line of sight to the axis, `depth_m` away."""
-    distance = float(np.hypot(circle.x_m, circle.z_m))
+    depth_m = distance * (1.0 - (circle.radius_m / distance) ** 2)
     f, b = circle.f_px, circle.baseline_m
     x, z = circle.x_m / distance, circle.z_m / distance
     return bench.scene.level.view.q_upright(b * x / depth_m, f * b * z / depth_m)

@@ -103,16 +103,23 @@ class TintedPicture:
         if image is None or is_grey(np.asarray(image, dtype=np.uint8)):
             return None
         soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
-        lab = cv2.cvtColor(soft, cv2.COLOR_BGR2Lab)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shown = (lab[..., :1] >= DARK) & ~clipped(np.asarray(image, dtype=np.uint8))[..., None]
-            tint = np.where(shown, lab[..., 1:] / (lab[..., :1] + BLACK), np.nan).astype(np.float32)
-        return TintedPicture(tint=tint, scale=image.shape[1] / station.camera.width_px)
+        light, *chroma = cv2.split(cv2.cvtColor(soft, cv2.COLOR_BGR2Lab))
+        shown = (light >= DARK) & ~clipped(np.asarray(image, dtype=np.uint8))
+        tint = cv2.merge([one / np.where(shown, light + np.float32(BLACK), np.float32(np.nan)) for one in chroma])
+        return TintedPicture(tint=np.asarray(tint, dtype=np.float32), scale=image.shape[1] / station.camera.width_px)
 
     def of_faces(self, faces: Iterable[MeasuredFace]) -> FloatArray:
         """Return the tints (N, 2) of all pixels of faces that are light enough."""
-        mask = np.zeros(self.tint.shape[:2], dtype=np.uint8)
-        for face in faces:
-            rings = [np.round((ring + 0.5) * self.scale - 0.5).astype(np.int32) for ring in face.outline_px]
-            cv2.fillPoly(mask, rings, 255)
-        return self.tint[(mask > 0) & np.isfinite(self.tint[..., 0])].astype(np.float64)
+        outlines = [
+            [np.round((ring + 0.5) * self.scale - 0.5).astype(np.int32) for ring in face.outline_px] for face in faces
+        ]
+        points = np.concatenate([np.zeros((0, 2), np.int32), *(ring for rings in outlines for ring in rings)])
+        if not len(points):
+            return np.zeros((0, 2))
+        (x0, y0), (x1, y1) = np.maximum(points.min(axis=0), 0), np.maximum(points.max(axis=0) + 1, 0)
+        window = self.tint[y0:y1, x0:x1]
+        mask = np.zeros(window.shape[:2], dtype=np.uint8)
+        for rings in outlines:
+            cv2.fillPoly(mask, rings, 255, offset=(-int(x0), -int(y0)))
+        shown = window[mask > 0]
+        return shown[np.isfinite(shown[:, 0])].astype(np.float64)

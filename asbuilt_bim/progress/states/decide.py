@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt_bim.bim.border_boxes import border_boxes
 from asbuilt_bim.bim.cells import CellSamples, cell_samples
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
@@ -175,10 +174,8 @@ def _region(samples: CellSamples, chosen: BoolArray, face: DesignFace) -> Region
     """Return what the chosen samples (N,) of one face stand for, as polygons within its exposed surface."""
     if not chosen.any():
         return polygon.EMPTY
-    own = np.flatnonzero(samples.face == samples.face[np.argmax(chosen)])
-    step = samples.step_m[own[0]]
-    past, owner = border_boxes(face.exposed_uv_m, samples.uv_m[own], step)
-    past = past[chosen[own][owner]]
+    step = samples.step_m[np.argmax(chosen)]
+    past = samples.past_uv_m[chosen[samples.owner]]
     low, high = strips(samples, np.flatnonzero(chosen))
     low, high = np.concatenate([low, past - 0.5 * step]), np.concatenate([high, past + 0.5 * step])
     low, high = np.round(low - OVERLAP_M, 6), np.round(high + OVERLAP_M, 6)

@@ -22,7 +22,7 @@ def patches(samples: CellSamples, chosen: BoolArray) -> IntArray:
     numbers = np.zeros(len(chosen), dtype=np.int32)
     for index in np.unique(samples.face[chosen]):
         own = np.flatnonzero(samples.face == index)
-        column, row = _places(samples, own).T
+        column, row = samples.place[own].T
         grid = np.zeros((column.max() + 1, row.max() + 1), dtype=np.uint8)
         grid[column, row] = chosen[own]
         labels: IntArray = cv2.connectedComponents(grid, connectivity=4)[1].astype(np.int32)
@@ -54,7 +54,7 @@ def _join(labels: IntArray, pairs: IntArray) -> None:
 
 def strips(samples: CellSamples, own: Indices) -> tuple[FloatArray, FloatArray]:
     """Join samples of ONE face that stand on one another to upright strips: low and high corners (n, 2) in (u, v)."""
-    column, row = _places(samples, own).T
+    column, row = samples.place[own].T
     order = np.lexsort((row, column))
     column, row, sorted_ = column[order], row[order], own[order]
     new = np.concatenate([[True], (np.diff(column) != 0) | (np.diff(row) != 1)])
@@ -68,7 +68,7 @@ def share_around(samples: CellSamples, flags: BoolArray, among: BoolArray) -> Fl
     share = np.zeros(len(flags))
     for index in np.unique(samples.face[among]):
         own = np.flatnonzero(samples.face == index)
-        row, column = _places(samples, own).T
+        row, column = samples.place[own].T
         sums = []
         for values in (flags & among, among):
             grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.float32)
@@ -84,7 +84,7 @@ def share_along(samples: CellSamples, flags: BoolArray, among: BoolArray) -> Flo
     share = np.zeros(len(flags))
     for index in np.unique(samples.face[among]):
         own = np.flatnonzero(samples.face == index)
-        row = _places(samples, own)[:, 1]
+        row = samples.place[own, 1]
         sums = [np.bincount(row, weights=values[own]) for values in (flags & among, among)]
         flagged, all_ = (np.convolve(one, np.ones(AROUND))[AROUND // 2 :] for one in sums)
         share[own] = (flagged / np.maximum(all_, 1.0))[row]
@@ -96,7 +96,7 @@ def above(samples: CellSamples, flags: BoolArray) -> BoolArray:
     higher = np.zeros(len(flags), dtype=bool)
     for index in np.unique(samples.face[flags]):
         own = np.flatnonzero(samples.face == index)
-        column, row = _places(samples, own).T
+        column, row = samples.place[own].T
         grid = np.zeros((column.max() + 1, row.max() + 2), dtype=bool)
         grid[column, row] = flags[own]
         so_far = np.logical_or.accumulate(grid[:, ::-1], axis=1)[:, ::-1]
@@ -119,7 +119,7 @@ def at_border(samples: CellSamples, reach: int) -> BoolArray:
     found = np.zeros(len(samples.face), dtype=bool)
     for index in np.unique(samples.face):
         own = np.flatnonzero(samples.face == index)
-        column = _places(samples, own)[:, 0]
+        column = samples.place[own, 0]
         found[own] = (column < reach) | (column > column.max() - reach)
     return found
 
@@ -138,7 +138,7 @@ def bridged(samples: CellSamples, flags: BoolArray, gaps: BoolArray, reach: int)
 
 def _grid(samples: CellSamples, own: Indices, flags: BoolArray) -> tuple[NDArray[np.uint8], IntArray, IntArray]:
     """Return one face's flags as a picture, a sample a pixel, and the row and column of each of its samples."""
-    column, row = _places(samples, own).T
+    column, row = samples.place[own].T
     grid = np.zeros((row.max() + 1, column.max() + 1), dtype=np.uint8)
     grid[row, column] = flags[own]
     return grid, row, column
@@ -155,10 +155,3 @@ def wide(samples: CellSamples, flags: BoolArray, least: int) -> BoolArray:
         starts = cv2.erode(grid, kernel, anchor=(0, 0), borderType=edge, borderValue=0)  # of rows of so many
         kept[own] = cv2.dilate(starts, kernel, anchor=(size - 1, 0), borderType=edge, borderValue=0)[row, column] > 0
     return kept
-
-
-def _places(samples: CellSamples, own: Indices) -> IntArray:
-    """Return each sample's place (n, 2) in its face's grid: along u, up v."""
-    uv = samples.uv_m[own]
-    places: IntArray = np.round((uv - uv.min(axis=0)) / samples.step_m[own]).astype(np.int32)
-    return places

@@ -5,8 +5,9 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.fill.mapping import TableMap
-from asbuilt_bim.report.fill.quantities import OF_COST_LINES, OF_ELEMENTS, OF_GROUPS, Quantity
+from asbuilt_bim.report.fill.quantities import OF_BILL_LINES, OF_COST_LINES, OF_ELEMENTS, OF_GROUPS, Quantity
 from asbuilt_bim.report.fill.sheet import Value
 
 
@@ -75,6 +76,7 @@ def _elements(report: ProgressReport, wanted: frozenset[str]) -> KeyIndex:
 def _cost_lines(report: ProgressReport, schedule: str, wanted: frozenset[str]) -> KeyIndex:
     index = KeyIndex()
     lines: dict[str, list[CostProgress]] = defaultdict(list)
+    in_bill = {one.line.global_id: one for bill in bills(report) for one in bill.lines if not one.gone}
     for line in report.cost_lines:
         code = _text(line.identification)
         if code and schedule in ("", line.schedule):
@@ -86,7 +88,9 @@ def _cost_lines(report: ProgressReport, schedule: str, wanted: frozenset[str]) -
             )
             index.ambiguous[code] = f"{len(others) + 1} cost lines have the code {code}: {names}; name one schedule"
         else:
-            values = {name: OF_COST_LINES[name](first) for name in wanted}
+            billed = in_bill[first.global_id]
+            values: dict[str, Quantity] = {name: OF_COST_LINES[name](first) for name in wanted & OF_COST_LINES.keys()}
+            values |= {name: OF_BILL_LINES[name](billed) for name in wanted & OF_BILL_LINES.keys()}
             index.known[code] = Known(name=first.name or code, quantities=values, unit=first.unit)
     return index
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from asbuilt_bim.errors import FillError, ProjectError
-from asbuilt_bim.report.fill.quantities import OF_COST_LINES, OF_ELEMENTS, OF_GROUPS
+from asbuilt_bim.report.fill.quantities import OF_BILL_LINES, OF_COST_LINES, OF_ELEMENTS, OF_GROUPS
 from asbuilt_bim.report.fill.references import MAX_ROW, column_number
 from asbuilt_bim.storage.strict_yaml import read_yaml
 from asbuilt_bim.storage.structure import Problems, structure
@@ -78,7 +78,9 @@ def read_map(path: Path) -> FillMap:
 
 def quantities_of(key: KeyColumns) -> tuple[str, ...]:
     """Return what rows of a kind of key can get."""
-    return tuple(OF_ELEMENTS if key.global_id else OF_COST_LINES if key.cost_code else OF_GROUPS)
+    if key.cost_code:
+        return (*OF_COST_LINES, *OF_BILL_LINES)
+    return tuple(OF_ELEMENTS if key.global_id else OF_GROUPS)
 
 
 def _check(table: TableMap, where: str, problems: Problems) -> None:

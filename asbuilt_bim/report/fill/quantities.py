@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, State
+from asbuilt_bim.progress.valuation.bill import BillLine
 
 Quantity = str | float | int | None
 """None is unknown, and never written as 0."""
@@ -45,6 +46,14 @@ OF_COST_LINES: Mapping[str, Callable[[CostProgress], Quantity]] = {
     "earned_best": lambda c: c.earned_best,
     "earned_lower": lambda c: c.earned_lower,
 }
+OF_BILL_LINES: Mapping[str, Callable[[BillLine], Quantity]] = {
+    "certified_quantity": lambda b: b.quantity,
+    "certified_amount": lambda b: b.amount,
+    "previous_quantity": lambda b: b.previous_quantity,
+    "previous_amount": lambda b: b.previous,
+    "period_amount": lambda b: b.period,
+}
+"""As the valuation has it: overrides, changed rates and, where they count, observations included."""
 _SUMS = (
     *("design_area_m2", "built_area_best_m2", "built_area_lower_m2", "built_area_upper_m2"),
     *("design_volume_m3", "built_volume_best_m3", "built_volume_lower_m3", "built_volume_upper_m3"),

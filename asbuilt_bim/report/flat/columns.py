@@ -137,6 +137,9 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("earned_best", "number", "Earned value, best estimate, rounded to cents."),
         _column("earned_lower", "number", "Earned value, certain, rounded to cents.", always=True),
         *_COMPLETION,
+        _column("certified_quantity", "number", "As the newest valuation has it, with a person's overrides."),
+        _column("certified_amount", "number", "That x rate, with changed rates, in cents; of the newest visit alone."),
+        _column("previous_amount", "number", "What the last certificate held, in cents; of the newest visit alone."),
     ),
     "stations": (
         *_VISIT,

@@ -11,12 +11,15 @@ from asbuilt_bim.progress.report import (
     GroupProgress,
     ProgressReport,
 )
+from asbuilt_bim.progress.valuation.bill import BillLine, bills
 from asbuilt_bim.report.flat.columns import TABLES, Table
 from asbuilt_bim.report.tables import StationRow, station_rows
 from asbuilt_bim.report.task_rows import TaskRow, task_rows
 
 Cell = str | float | int | bool | date | datetime | None
 Row = dict[str, Cell]
+OF_THE_NEWEST: Row = {"certified_quantity": None, "certified_amount": None, "previous_amount": None}
+"""What earlier visits' rows don't hold: what was certified then, somebody may have changed since."""
 
 
 def flat_tables(reports: Sequence[ProgressReport]) -> dict[Table, list[tuple[Cell, ...]]]:
@@ -31,7 +34,7 @@ def flat_tables(reports: Sequence[ProgressReport]) -> dict[Table, list[tuple[Cel
         }
         for name, columns in TABLES.items():
             for row in _ROWS[name](report):
-                whole = visit | row
+                whole = visit | row | ({} if visit["newest"] else OF_THE_NEWEST)
                 made[name].append(tuple(whole[column.name] for column in columns))
     return made
 
@@ -155,10 +158,12 @@ def _task(task: TaskRow) -> Row:
 
 
 def _cost_lines(report: ProgressReport) -> Iterator[Row]:
-    yield from map(_cost_line, report.cost_lines)
+    in_bill = {one.line.global_id: one for bill in bills(report) for one in bill.lines if not one.gone}
+    for line in report.cost_lines:
+        yield _cost_line(line, in_bill[line.global_id])
 
 
-def _cost_line(line: CostProgress) -> Row:
+def _cost_line(line: CostProgress, billed: BillLine) -> Row:
     return {
         "line_id": line.global_id,
         "identification": line.identification or None,
@@ -175,6 +180,9 @@ def _cost_line(line: CostProgress) -> Row:
         "earned_best": line.earned_best,
         "earned_lower": line.earned_lower,
         **_completion(line.completion),
+        "certified_quantity": billed.quantity,
+        "certified_amount": billed.amount,
+        "previous_amount": billed.previous,
     }
 
 

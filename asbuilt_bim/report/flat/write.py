@@ -63,6 +63,7 @@ def description(form: Form = "csv") -> dict[str, Any]:
     """Return what the tables hold, as a data package (https://specs.frictionlessdata.io) describes it."""
     return {
         "$schema": "https://specs.frictionlessdata.io/schemas/tabular-data-package.json",
+        "$id": "https://asbuilt-bim.org/schemas/tables-1.json",
         "profile": "tabular-data-package",
         "name": "asbuilt-bim-tables",
         "version": "1",

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.design_notes import DESIGN_NOTES
+from asbuilt_bim.report.wording.of_workbook.valuation_notes import VALUATION_NOTES
 from asbuilt_bim.report.wording.plan_notes import PLAN_NOTES
 from asbuilt_bim.report.wording.rig_notes import RIG_NOTES
 from asbuilt_bim.report.wording.surface_notes import SURFACE_NOTES
 from asbuilt_bim.report.wording.task_notes import TASK_NOTES
 from asbuilt_bim.report.wording.template import Template, filled
-from asbuilt_bim.report.wording.valuation_notes import VALUATION_NOTES
 
 NOTES: Mapping[Reason, Template] = {
     Reason.UNSTATED: "{text}",

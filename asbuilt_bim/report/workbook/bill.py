@@ -8,10 +8,10 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.progress.money import quantity_decimals
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
-from asbuilt_bim.report.wording.valuation_columns import BILL as COLUMNS
-from asbuilt_bim.report.wording.valuation_columns import COST_PARTS
+from asbuilt_bim.report.wording.of_workbook.columns import Column
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as COLUMNS
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
-from asbuilt_bim.report.wording.workbook_columns import Column
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, PARTS, letter, letter_of
 from asbuilt_bim.report.workbook.sheet import (
     Cell,

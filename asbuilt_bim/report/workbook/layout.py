@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from asbuilt_bim.report.wording.workbook_columns import Column
+from asbuilt_bim.report.wording.of_workbook.columns import Column
 
 VALUATION, BILL, PARTS = "Valuation", "Bill", "Cost by element"
 VARIATIONS, CERTIFICATES, OBSERVATIONS = "Variations", "Certificates", "Observations"

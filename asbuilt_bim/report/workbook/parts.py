@@ -7,8 +7,8 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine, BillRow
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import NO_STOREY
-from asbuilt_bim.report.wording.valuation_columns import BILL as BILL_COLUMNS
-from asbuilt_bim.report.wording.valuation_columns import COST_PARTS as COLUMNS
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS as COLUMNS
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, letter, letter_of
 from asbuilt_bim.report.workbook.sheet import (
     Cell,

@@ -12,7 +12,7 @@ from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.observed import observed_elements
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import NO_STOREY
-from asbuilt_bim.report.wording.valuation_columns import (
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import (
     CERTIFICATES,
     NOTHING_TO_PRICE,
     OBSERVATIONS,

@@ -10,8 +10,8 @@ from xlsxwriter.format import Format
 from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
+from asbuilt_bim.report.wording.of_workbook.columns import Column
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
-from asbuilt_bim.report.wording.workbook_columns import Column
 
 LINE_PT = 13.5
 """The height of a line of text."""
@@ -47,7 +47,7 @@ _ROLES: dict[str, dict[str, Any]] = {
     "person": {"font_color": "#7a4b00", "bg_color": "#fff3cd", "bottom": 4, "bottom_color": LINE},
     "warning": {"font_color": LOUD, "bold": True, "bottom": 4, "bottom_color": LINE},
     "signed by": {"bottom": 1, "bottom_color": INK, "valign": "bottom"},
-    "sign": {"font_color": "#0b4f9e", "bottom": 1, "bottom_color": INK, "valign": "bottom"},
+    "sign": {"bg_color": "#eef5ff", "font_color": "#0b4f9e", "bottom": 1, "bottom_color": INK, "valign": "bottom"},
     "unknown": {"font_color": "#6b7280", "italic": True, "bottom": 4, "bottom_color": LINE},
     "loud": {"font_color": "#ffffff", "bg_color": LOUD, "bold": True},
     "title": {"bold": True, "font_size": 15},

@@ -12,10 +12,10 @@ from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.notes import CODES
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, persons_words
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import VARIATIONS as VARIATION_COLUMNS
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.valuation_columns import BILL as BILL_COLUMNS
-from asbuilt_bim.report.wording.valuation_columns import ROUNDED
-from asbuilt_bim.report.wording.valuation_columns import VARIATIONS as VARIATION_COLUMNS
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
 from asbuilt_bim.report.workbook.layout import (
     BILL,
@@ -84,17 +84,9 @@ def write_valuation(
         row = _summary(book, sheet, row + 1, bill, places, styles)
     row = _signatures(book, sheet, row + 1, styles)
     notes = [note_words(note) for note in report.notes if note.code in CODES]
-    row = _paragraphs(
-        sheet, row + 1, "Before you sign", notes or ["Nothing falls, and no person changed anything."], styles
-    )
-    rules = [
-        "Certified is what photos make certain, or what a person put in its place: never what nobody saw.",
-        "Best is the best estimate by photos alone. It stands beside, and nothing is paid by it.",
-        ROUNDED,
-        "Retention is worked out on what is certified in all, tax on what this valuation adds.",
-        "Sign by writing name and date into the blue cells. The next workbook then begins after this valuation.",
-    ]
-    row = _paragraphs(sheet, row + 1, "How it is worked out", rules, styles)
+    persons = persons_words(len(inputs.overrides), len(inputs.rates), len(inputs.variations))
+    row = _paragraphs(sheet, row + 1, "Before you sign", [*notes, persons], styles)
+    row = _paragraphs(sheet, row + 1, "How it is worked out", SIGNING_RULES, styles)
     write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
     write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")
     _name(book, FORMAT_NAME, row + 1, 1)

@@ -19,11 +19,7 @@ from asbuilt_bim.report.tables import (
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
 from asbuilt_bim.report.wording.notes import note_words
-from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.valuation_columns import BILL as BILL_COLUMNS
-from asbuilt_bim.report.wording.valuation_columns import CERTIFICATES, COST_PARTS, OBSERVATIONS, VARIATIONS
-from asbuilt_bim.report.wording.values import plain
-from asbuilt_bim.report.wording.workbook_columns import (
+from asbuilt_bim.report.wording.of_workbook.columns import (
     ELEMENTS,
     LATE,
     NOTES,
@@ -32,6 +28,10 @@ from asbuilt_bim.report.wording.workbook_columns import (
     TASKS,
     Column,
 )
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import CERTIFICATES, COST_PARTS, OBSERVATIONS, VARIATIONS
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.report.workbook.bill import write_bill
 from asbuilt_bim.report.workbook.layout import BILL, PARTS, VALUATION
 from asbuilt_bim.report.workbook.layout import CERTIFICATES as CERTIFICATES_SHEET

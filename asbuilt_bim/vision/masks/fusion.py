@@ -50,12 +50,7 @@ def agree(
       wall is. One that knows nothing but that has no opinion on the rest: it is geometry's, as without a network.
     - What stereo measures as level is no wall, whatever the network says: its pixels are taken off.
     """
-    if isinstance(network, SurfaceSegmenter):
-        seen = network.segment_on(pair, depth, scene)
-    else:
-        seen = network.segment(pair, depth)
-    level = (scene.labels >= len(scene.pieces)) & (scene.labels < scene.bars_label)
-    seen = upright_alone(seen, level)
+    seen = _seen(pair, scene, depth, network)
     others = network.refuted(pair) if isinstance(network, Refuter) else ()
     held = _holders(scene, [*(one.mask for one in seen), *others])
     found: list[Instance] = []
@@ -83,6 +78,15 @@ def agree(
             found.append(replace(instance, source=InstanceSource.GEOMETRY_ALONE, score=score))
     found.sort(key=lambda instance: -int(np.count_nonzero(instance.mask)))
     return Agreed(instances=tuple(found), notes=_alone(pair, seen, spoken, network.name))
+
+
+def _seen(pair: RectifiedPair, scene: Scene, depth: DepthMap | None, network: Segmenter) -> list[Instance]:
+    """Return the network's instances, without what stereo measures as level."""
+    if isinstance(network, SurfaceSegmenter):
+        seen = network.segment_on(pair, depth, scene)
+    else:
+        seen = network.segment(pair, depth)
+    return upright_alone(seen, (scene.labels >= len(scene.pieces)) & (scene.labels < scene.bars_label))
 
 
 def upright_alone(seen: Sequence[Instance], level: BoolArray) -> list[Instance]:

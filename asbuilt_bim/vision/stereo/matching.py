@@ -265,8 +265,8 @@ def carried_px(posterior_px: Float32Array, prior_sigma_px: float) -> Float32Arra
     """Return how far each pixel (H, W) is from the next one of which the photos say more than the prior."""
     told = posterior_px < prior_sigma_px * np.sqrt(0.5)
     furthest = np.float32(np.hypot(*posterior_px.shape))  # where nothing is told, OpenCV's answer is no number
-    carried: Float32Array = np.minimum(cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5), furthest)
-    return carried
+    apart = cv2.distanceTransform((~told).view(np.uint8), cv2.DIST_L2, 5)
+    return np.asarray(np.minimum(apart, furthest), dtype=np.float32)
 
 
 def _roughness(disparity: Float32Array, measured: BoolArray) -> Float32Array:

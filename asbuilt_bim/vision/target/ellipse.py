@@ -1,7 +1,7 @@
 """Ellipses in the picture: fitted to edge points, some of which don't belong to them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -82,15 +82,6 @@ def conic_distance(conic: FloatArray, points: FloatArray) -> FloatArray:
     return distance
 
 
-def ellipse_of(conic: FloatArray) -> Ellipse | None:
-    """Return the ellipse of a symmetric matrix (3, 3); None for any other conic."""
-    found = _ellipse(conic)
-    if found is None:
-        return None
-    x, y, major, minor, angle = found
-    return Ellipse(x_px=x, y_px=y, major_px=major, minor_px=minor, angle_rad=angle)
-
-
 def fit_ellipse(points: FloatArray, weights: FloatArray | None = None) -> Ellipse | None:
     """Fit an ellipse to points (N, 2), N >= 5, by least distance; None where the best conic is no ellipse."""
     if len(points) < 5:
@@ -106,17 +97,11 @@ def fit_ellipse(points: FloatArray, weights: FloatArray | None = None) -> Ellips
         conic = _conic(vectors[:, 0])
         slope = local @ conic[:2, :2] + conic[2, :2]
         by_slope = 1.0 / np.maximum(slope[:, 0] ** 2 + slope[:, 1] ** 2, 1e-12)
-    found = _ellipse(conic)
+    found = ellipse_of(conic)
     if found is None:
         return None
-    x, y, major, minor, angle = found
-    return Ellipse(
-        x_px=x * scale + middle[0],
-        y_px=y * scale + middle[1],
-        major_px=major * scale,
-        minor_px=minor * scale,
-        angle_rad=angle,
-    )
+    x, y = (found.centre * scale + middle).tolist()
+    return replace(found, x_px=x, y_px=y, major_px=found.major_px * scale, minor_px=found.minor_px * scale)
 
 
 def robust_ellipse(points: FloatArray, tolerance_px: float) -> tuple[Ellipse, BoolArray] | None:
@@ -188,7 +173,8 @@ def _conic(six: FloatArray) -> FloatArray:
     return np.array([[a, b / 2, d / 2], [b / 2, c, e / 2], [d / 2, e / 2, f]])
 
 
-def _ellipse(conic: FloatArray) -> tuple[float, float, float, float, float] | None:
+def ellipse_of(conic: FloatArray) -> Ellipse | None:
+    """Return the ellipse of a symmetric matrix (3, 3); None for any other conic."""
     (a, b, d), (_, c, e), (_, _, f) = conic.tolist()
     determinant = a * c - b * b
     if determinant <= 1e-12 * (a * a + 2.0 * b * b + c * c):
@@ -201,4 +187,4 @@ def _ellipse(conic: FloatArray) -> tuple[float, float, float, float, float] | No
     if least <= 0.0:
         return None
     angle = 0.5 * math.atan2(-2.0 * b, c - a)
-    return x, y, least**-0.5, most**-0.5, angle
+    return Ellipse(x_px=x, y_px=y, major_px=least**-0.5, minor_px=most**-0.5, angle_rad=angle)

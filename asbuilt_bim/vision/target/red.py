@@ -169,49 +169,58 @@ def _joined(outlines: list[FloatArray], areas: IntArray, step: int) -> list[RedB
 
 def _hull_blob(hull: FloatArray, step: int) -> RedBlob | None:
     """Return a blob with a hull (N, 2) as its outline; None where the hull is no ellipse."""
-    x, y = np.floor(hull.min(axis=0)).astype(int)
-    width, height = (np.ceil(hull.max(axis=0)).astype(int) + 1 - [x, y]).tolist()
+    corner = np.floor(hull.min(axis=0)).astype(int)
+    width, height = (np.ceil(hull.max(axis=0)).astype(int) + 1 - corner).tolist()
     filled = np.zeros((height, width), dtype=np.uint8)
-    cv2.fillPoly(filled, [np.rint(hull - [x, y]).astype(np.int32).reshape(-1, 1, 2)], 1)
+    cv2.fillPoly(filled, [np.rint(hull - corner).astype(np.int32).reshape(-1, 1, 2)], 1)
     elliptic = _elliptic(filled.astype(bool))
     if elliptic < _ELLIPTIC or width * 3.5 < height or height * 3.5 < width:
         return None
-    outlines, _ = cv2.findContours(filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    outline = np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
+    return _whole_blob(_longest(filled) + corner, filled, corner, elliptic, step, joined=True)
+
+
+def _blob(patches: _Patches, label: int, step: int) -> RedBlob | None:
+    """Return a patch, its holes filled, as a blob; None where it is small and no ellipse."""
+    corner, crop = _crop(patches, label)
+    outline, filled = _longest(crop), np.zeros(crop.shape, dtype=np.uint8)
+    cv2.drawContours(filled, [outline.astype(np.int32).reshape(-1, 1, 2)], -1, 1, cv2.FILLED)
+    elliptic = _elliptic(filled.astype(bool))
+    if len(outline) < 12 or (elliptic < _ELLIPTIC and filled.sum() < _GROWN_TOGETHER_PX):
+        return None
+    return _whole_blob(outline + corner, filled, corner, elliptic, step)
+
+
+def _whole_blob(
+    outline: FloatArray, filled: ByteImage, corner: IntArray, elliptic: float, step: int, joined: bool = False
+) -> RedBlob:
+    """Return a blob in pixels of the photo."""
+    (x, y), (height, width) = (corner * step).tolist(), filled.shape
     return RedBlob(
-        outline=(outline + np.array([x, y]) + 0.5) * step - 0.5,
+        outline=(outline + 0.5) * step - 0.5,
         area_px=float(filled.sum()) * step**2,
         elliptic=elliptic,
-        box_px=(int(x) * step, int(y) * step, width * step, height * step),
-        joined=True,
+        box_px=(x, y, width * step, height * step),
+        joined=joined,
     )
 
 
 def _outline(patches: _Patches, label: int) -> FloatArray:
     """Return the outline (N, 2) of a patch, in pixels of the labels."""
-    x, y, width, height = (int(side) for side in patches.box[label])
-    crop: BoolArray = patches.labels[y : y + height, x : x + width] == label
-    outlines, _ = cv2.findContours(crop.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    outline = np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
-    return np.asarray(outline + np.array([x, y]), dtype=np.float64)
+    corner, crop = _crop(patches, label)
+    return _longest(crop) + corner
 
 
-def _blob(patches: _Patches, label: int, step: int) -> RedBlob | None:
-    x, y, width, height = (int(side) for side in patches.box[label])
-    crop: BoolArray = patches.labels[y : y + height, x : x + width] == label
-    outlines, _ = cv2.findContours(crop.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    outline = np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
-    filled = np.zeros(crop.shape, dtype=np.uint8)
-    cv2.drawContours(filled, [outline.astype(np.int32).reshape(-1, 1, 2)], -1, 1, cv2.FILLED)
-    elliptic = _elliptic(filled.astype(bool))
-    if len(outline) < 12 or (elliptic < _ELLIPTIC and filled.sum() < _GROWN_TOGETHER_PX):
-        return None
-    return RedBlob(
-        outline=(outline + np.array([x, y]) + 0.5) * step - 0.5,
-        area_px=float(filled.sum()) * step**2,
-        elliptic=elliptic,
-        box_px=(x * step, y * step, width * step, height * step),
-    )
+def _crop(patches: _Patches, label: int) -> tuple[IntArray, ByteImage]:
+    """Return a patch's corner (2,), and its mask (0 or 1) within its box."""
+    x, y, width, height = patches.box[label].tolist()
+    mask = patches.labels[y : y + height, x : x + width] == label
+    return patches.box[label, :2], mask.astype(np.uint8)
+
+
+def _longest(mask: ByteImage) -> FloatArray:
+    """Return the longest outline (N, 2) of a mask."""
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.asarray(max(outlines, key=len), dtype=np.float64).reshape(-1, 2)
 
 
 def _elliptic(mask: BoolArray) -> float:

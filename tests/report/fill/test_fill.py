@@ -20,6 +20,8 @@ from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import FillError, Rejection
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.inputs import RateChange, ValuationInputs
 from asbuilt_bim.report.fill.write import LEFT_S, Filled, fill_workbook, read_map, save_filled
 from asbuilt_bim.report.result.document import write_result
 from benchmarks.valuation.books import MACRO, Book, by_hand, by_openpyxl, by_xlsxwriter, saved_report, write_map
@@ -200,6 +202,26 @@ def test_groups_add_up_over_class_storey_and_type(tmp_path: Path, result: Progre
         pytest.approx(wanted),
         sum(one.state == "complete" for one in walls),
     ]
+
+
+def test_a_cost_code_gets_what_the_valuation_certifies_with_a_changed_rate(
+    tmp_path: Path, result: ProgressReport
+) -> None:
+    first = result.cost_lines[0]
+    path = tmp_path / "bill.xlsx"
+    book = openpyxl.Workbook()
+    sheet: Any = book.active
+    sheet.append(["Code"])
+    sheet.append([first.identification])
+    book.save(path)
+    columns = "{B: certified_quantity, C: certified_amount, D: previous_amount}"
+    mapping = write_map(tmp_path / "map.yaml", "Sheet", "{cost_code: A}", columns)
+    change = RateChange(line=first.global_id, rate=1000.0, why="agreed")
+    changed = replace(result, valuation=ValuationInputs(rates=(change,)))
+    (line,) = [one for bill in bills(changed) for one in bill.lines if one.line is first]
+    found = fill_workbook(path, read_map(mapping), changed)
+    assert [one.new for one in found.plan.changes] == [line.quantity, line.amount, 0.0]
+    assert line.amount == pytest.approx(1000.0 * line.quantity, abs=0.006)
 
 
 def test_text_goes_in_as_text_and_runs_nowhere(tmp_path: Path, result: ProgressReport) -> None:

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from asbuilt_bim.report.fill.mapping import FillMap, read_map
-from asbuilt_bim.report.fill.quantities import OF_COST_LINES, OF_ELEMENTS, OF_GROUPS
+from asbuilt_bim.report.fill.quantities import OF_BILL_LINES, OF_COST_LINES, OF_ELEMENTS, OF_GROUPS
 from asbuilt_bim.storage.schemas import first_faults, schema
 
 PAGE = Path(__file__).parents[3] / "docs" / "fill.md"
@@ -22,9 +22,13 @@ def example() -> str:
 def test_the_schema_and_the_page_name_every_quantity_that_can_be_filled() -> None:
     lists = schema("map-1")["$defs"]
     page = PAGE.read_text(encoding="utf-8")
-    for name, known in (("of_elements", OF_ELEMENTS), ("of_cost_lines", OF_COST_LINES), ("of_groups", OF_GROUPS)):
+    for name, known in (
+        ("of_elements", OF_ELEMENTS),
+        ("of_cost_lines", {**OF_COST_LINES, **OF_BILL_LINES}),
+        ("of_groups", OF_GROUPS),
+    ):
         assert sorted(lists[name]["enum"]) == sorted(known)
-    for quantity in {*OF_ELEMENTS, *OF_COST_LINES}:
+    for quantity in {*OF_ELEMENTS, *OF_COST_LINES, *OF_BILL_LINES}:
         assert f"`{quantity}`" in page
 
 

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from asbuilt_bim.cli import app
 from asbuilt_bim.errors import MissingExtraError
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.flat.columns import KEYS, TABLES, Table
 from asbuilt_bim.report.flat.exchange import certain_quantity, csv2ifc_text, ifccsv_text
 from asbuilt_bim.report.flat.rows import flat_tables
@@ -131,6 +132,16 @@ def test_csv2ifc_gets_certain_quantities_and_whole_pieces() -> None:
     rows = list(csv.DictReader(io.StringIO(csv2ifc_text(report))))
     assert [float(row["Quantity"]) for row in rows] == [certain_quantity(line) for line in report.cost_lines]
     assert {row["Index"] for row in rows} == {"1"}
+
+
+def test_what_is_certified_stands_with_the_newest_visit_alone(tmp_path: Path) -> None:
+    write_tables(both(), tmp_path)
+    rows = read(tmp_path, "cost_lines")
+    certified = {line.line.global_id: line for bill in bills(sample_report()) for line in bill.lines}
+    assert rows
+    for row in rows:
+        wanted = str(certified[row["line_id"]].amount) if row["newest"] == "true" else ""
+        assert row["certified_amount"] == wanted
 
 
 def test_the_command_writes_tables_once_and_again_only_where_told(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """The columns of the workbook's valuation, and what each one means."""
 
-from asbuilt_bim.report.wording.workbook_columns import Column
+from asbuilt_bim.report.wording.of_workbook.columns import Column
 
 ROUNDED = (
     "Quantities are rounded to 3 decimals (6 where the whole line is under 1 of its unit), pieces to whole ones. "
@@ -133,3 +133,19 @@ WHY_NOTHING = {
     "ifc2x3": "an IFC2X3 file holds neither quantities nor rates of cost items, and the project file names no costs.",
     "none": "the IFC file has no cost items for walls or columns, and the project file names no costs.",
 }
+SIGNING_RULES = (
+    "Certified is what photos make certain, or what a person put in its place: never what nobody saw.",
+    "Best is the best estimate by photos alone. It stands beside, and nothing is paid by it.",
+    ROUNDED,
+    "Retention is worked out on what is certified in all, tax on what this valuation adds.",
+    "Sign by writing name and date beside Certified by. The next workbook then begins after this valuation.",
+)
+
+
+def persons_words(overrides: int, rates: int, variations: int) -> str:
+    """Say how much of a valuation persons set."""
+    if not overrides + rates + variations:
+        return "No person changed anything: all of it follows from photos and costs."
+    counts = (("percentage", overrides), ("rate", rates), ("variation", variations))
+    told = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
+    return f"Set by persons, in yellow on their sheets: {told}."

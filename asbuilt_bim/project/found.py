@@ -1,0 +1,161 @@
+"""What a folder holds that a project file would name: the design, the rig, board photos, visits, the survey."""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.errors import PhotoError
+
+MAX_FILES, MAX_DEPTH = 50_000, 4
+_DESIGNS = (".ifc", ".ifczip")
+_PHOTOS = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+_SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("links", "rechts"), ("cam0", "cam1"), ("L", "R"))
+"""How people tell the two cameras' photos apart, in the order in which it is looked for."""
+_BOARDS = re.compile(r"cal(ib|\b|_)|board|chess|charuco", re.IGNORECASE)
+_DAY = re.compile(r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
+_OURS = re.compile(r"^format:\s*[\"']?asbuilt-bim/rig", re.MULTILINE)
+_SURVEY = {"id", "corner", "x_m", "y_m", "z_m"}
+_HEAD = 4096  # bytes that tell what a text file is
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundPhotos:
+    """A folder of photo pairs: patterns of the left and the right ones, how many pairs, and of which day."""
+
+    left: str
+    right: str
+    pairs: int
+    day: date | None  # of the folder's name, else of a photo's EXIF
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundFiles:
+    """What was found, by path relative to the folder; each list in the order of names."""
+
+    designs: tuple[str, ...]
+    rigs: tuple[str, ...]
+    boards: tuple[FoundPhotos, ...]
+    visits: tuple[FoundPhotos, ...]
+    surveys: tuple[str, ...]
+    photos_alone: int  # photos of which nobody can tell which camera took them
+
+
+def find_files(folder: Path) -> FoundFiles:
+    """Look through a folder, `MAX_DEPTH` deep and at `MAX_FILES` files at most; links are not followed.
+
+    Raises:
+        OSError: the folder can't be read.
+    """
+    files = list(_files(folder))
+    photos: dict[Path, list[Path]] = defaultdict(list)
+    for file in files:
+        if file.suffix.lower() in _PHOTOS:
+            photos[file.parent].append(file)
+    paired = [(place, found) for place in sorted(photos) if (found := _pairs(folder, place, photos[place]))]
+    in_pairs = sum(2 * found.pairs for _, found in paired)
+    return FoundFiles(
+        designs=_named(folder, (f for f in files if f.suffix.lower() in _DESIGNS and ".asbuilt" not in f.name)),
+        rigs=_named(folder, (f for f in files if _is_rig(f))),
+        boards=tuple(found for place, found in paired if _BOARDS.search(place.relative_to(folder).as_posix())),
+        visits=tuple(found for place, found in paired if not _BOARDS.search(place.relative_to(folder).as_posix())),
+        surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
+        photos_alone=sum(map(len, photos.values())) - in_pairs,
+    )
+
+
+def _files(folder: Path) -> Iterable[Path]:
+    """Yield the ordinary files below a folder, hidden ones and a run's own folders left out."""
+    waiting, count = [(folder, 0)], 0
+    while waiting:
+        place, depth = waiting.pop(0)
+        if (place / "current.json").is_file():
+            continue  # the results of an earlier run
+        for entry in sorted(place.iterdir()):
+            if entry.name.startswith(".") or entry.is_symlink():
+                continue
+            if entry.is_dir() and depth < MAX_DEPTH:
+                waiting.append((entry, depth + 1))
+            elif entry.is_file() and count < MAX_FILES:
+                count += 1
+                yield entry
+
+
+def _named(folder: Path, files: Iterable[Path]) -> tuple[str, ...]:
+    return tuple(file.relative_to(folder).as_posix() for file in files)
+
+
+def _pairs(folder: Path, place: Path, files: Sequence[Path]) -> FoundPhotos | None:
+    """Return the patterns that most photos of one folder fit in pairs; None where none do."""
+    names = {file.name for file in files}
+    best: tuple[int, str, str] | None = None
+    for left, right in _SIDES:
+        word = re.compile(rf"(?<![A-Za-z0-9]){left}(?![A-Za-z0-9])")
+        for name in sorted(names):
+            for before, after in _patterns(name, word):
+                count = _count(names, (before, left, after), right)
+                if count and (best is None or count > best[0]):
+                    best = count, f"{before}{left}{after}", f"{before}{right}{after}"
+        if best is not None:
+            break
+    if best is None:
+        return None
+    base = "" if place == folder else f"{place.relative_to(folder).as_posix()}/"
+    return FoundPhotos(left=base + best[1], right=base + best[2], pairs=best[0], day=_day(place, best[1], files))
+
+
+def _patterns(name: str, word: re.Pattern[str]) -> Iterable[tuple[str, str]]:
+    """Yield what stands before and after the side's word in a pattern: the varying part is before it, or after."""
+    for found in word.finditer(name):
+        before, after = name[: found.start()], name[found.end() :]
+        suffix = Path(name).suffix
+        if stem := before.rstrip("_-. "):
+            yield "*" + before[len(stem) :], after
+        if after != suffix:
+            joint = re.match(r"[_\-. ]*", after)
+            yield before, (joint.group() if joint else "") + "*" + suffix
+
+
+def _count(names: set[str], left: tuple[str, str, str], right: str) -> int:
+    before, word, after = left
+    fitting = re.compile("(.+)".join(re.escape(part) for part in f"{before}{word}{after}".split("*")))
+    stars = [found.group(1) for name in names if (found := fitting.fullmatch(name))]
+    partner = f"{before}{right}{after}"
+    return sum(partner.replace("*", star, 1) in names for star in stars)
+
+
+def _day(place: Path, pattern: str, files: Sequence[Path]) -> date | None:
+    if found := _DAY.search(place.name):
+        try:
+            return date(*(int(part) for part in found.groups()))
+        except ValueError:
+            pass
+    before, after = pattern.split("*")
+    for file in files[:1] if not before and not after else [f for f in files if f.name.startswith(before)][:1]:
+        try:
+            return read_photo(file).exif.taken
+        except PhotoError:
+            return None
+    return None
+
+
+def _is_rig(file: Path) -> bool:
+    if re.fullmatch(r"SN\d+\.conf", file.name):  # a ZED's factory calibration
+        return True
+    return file.suffix.lower() in (".yaml", ".yml") and bool(_OURS.search(_head(file)))
+
+
+def _is_survey(file: Path) -> bool:
+    first = _head(file).lstrip("\ufeff").splitlines()[:1]
+    return bool(first) and {column.strip().lower() for column in re.split(r"[,;]", first[0])} >= _SURVEY
+
+
+def _head(file: Path) -> str:
+    try:
+        with file.open("rb") as opened:
+            return opened.read(_HEAD).decode("utf-8", "replace")
+    except OSError:
+        return ""

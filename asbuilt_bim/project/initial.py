@@ -1,0 +1,108 @@
+"""A project file drafted from what a folder holds, and what is missing with what to do."""
+
+import json
+from collections.abc import Sequence
+from pathlib import PurePath
+
+from asbuilt_bim.project.found import FoundFiles, FoundPhotos
+
+FIRST = "# yaml-language-server: $schema=project-1.schema.json"
+"""An editor completes and checks the keys by the schema beside the file, without a network."""
+
+
+def initial_text(name: str, found: FoundFiles) -> str:
+    """Return a project file that names all that was found, and has a comment wherever something is missing."""
+    lines = [
+        FIRST,
+        "# Drafted from what lay in this folder. Read it through: what begins with # is yours to fill in.",
+        "format: asbuilt-bim/project",
+        "version: 1",
+        f"name: {_quoted(name)}",
+        *_design(found.designs),
+        *_rig(found),
+        "# The red disc, measured across. It checks the scale.",
+        "# target: {diameter_m: 0.30}",
+        *_markers(found.surveys),
+        *_visits(found.visits),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def missing(found: FoundFiles) -> tuple[str, ...]:
+    """Return what a run still needs, each with what to do."""
+    lacks = []
+    if not found.designs:
+        lacks.append("no IFC file: copy the design into the folder, and name it under ifc")
+    if len(found.designs) > 1:
+        lacks.append(f"{len(found.designs)} IFC files: keep under ifc those that are the design")
+    if not found.rigs and not found.boards:
+        lacks.append(
+            "no rig: take 20 pairs of a board into the folder 'calibration' (asbuilt-bim print board), or name a rig "
+            "file under rig"
+        )
+    elif not found.rigs:
+        lacks.append("the board: give its kind, columns and rows, and a square's side as you measure it on the print")
+    lacks.append("the target: measure the disc across, and give diameter_m under target")
+    if not found.surveys:
+        lacks.append(
+            "no survey: markers.csv with the columns id,corner,x_m,y_m,z_m (asbuilt-bim print tags makes the markers)"
+        )
+    lacks.append("the markers: measure a black square's side, and give size_m under markers")
+    if not found.visits:
+        lacks.append("no photo pairs of a visit: names need 'left' and 'right', such as A1_left.jpg, A1_right.jpg")
+    lacks += [f"the day of {photos.left}: no name and no EXIF tells it" for photos in found.visits if not photos.day]
+    if found.photos_alone:
+        lacks.append(f"{found.photos_alone} photos are in no pair: their names don't say 'left' and 'right' alike")
+    return tuple(lacks)
+
+
+def _design(designs: Sequence[str]) -> list[str]:
+    if not designs:
+        return ["# The design, an IFC2X3, IFC4 or IFC4X3 file.", "# ifc: design.ifc"]
+    if len(designs) == 1:
+        return [f"ifc: {_quoted(designs[0])}"]
+    return ["# Keep those that are the design.", "ifc:", *(f"  - {_quoted(design)}" for design in designs)]
+
+
+def _rig(found: FoundFiles) -> list[str]:
+    if found.rigs:
+        others = [f"# or: {_quoted(rig)}" for rig in found.rigs[1:]]
+        return ["rig:", f"  file: {_quoted(found.rigs[0])}", *others]
+    if not found.boards:
+        return ["# The calibrated camera: a rig file, or photos of a board.", "# rig: {file: rig.yaml}"]
+    boards = found.boards[0]
+    return [
+        f"# The board: {boards.pairs} pairs were found. Give what is printed on it, and a square's side as measured.",
+        "# rig:",
+        "#   boards: {kind: charuco, columns: 7, rows: 9, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_100,",
+        f"#            left: {_quoted(boards.left)}, right: {_quoted(boards.right)}}}",
+    ]
+
+
+def _markers(surveys: Sequence[str]) -> list[str]:
+    survey = _quoted(surveys[0]) if surveys else "markers.csv"
+    return [
+        "# The markers: their survey, and the side of their black square as measured on the print.",
+        f"# markers: {{survey: {survey}, size_m: 0.25}}",
+    ]
+
+
+def _visits(visits: Sequence[FoundPhotos]) -> list[str]:
+    if not visits:
+        return [
+            "# visits:",
+            '#   - {date: 2026-03-02, stations: {left: "visits/2026-03-02/*_left.jpg", '
+            'right: "visits/2026-03-02/*_right.jpg"}}',
+        ]
+    lines = ["visits:"]
+    for photos in sorted(visits, key=lambda one: (one.day is None, str(one.day), one.left)):
+        mark = "" if photos.day else "# "
+        day = photos.day.isoformat() if photos.day else "YEAR-MONTH-DAY"
+        lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}")
+        lines.append(f"{mark}    stations: {{left: {_quoted(photos.left)}, right: {_quoted(photos.right)}}}")
+    return lines
+
+
+def _quoted(text: str) -> str:
+    """Return text as YAML takes it whatever it holds: JSON's strings are YAML's."""
+    return json.dumps(str(PurePath(text).as_posix()), ensure_ascii=False)

@@ -1,0 +1,1 @@
+"""Words of the workbook: its columns, and what is said of a valuation."""

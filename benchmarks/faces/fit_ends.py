@@ -1,0 +1,250 @@
+"""Fits where a face ends: one regression over the borders of crowded twins, whose truth is known.
+
+python benchmarks/faces/fit_ends.py --write                       fit on the development seeds, write ends.json
+python benchmarks/faces/fit_ends.py --seeds 1001 1002 --rows F    only measure these and keep their sides in F
+python benchmarks/faces/fit_ends.py --read F G --write            fit on sides that were kept
+python benchmarks/faces/fit_ends.py --quick                       two scenes, nothing written
+
+A side is an end where it lies on the concrete's true end along most of it; hidden, cut or drawn across, it is none. A
+face is whole where all its sides are ends. Every feature is told with what it buys: what leaving it out costs in
+natural logarithms of likelihood, each scene judged by weights of the others (a little ridge keeps them finite).
+Reference: Cox 1958, the regression of binary sequences; Platt 1999, for a face's probability from its sides'.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
+
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.measure.outline.border import (
+    FEATURES,
+    BorderSide,
+    Reference,
+    border_sides,
+    plane_reference,
+    shown_by,
+)
+from asbuilt_bim.measure.outline.edges import pixel_plane
+from asbuilt_bim.measure.outline.ends import DATA, face_probability, odds_of_all, side_probabilities
+from asbuilt_bim.measure.planes.face_hypotheses import filled, pieces_of
+from asbuilt_bim.measure.round.column import fit_round_column, lateral_reference, outline_of_column, sides_of_column
+from asbuilt_bim.measure.station_faces import settled_faces
+from asbuilt_bim.measure.workbench import Workbench, workbench
+from asbuilt_bim.vision.scene.geometric import segment_scene
+from benchmarks.faces.border_truth import TrueFace, crowded_twin, true_faces
+from benchmarks.faces.twins import Read, TwinPair, read_twin
+from benchmarks.table import Line, options, quantiles, report, told
+
+SEEDS = tuple(range(1001, 1014))
+LEAST_SIDE_PX = 8.0
+RIDGE = 1.0  # of standardised features
+END_SHARE = 0.7  # of a side must lie on the true end
+MOST_FALSE = 0.01  # of the faces that are called whole
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Face:
+    """One measured face of a true body: its scene, its sides' features (N, K), and which are true ends (N,)."""
+
+    scene: str
+    features: FloatArray
+    ends: BoolArray
+
+
+def faces_of(twin: TwinPair, scene: str) -> list[Face]:
+    """Measure a pair and hold every side of its outlines against the truth."""
+    read = read_twin(twin)
+    bench = workbench(twin.pair, read.scene, read.marks, read.sky)
+    truth = true_faces(twin)
+    found = [
+        _face(bench, read, scene, truth, rings, sides, reference) for rings, sides, reference in _outlines(bench, read)
+    ]
+    return [face for face in found if face is not None]
+
+
+def _outlines(bench: Workbench, read: Read) -> list[tuple[Sequence[FloatArray], Sequence[BorderSide], Reference]]:
+    """Return the outline, the sides and the own disparity of every face that the program finds."""
+    instances = segment_scene(read.twin.pair, read.scene)
+    found: list[tuple[Sequence[FloatArray], Sequence[BorderSide], Reference]] = []
+    for settled in settled_faces(bench, instances)[0]:
+        plane = plane_reference(pixel_plane(settled.q_px, bench.pair.camera))
+        found.append((settled.outline.rings, border_sides(settled.outline), plane))
+    for instance in instances:
+        for piece in pieces_of(read.scene, instance):
+            circle = read.scene.pieces[piece].circle
+            fit = fit_round_column(bench, circle, read.scene.mask(piece) & instance.mask) if circle else None
+            if fit is not None:
+                ring = outline_of_column(bench, fit)
+                found.append(([ring], sides_of_column(ring, fit), lateral_reference(bench, fit.circle)))
+    return found
+
+
+def _face(
+    bench: Workbench, read: Read, scene: str, truth: dict[int, TrueFace], rings: Sequence[FloatArray],
+    sides: Sequence[BorderSide], reference: Reference,
+) -> Face | None:  # fmt: skip
+    """Return a face's sides with their truth; None where half of its outline is no one body's face."""
+    inside = filled(rings, read.twin.labels.shape)
+    counts = np.bincount(read.twin.labels[inside], minlength=256)
+    counts[0] = 0
+    best = int(np.argmax(counts))
+    kept = [side for side in sides if side.length_px >= LEAST_SIDE_PX]
+    if best - 1 not in truth or counts[best] < 0.5 * np.count_nonzero(inside) or not kept:
+        return None
+    true = truth[best - 1]
+    ends = [
+        float(side.steps_px @ true.at_end(side.points, side.sigma_px)) >= END_SHARE * side.length_px for side in kept
+    ]
+    features = np.array([shown_by(bench, side, reference).features for side in kept])
+    return Face(scene=scene, features=features, ends=np.array(ends))
+
+
+def regression(rows: FloatArray, answers: FloatArray, ridge: float = RIDGE) -> tuple[FloatArray, FloatArray]:
+    """Return the weights (K + 1,) of raw rows (N, K), the base last, that explain answers 0..1 best; covariance."""
+    middle, spread = rows.mean(axis=0), rows.std(axis=0) + 1e-6
+    design = np.column_stack([(rows - middle) / spread, np.ones(len(rows))])
+    weights, held = np.zeros(design.shape[1]), ridge * np.eye(design.shape[1])
+    held[-1, -1] = 1e-6
+    for _ in range(50):
+        chance = 1.0 / (1.0 + np.exp(-design @ weights))
+        bend = (design * (chance * (1.0 - chance))[:, None]).T @ design + held
+        step = np.linalg.solve(bend, design.T @ (answers - chance) - held @ weights)
+        weights += step
+        if np.abs(step).max() < 1e-8:
+            break
+    raw = np.diag(np.append(1.0 / spread, 1.0))
+    raw[-1, :-1] = -middle / spread
+    return raw @ weights, raw @ np.linalg.inv(bend) @ raw.T
+
+
+def left_out(faces: Sequence[Face], columns: Sequence[int]) -> list[FloatArray]:
+    """Return each face's sides' probabilities by weights that its own scene had no part in."""
+    rows = {
+        scene: regression(
+            np.concatenate([f.features[:, columns] for f in faces if f.scene != scene]),
+            np.concatenate([f.ends for f in faces if f.scene != scene]).astype(float),
+        )[0]
+        for scene in {f.scene for f in faces}
+    }
+    return [side_probabilities(f.features[:, columns], rows[f.scene]) for f in faces]
+
+
+def log_likelihood(faces: Sequence[Face], chances: Sequence[FloatArray]) -> float:
+    """Return the sum of the logarithms of what the sides' answers were given."""
+    given = np.concatenate([np.where(f.ends, p, 1.0 - p) for f, p in zip(faces, chances, strict=True)])
+    return float(np.sum(np.log(np.maximum(given, 1e-6))))
+
+
+def limit_of(chances: FloatArray, whole: BoolArray) -> float:
+    """Return the least probability, 0.5 or more, above which at most `MOST_FALSE` of the faces aren't whole."""
+    order = np.argsort(-chances)
+    false = np.cumsum(~whole[order]) / (1.0 + np.arange(len(order)))
+    good = np.flatnonzero((false <= MOST_FALSE) & (chances[order] >= 0.5))
+    return float(chances[order[good[-1]]]) if len(good) else 1.0
+
+
+def fitted(faces: Sequence[Face]) -> dict[str, object]:
+    """Return all that ends.json holds."""
+    every = list(range(len(FEATURES)))
+    rows, answers = np.concatenate([f.features for f in faces]), np.concatenate([f.ends for f in faces]).astype(float)
+    weights, covariance = regression(rows, answers)
+    chances = left_out(faces, every)
+    base = log_likelihood(faces, chances)
+    buys = {
+        name: base - log_likelihood(faces, left_out(faces, [c for c in every if c != k]))
+        for k, name in enumerate(FEATURES)
+    }
+    whole = np.array([bool(f.ends.all()) for f in faces])
+    sums = np.array([odds_of_all(p) for p in chances])
+    face, face_covariance = regression(sums[:, None], whole.astype(float), ridge=1e-3)
+    total = np.array([face_probability(p, face) for p in chances])
+    return {
+        "format": "asbuilt-bim/ends", "version": 1, "features": list(FEATURES),
+        "weights": _rounded(weights), "covariance": [_rounded(row) for row in covariance],
+        "buys": {name: round(value, 2) for name, value in buys.items()},
+        "face": _rounded(face), "face_covariance": [_rounded(row) for row in face_covariance],
+        "limit": round(limit_of(total, whole), 4), "least_side_px": LEAST_SIDE_PX,
+        "fitted_on": {
+            "scenes": sorted({f.scene for f in faces}), "faces": len(faces), "whole": int(whole.sum()),
+            "sides": len(answers), "ends": int(answers.sum()), "log_likelihood": round(base, 2),
+        },
+    }  # fmt: skip
+
+
+def _rounded(values: FloatArray) -> list[float]:
+    return [float(f"{value:.6g}") for value in values]
+
+
+def lines_of(document: dict[str, object], faces: Sequence[Face]) -> list[Line]:
+    """Tell what was fitted and what it is worth."""
+    chances = left_out(faces, range(len(FEATURES)))
+    face = np.array(document["face"])
+    total = np.array([face_probability(p, face) for p in chances])
+    whole = np.array([bool(f.ends.all()) for f in faces])
+    called = total >= float(str(document["limit"]))
+    n = len(faces)
+    lines = [told(f"{name}: buys", f"{value:+.2f}", n) for name, value in dict(document["buys"]).items()]  # type: ignore[call-overload]
+    lines += [
+        told("faces that are whole", f"{whole.sum()}", n),
+        told("  called whole, of scenes left out", f"{(called & whole).sum()}", int(whole.sum())),
+        told("  called whole, and not", f"{(called & ~whole).sum()}", int(called.sum())),
+    ]
+    for low, high in ((0.0, 0.05), (0.05, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 0.95), (0.95, 1.01)):
+        some = (total >= low) & (total < high)
+        if some.any():
+            lines.append(told(f"  P {low:.2f} to {min(high, 1.0):.2f}: mean P, and whole",
+                              f"{total[some].mean():.2f}, {whole[some].mean():.2f}", int(some.sum())))  # fmt: skip
+    return lines
+
+
+def kept(faces: Sequence[Face]) -> dict[str, object]:
+    """Return faces as a document, to be read back by `read_back`."""
+    return {
+        "features": list(FEATURES),
+        "faces": [{"scene": f.scene, "sides": f.features.tolist(), "ends": f.ends.tolist()} for f in faces],
+    }
+
+
+def read_back(paths: Sequence[Path]) -> list[Face]:
+    """Return the faces that were kept in files."""
+    found: list[Face] = []
+    for path in paths:
+        held = json.loads(path.read_text(encoding="utf-8"))
+        columns = [held["features"].index(name) for name in FEATURES]
+        found += [
+            Face(scene=one["scene"], features=np.array(one["sides"])[:, columns], ends=np.array(one["ends"]))
+            for one in held["faces"]
+        ]
+    return found
+
+
+def main() -> int:
+    """Measure the scenes, fit and tell; write the model where asked to."""
+    parser = options(__doc__ or "")
+    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
+    parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the development ones")
+    parser.add_argument("--read", type=Path, nargs="*", help="fit on what --rows kept, measure nothing")
+    args = parser.parse_args()
+    faces = read_back(args.read or ())
+    if not args.read:
+        for seed in SEEDS[:2] if args.quick else args.seeds or SEEDS:
+            faces += faces_of(crowded_twin(seed), f"twin {seed}")
+            print(f"scene {seed}: {len(faces)} faces so far", file=sys.stderr, flush=True)
+    document = fitted(faces)
+    if args.write and not args.quick:
+        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
+        DATA.write_text("{\n" + text + "\n}\n", encoding="utf-8")
+    summary: dict[str, object] = {"sides_a_face": quantiles(len(f.ends) for f in faces)}
+    return report("Where a face ends, fitted", lines_of(document, faces), args, summary, kept(faces))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""A project file drafted from a folder."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from datetime import date
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from asbuilt_bim.cli import app
+from asbuilt_bim.project.found import find_files
+from asbuilt_bim.project.initial import initial_text, missing
+from asbuilt_bim.project.read import read_project
+from asbuilt_bim.storage.schemas import schema
+
+SAMPLE = Path(__file__).parents[2] / "sample_models" / "site"
+
+
+def made(folder: Path, *files: str, text: str = "") -> Path:
+    for file in files:
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_text(text)
+    return folder
+
+
+def test_the_samples_folder_gives_the_samples_project_once_three_lengths_are_filled_in(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    shutil.copytree(SAMPLE, site)
+    (site / "project.yaml").unlink()
+    found = find_files(site)
+    text = initial_text("Block H", found)
+    board = "kind: charuco, columns: 7, rows: 9, square_m: 0.034, marker_m: 0.026"
+    assert board in text
+    filled = text.replace(board, "kind: charuco, columns: 9, rows: 7, square_m: 0.08, marker_m: 0.06")
+    for line in ("rig:", "  boards:", "           left", "target:", "markers:"):
+        filled = filled.replace(f"# {line}", line).replace(f"#{line}", line)
+    (site / "project.yaml").write_text(filled)
+    ours, theirs = read_project(site / "project.yaml"), read_project(SAMPLE / "project.yaml")
+    assert [(v.date, sorted(s.name for s in v.stations)) for v in ours.visits] == [
+        (v.date, sorted(s.name for s in v.stations)) for v in theirs.visits
+    ]
+    assert ours.rig.boards == theirs.rig.boards
+    assert ours.ifc[0].name == theirs.ifc[0].name and ours.survey.name == theirs.survey.name
+    assert len(missing(found)) == 3  # the board, the disc and the markers: only a tape tells them
+
+
+@pytest.mark.parametrize(
+    ("names", "left", "right"),
+    [
+        (("A1_left.jpg", "A1_right.jpg", "A2_left.jpg", "A2_right.jpg"), "*_left.jpg", "*_right.jpg"),
+        (("left_1.png", "right_1.png", "left_2.png", "right_2.png"), "left_*.png", "right_*.png"),
+        (("G1-Left.JPG", "G1-Right.JPG"), "*-Left.JPG", "*-Right.JPG"),
+        (("01_L.jpg", "01_R.jpg"), "*_L.jpg", "*_R.jpg"),
+        (("cam0_5.png", "cam1_5.png"), "cam0_*.png", "cam1_*.png"),
+    ],
+)
+def test_pairs_are_known_by_how_people_name_two_cameras(
+    tmp_path: Path, names: tuple[str, ...], left: str, right: str
+) -> None:
+    (photos,) = find_files(made(tmp_path, *(f"2026-03-02/{name}" for name in names))).visits
+    assert (photos.left, photos.right) == (f"2026-03-02/{left}", f"2026-03-02/{right}")
+    assert photos.pairs == len(names) // 2 and photos.day == date(2026, 3, 2)
+
+
+def test_photos_whose_camera_nobody_can_tell_are_counted_and_named(tmp_path: Path) -> None:
+    found = find_files(made(tmp_path, "v/IMG_1.jpg", "v/IMG_2.jpg"))
+    assert found.visits == () and found.photos_alone == 2
+    assert any("2 photos are in no pair" in what for what in missing(found))
+
+
+def test_boards_are_no_visit_and_results_are_no_photos(tmp_path: Path) -> None:
+    made(tmp_path, "calibration/left_1.jpg", "calibration/right_1.jpg", "design.ifc", "out/design.asbuilt.ifc")
+    made(tmp_path, "out/current.json", "out/pictures/a_left.jpg", "out/pictures/a_right.jpg")
+    found = find_files(tmp_path)
+    assert [photos.left for photos in found.boards] == ["calibration/left_*.jpg"]
+    assert found.visits == () and found.designs == ("design.ifc",)
+
+
+def test_a_rig_file_and_a_survey_are_known_by_what_stands_in_them(tmp_path: Path) -> None:
+    made(tmp_path, "rigs/mine.yaml", text="format: asbuilt-bim/rig\nversion: 1\n")
+    made(tmp_path, "other.yaml", "notes.csv", text="a,b\n")
+    made(tmp_path, "tags.csv", text="\ufeffid,corner,x_m,y_m,z_m\n")
+    made(tmp_path, "SN21531.conf", text="[LEFT_CAM_2K]\n")
+    found = find_files(tmp_path)
+    assert found.rigs == ("SN21531.conf", "rigs/mine.yaml") and found.surveys == ("tags.csv",)
+
+
+def test_a_draft_of_hostile_names_is_still_the_yaml_that_was_meant(tmp_path: Path) -> None:
+    name = 'a": [x], "b\\ #{é}'
+    made(tmp_path, f"{name}.ifc".replace("\\", "_"))
+    found = find_files(tmp_path)
+    document = yaml.safe_load(initial_text('Site: "7" # {x}', found))
+    assert document["ifc"] == found.designs[0] and document["name"] == 'Site: "7" # {x}'
+
+
+def test_the_command_writes_once_with_a_schema_beside_it_that_needs_no_network(tmp_path: Path) -> None:
+    made(tmp_path, "design.ifc")
+    done = CliRunner().invoke(app, ["init", str(tmp_path)])
+    assert done.exit_code == 0 and "Still missing:" in done.output and "no survey" in done.output
+    text = (tmp_path / "project.yaml").read_text()
+    beside = text.splitlines()[0].split("$schema=")[1]
+    assert json.loads((tmp_path / beside).read_text()) == schema("project-1")
+    again = CliRunner().invoke(app, ["init", str(tmp_path)])
+    assert again.exit_code == 1 and "is there already" in again.output
+    assert (tmp_path / "project.yaml").read_text() == text
+    assert CliRunner().invoke(app, ["init", str(tmp_path / "nowhere")]).exit_code == 1
+
+
+def test_what_is_left_to_fill_in_is_named_by_run_with_its_line(tmp_path: Path) -> None:
+    made(tmp_path, "design.ifc")
+    CliRunner().invoke(app, ["init", str(tmp_path)])
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "project.yaml"), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 1 and "rig: is missing" in done.output and "markers: is missing" in done.output
