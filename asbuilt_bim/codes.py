@@ -288,6 +288,7 @@ class Reason(StrEnum):
 
     # On the rig and its calibration.
     RIG_USED_REFINED = "rig used refined"
+    RIG_ROWS_APART = "rig with rows apart"
     AREAS_WIDENED = "areas widened"  # their sigma, by what known lengths say of the scale
     RIG_KNOCKED_BETWEEN = "rig knocked between stations"
     CALIBRATION_COVERAGE = "boards cover little"

@@ -71,6 +71,8 @@ CASES = (
     Case(script="target/target.py"),
     Case(script="target/odds.py"),
     Case(script="rigs/knocked.py"),
+    Case(script="rigs/boards.py", quick="--quick", slow="--check"),
+    Case(script="rigs/zed.py", quick="--quick", slow="--check", data="stereo/zed_corridor"),
     Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
     Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),

@@ -9,7 +9,12 @@ from asbuilt_bim.geometry.arrays import FloatArray
 LensModel = Literal["five", "rational", "fisheye"]
 """five: k1 k2 p1 p2 k3. rational: k1 k2 p1 p2 k3 k4 k5 k6. fisheye: k1 k2 k3 k4 of the angle (equidistant)."""
 LENS_MODELS: tuple[LensModel, ...] = get_args(LensModel)
-COEFFICIENTS: dict[LensModel, int] = {"five": 5, "rational": 8, "fisheye": 4}
+COEFFICIENT_NAMES: dict[LensModel, tuple[str, ...]] = {
+    "five": ("k1", "k2", "p1", "p2", "k3"),
+    "rational": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+    "fisheye": ("k1", "k2", "k3", "k4"),
+}
+COEFFICIENTS: dict[LensModel, int] = {model: len(names) for model, names in COEFFICIENT_NAMES.items()}
 _MODEL_OF = {count: model for model, count in COEFFICIENTS.items()}
 
 WIDEST_RAD = np.deg2rad(88.0)

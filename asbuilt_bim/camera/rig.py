@@ -24,7 +24,7 @@ PARAMETERS = (
     "ty",
     "tz",
 )
-"""The rows of `StereoRig.covariance`: pixels, rotation vector (rad) and translation (m) of right_from_left."""
+"""The first rows of `StereoRig.covariance`: pixels, rotation vector (rad) and translation (m) of right_from_left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +59,9 @@ them changed areas at 5 m by 20 to 36 %, which a board and a laser contradict.
 class StereoRig:
     """Two cameras and where the right one stands: `right_from_left` (4, 4) in metres.
 
-    `covariance` (14, 14) belongs to `PARAMETERS`, the lenses' part folded in (`calibrate`); all zeros means "not known"
-    (a rig file of another tool): then `width` says what it is trusted to.
+    `covariance` (P, P) belongs to `PARAMETERS` and, after them, to the coefficients of the left and of the right lens.
+    That of an older rig file ends with `PARAMETERS` (14, 14). All zeros means "not known" (a rig file of another tool):
+    then `width` says what it is trusted to.
     `rms_px` is the calibration's stereo reprojection error, 0 where it isn't known.
     `camera_model`, `camera_serial`, `focal_length_mm` come from the boards' EXIF, "" / 0 where there is none:
     a photo that says otherwise is of another camera, or was zoomed.
@@ -83,6 +84,11 @@ class StereoRig:
     def baseline_m(self) -> float:
         """Return the distance between the two camera centres in metres."""
         return float(np.linalg.norm(self.right_from_left[:3, 3]))
+
+    @property
+    def knows_lenses(self) -> bool:
+        """Say whether the covariance goes on to the lenses' coefficients."""
+        return len(self.covariance) > len(PARAMETERS)
 
 
 def rig_of_unknown_sigma(left: Intrinsics, right: Intrinsics, right_from_left: FloatArray) -> StereoRig:

@@ -15,8 +15,15 @@ def triangulate(
 
     NaN where a lens shows nothing there, or the rays run side by side.
     """
-    from_left = left.rays(left_px)
-    from_right = right.rays(right_px) @ right_from_left[:3, :3]
+    return midpoints(left.rays(left_px), right.rays(right_px), right_from_left)
+
+
+def midpoints(left_rays: FloatArray, right_rays: FloatArray, right_from_left: FloatArray) -> FloatArray:
+    """Return the points (N, 3) in the left frame half-way between rays (N, 3) of either camera, in its own frame.
+
+    NaN where a ray is, or where the two run side by side.
+    """
+    from_left, from_right = left_rays, right_rays @ right_from_left[:3, :3]
     centre = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
     # Shortest distance of two lines: normal equations of a from_left - b from_right = centre.
     aa, bb = np.sum(from_left * from_left, axis=1), np.sum(from_right * from_right, axis=1)

@@ -17,7 +17,14 @@ from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection
-from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge_visit, refined_rig
+from asbuilt_bim.vision.stereo.rig_health import (
+    SIGNIFICANT,
+    RigVerdict,
+    StationHealth,
+    judge_visit,
+    levelled,
+    refined_rig,
+)
 from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_doubt, rig_rejection
 
 Outcome = StationMeasurement | RejectedStation
@@ -27,6 +34,8 @@ SIGNS_OF_KNOCK = frozenset(
     {Reason.RIG_KNOCKED, Reason.TARGET_ROWS_APART, Reason.PHOTOS_ROWS_APART, Reason.PHOTOS_BEHIND_RIG}
 )
 """What one station alone shows of a knock: its visit's verdict says it better."""
+ROWS_MENDED_PX = 0.3
+"""From here on rows are mended where asked: three times what matches of one photo pair scatter by."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,16 +61,17 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
     records: list[RigRecord] = []
     notes: list[Note] = []
     for verdict, names in _stretches([outcome.station for outcome in outcomes], verdicts):
-        if again is not None and verdict.state in ("doubtful", "knocked"):
-            better = refined_rig(rig, verdict, _camera(healths, verdict))
+        if again is not None and (mended := _mended(verdict, _camera(healths, verdict))) is not None:
+            better = refined_rig(rig, mended, _camera(healths, verdict))
             found.update(again(names, better))
             left, state, doubts = _still_knocked([found[name] for name in names], better)
             found.update(left)
             warnings += doubts
             records.append(_record(verdict, refined=state == "refined"))
-            notes.append(_refined(names, verdict))
+            notes.append(_refined(names, mended))
             continue
         records.append(_record(verdict, refined=False))
+        notes += _rows_told(verdict)
         if verdict.state == "knocked":
             found.update({name: _refused(found[name], verdict) for name in names})
         doubt = rig_doubt(verdict, names)
@@ -71,6 +81,28 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
         outcomes=tuple(found[outcome.station] for outcome in outcomes),
         warnings=tuple(warnings), records=tuple(records), notes=tuple(notes),
     )  # fmt: skip
+
+
+def _mended(verdict: RigVerdict, camera: RectifiedCamera) -> RigVerdict | None:
+    """Return what --refine-rig mends; None where nothing is to be mended.
+
+    Pitch and roll from a third of a pixel of rows on. The rest only where areas show it against its sigma.
+    """
+    if verdict.state in ("doubtful", "knocked") and abs(verdict.area_effect) > SIGNIFICANT * verdict.area_sigma:
+        return verdict
+    return levelled(verdict, camera) if _rows_px(verdict) > ROWS_MENDED_PX else None
+
+
+def _rows_px(verdict: RigVerdict) -> float:
+    return max(verdict.rows_px if verdict.state in ("doubtful", "knocked") else 0.0, *verdict.station_rows_px)
+
+
+def _rows_told(verdict: RigVerdict) -> list[Note]:
+    """Say of each pair how far apart its rows lie, where one's lie further than --refine-rig would leave."""
+    if max(verdict.station_rows_px) <= ROWS_MENDED_PX:
+        return []
+    rows_px, stations = verdict.station_rows_px, verdict.stations
+    return [noted(Reason.RIG_ROWS_APART, about(SubjectKind.RIG), stations=stations, pair_rows_px=rows_px)]
 
 
 def watch_scale(
@@ -188,6 +220,7 @@ def _record(verdict: RigVerdict, *, refined: bool) -> RigRecord:
         area_effect=verdict.area_effect,
         area_effect_sigma=verdict.area_sigma,
         rows_px=verdict.rows_px,
+        station_rows_px=verdict.station_rows_px,
         matches=verdict.matches,
     )
 

@@ -82,6 +82,8 @@ def project_board(boards: BoardsFile) -> Board:
         square_m=boards.square_m,
         marker_m=boards.marker_m or 0.0,
         dictionary=boards.dictionary or "",
+        flatness_m=boards.flatness_m,
+        print_share=boards.print_share,
     )
 
 

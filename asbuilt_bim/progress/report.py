@@ -262,6 +262,7 @@ class RigRecord:
     area_effect_sigma: float
     rows_px: float
     matches: int
+    station_rows_px: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

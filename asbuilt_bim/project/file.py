@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import Annotated, Literal
 
+from asbuilt_bim.camera.calibration.boards import FLATNESS_M, PRINT_SHARE
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.storage.structure import Within
 from asbuilt_bim.vision.markers.find import Family
@@ -29,6 +30,8 @@ class BoardsFile:
     marker_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
     dictionary: str | None = None
     distortion: Literal["five", "rational", "fisheye"] = "five"  # the model of lens that is fitted
+    flatness_m: Annotated[float, Within(low=0.0, high=0.02, unit="m", hint=_MM)] = FLATNESS_M
+    print_share: Annotated[float, Within(low=0.0, high=0.02)] = PRINT_SHARE
 
     def __post_init__(self) -> None:
         """Check what only two keys together can say.

@@ -12,7 +12,7 @@ from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.codes import Note, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.read import Visit
-from asbuilt_bim.report.page.calibration import verdict
+from asbuilt_bim.report.page.calibration import area_words, verdict
 from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
 from asbuilt_bim.report.wording.completion import (
     AT_LEAST,
@@ -103,11 +103,11 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
         f"Rig: baseline {rig.baseline_m * 1000:.2f} mm, focal length {rig.left.K[0, 0]:.1f} px (left) and "
         f"{rig.right.K[0, 0]:.1f} px (right), {seen}, {rig.rms_px:.2f} px rms"
     ]
-    checks, effect = calibration.checks, area_effect(rig)
+    checks, effect = calibration.checks, area_effect(rig, calibration.by_source)
     if effect is not None:
         lines.append(
             f"  known to ±{checks.baseline_sigma_m * 1000:.2f} mm and ±{checks.focal_sigma_px:.2f} px. "
-            f"Calibration adds ±{100 * effect.sigma:.2f} % to an area at 5 m (one sigma)"
+            f"{area_words(effect)} (one sigma)"
         )
     reasons: Sequence[str] = [note_words(warning) for warning in checks.warnings]
     if known_lengths is not None:

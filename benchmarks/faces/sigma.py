@@ -23,7 +23,7 @@ from asbuilt_synthetic.model import CameraTruth, RigTruth
 from asbuilt_synthetic.rig import rig_truth
 
 from asbuilt_bim.camera.calibration.adjust import adjust
-from asbuilt_bim.camera.calibration.calibrate import pinhole_covariance
+from asbuilt_bim.camera.calibration.board_sigma import rig_covariance
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import rectification
@@ -63,7 +63,7 @@ def virtual_calibration(rig: StereoRig, seed: int) -> StereoRig:
     size = (rig.left.width_px, rig.left.height_px)
     return replace(
         rig, left=camera_of(done.shared, 0, size), right=camera_of(done.shared, 1, size),
-        right_from_left=right_from_left_of(done.shared), covariance=pinhole_covariance(done, size),
+        right_from_left=right_from_left_of(done.shared), covariance=rig_covariance(done),
     )  # fmt: skip
 
 

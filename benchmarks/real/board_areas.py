@@ -9,18 +9,24 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
+from asbuilt_bim.camera.calibration.calibrate import Calibration
+from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import seen_points
+from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q, plane_of
 from asbuilt_bim.geometry.plane import frame_on_plane
 from asbuilt_bim.geometry.polygon import contains, polygon, ring_area
 from asbuilt_bim.geometry.transform import apply, rotation_from_vector
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
+from asbuilt_bim.measure.sigma.area import polygon_area
 from asbuilt_bim.vision.stereo.matching import grey
 
 CORNER_SIGMA_PX = 0.1
+_DRAWS = 40
 
 
 @lru_cache(maxsize=64)  # a board is looked for once, however often it is measured
@@ -81,6 +87,38 @@ def area_errors(
     pixel_q = _pixel_plane(rectify(prepared, images[0], images[1], pair[0].name), prepared, ring, corner_q)
     true_m2 = (board.inner[0] - 1) * (board.inner[1] - 1) * board.square_m**2
     return _area(corner_q, ring, prepared) / true_m2 - 1.0, _area(pixel_q, ring, prepared) / true_m2 - 1.0
+
+
+def area_sigma(pair: tuple[Photo, Photo], board: Board, made: Calibration) -> float | None:
+    """Return the relative sigma of what `area_errors` measures from corners: by the rig, and by the corners themselves.
+
+    The rig's share is that of the outline's rays; the corners' is drawn, which err as those of the rig's own boards.
+    """
+    rig = made.rig
+    pixels = corners(pair, board)
+    if pixels is None:
+        return None
+    prepared = rectification(rig)
+    true_m2 = (board.inner[0] - 1) * (board.inner[1] - 1) * board.square_m**2
+    rays = [camera.rays(seen[_border(board)]) for camera, seen in zip((rig.left, rig.right), pixels, strict=True)]
+    seen = seen_points(rig, rays[0][:, :2], rays[1][:, :2])
+    steps = np.sqrt(np.maximum(np.diag(rig.covariance), 1e-20))
+    moved = [
+        (polygon_area(midpoints(*seen.rays(change))) - polygon_area(midpoints(*seen.rays(-change)))) / (2.0 * step)
+        for change, step in zip(np.diag(steps), steps, strict=True)
+    ]
+    by_rig = np.array(moved) / true_m2
+    assert made.corner_errors is not None  # calibrated from boards
+    points = board.points_m
+    view = BoardView(name="", left_points_m=points, left_px=pixels[0], right_points_m=points, right_px=pixels[1])
+    errors = made.corner_errors.typical.covariance(0, view)
+    rng, drawn = np.random.default_rng(len(pixels[0])), []
+    for error in rng.multivariate_normal(np.zeros(len(errors)), errors, _DRAWS):
+        noisy = [one + off.reshape(-1, 2) for one, off in zip(pixels, np.split(error, 2), strict=True)]
+        left, right = (_rectified(rig, prepared, noisy[side], side) for side in (0, 1))
+        q, _ = fit_q(_rays(prepared, left), left[:, 0] - right[:, 0], np.full(len(left), CORNER_SIGMA_PX))
+        drawn.append(_area(q, left[_border(board)], prepared) / true_m2)
+    return float(np.hypot(np.sqrt(by_rig @ rig.covariance @ by_rig), np.std(drawn)))
 
 
 def _pixel_plane(both: RectifiedPair, prepared: Rectification, ring: FloatArray, start: FloatArray) -> FloatArray:

@@ -22,11 +22,10 @@ from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.calibrate import calibrate_stereo
 from asbuilt_bim.camera.calibration.check_length import check_board, refuse_wrong_scale
 from asbuilt_bim.camera.photo.read import Photo, read_photo
-from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.errors import AsBuiltError
-from benchmarks.real.board_areas import errors_by
+from benchmarks.real.board_areas import area_sigma, errors_by
 from benchmarks.real.laser_truth import laser_lines
 from benchmarks.real.published_rig import published_lines
 from benchmarks.sites import DATA, absent
@@ -39,6 +38,7 @@ CHESS = {
     "euroc": Board(kind="chessboard", columns=7, rows=6, square_m=0.06),
 }
 HALVES_LIMIT = 0.008
+SIGMAS, WITHIN = 2.0, 0.90
 FEWEST_HALF = 10
 """Boards of one half of a real rig: there are 29 and 30 pairs, and no more to be had."""
 Pairs = list[tuple[Photo, Photo]]
@@ -54,26 +54,32 @@ def halves_lines(name: str, pairs: Pairs) -> list[Line]:
     """Calibrate on each half of a rig's pairs and measure the boards of the other half."""
     if not pairs:
         return [told(f"{name}: absent, not judged", "", 0)]
-    board, medians, everything = CHESS[name], [], []
+    board, medians, everything, pulls = CHESS[name], [], [], []
     for start in (0, 1):
-        rig = rig_of(pairs[start::2], board)
-        errors = errors_by(rig, pairs[1 - start :: 2], board)
+        made = calibrate_stereo(pairs[start::2], board)
+        errors = errors_by(made.rig, pairs[1 - start :: 2], board)
         medians.append(np.nanmedian(np.abs(errors), axis=0))
         everything.append(errors)
+        sigmas = [sigma for pair in pairs[1 - start :: 2] if (sigma := area_sigma(pair, board, made)) is not None]
+        pulls.append(np.abs(errors[:, 0]) / np.array(sigmas))
     all_errors = np.concatenate(everything)
     mean, n = np.mean(medians, axis=0), len(all_errors)
+    within = float(np.mean(np.concatenate(pulls) <= SIGMAS))
     what = f"{name}: board's area by the other half's rig, mean of the two medians"
     return [
         line(what, f"{mean[0]:.2%}", f"<= {HALVES_LIMIT:.1%}", n, mean[0] <= HALVES_LIMIT, least_n=2 * FEWEST_HALF),
+        line(
+            "  within two sigma of the other half's rig and the corners",
+            f"{within:.0%}",
+            f">= {WITHIN:.0%}",
+            n,
+            within >= WITHIN,
+            least_n=2 * FEWEST_HALF,
+        ),
         told("  plane from the pixels of both photos instead", f"{mean[1]:.2%}", n),
         told("  signed median, corners / pixels", " / ".join(f"{m:+.2%}" for m in np.nanmedian(all_errors, axis=0)), n),
         told("  worst, corners / pixels", " / ".join(f"{m:.2%}" for m in np.nanmax(np.abs(all_errors), axis=0)), n),
     ]
-
-
-def rig_of(pairs: Pairs, board: Board) -> StereoRig:
-    """Calibrate and return the rig alone."""
-    return calibrate_stereo(pairs, board).rig
 
 
 def refusal_lines(swapped: Pairs, pairs: Pairs) -> list[Line]:

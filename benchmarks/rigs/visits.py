@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from asbuilt_bim.camera.calibration.adjust import adjust
+from asbuilt_bim.camera.calibration.board_sigma import rig_covariance
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import rectification
@@ -58,7 +59,7 @@ def calibrated(true: StereoRig, rng: np.random.Generator) -> StereoRig:
     return StereoRig(
         left=camera_of(made.shared, 0, SIZE), right=camera_of(made.shared, 1, SIZE),
         right_from_left=right_from_left_of(made.shared),
-        covariance=made.rig_covariance, rms_px=made.rms_px, views_used=BOARDS,
+        covariance=rig_covariance(made), rms_px=made.rms_px, views_used=BOARDS,
     )  # fmt: skip
 
 

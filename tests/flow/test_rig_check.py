@@ -88,6 +88,34 @@ def test_a_refined_rig_that_its_photos_leave_open_is_measured_with_a_warning() -
     )
 
 
+def test_rows_apart_are_told_by_pair_and_mended_by_pitch_and_roll_alone_where_asked() -> None:
+    """A pitch of 0.03 degrees: 0.55 px of rows, and nothing of an area. The yaw stays the calibration's."""
+    true = turned(calibrated(), (0.03, 0.0, 0.0))
+    given: list[Outcome] = [
+        RejectedStation(station=f"S{seed}", rejections=(), health=health(f"S{seed}", true, calibrated(), seed))
+        for seed in range(3)
+    ]
+    (note,) = watch_rig(given, calibrated()).notes
+    assert note.code is Reason.RIG_ROWS_APART and "S0 0.5" in note_words(note) and "--refine-rig" in note_words(note)
+    asked: list[StereoRig] = []
+
+    def again(names: Sequence[str], rig: StereoRig) -> Mapping[str, Outcome]:
+        asked.append(rig)
+        return {
+            name: RejectedStation(station=name, rejections=(), health=health(name, true, rig, seed))
+            for seed, name in enumerate(names)
+        }
+
+    watched = watch_rig(given, calibrated(), again)
+    (rig,) = asked
+    turn = rig.right_from_left[:3, :3] @ calibrated().right_from_left[:3, :3].T
+    assert np.rad2deg(turn[2, 1]) == pytest.approx(0.03, abs=0.003)
+    assert abs(np.rad2deg(turn[0, 2])) < 0.0015, "a yaw is not mended by rows"
+    assert watched.records[0].refined and max(watched.records[0].station_rows_px) == pytest.approx(0.55, abs=0.1)
+    mended = [found.fit.rows_px for outcome in watched.outcomes if (found := outcome.health) is not None]
+    assert max(mended) < 0.1
+
+
 @pytest.mark.parametrize("code", sorted(SIGNS_OF_KNOCK))
 def test_what_one_station_shows_of_a_knock_gives_way_to_its_visits_verdict(code: Reason) -> None:
     knocked = watch_rig(outcomes([0.2, 0.2]), calibrated()).outcomes[0].rejections[0]

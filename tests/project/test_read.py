@@ -107,6 +107,11 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
             {"rig__boards__square_m": 80},
             "rig.boards.square_m: expected 0.002 to 1 m, got 80 m; a length in millimetres?",
         ),
+        (
+            {"rig__boards__flatness_m": 0.2},
+            "rig.boards.flatness_m: expected 0 to 0.02 m, got 0.2 m; a length in millimetres?",
+        ),
+        ({"rig__boards__print_share": 0.1}, "rig.boards.print_share: expected 0 to 0.02, got 0.1"),
         ({"rig__boards__left": "calibration/none_*.jpg"}, "rig.boards.left: 'calibration/none_*.jpg': no file fits it"),
         (
             {"rig__boards__left": "calibration/left_[1-4].jpg"},

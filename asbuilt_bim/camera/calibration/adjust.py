@@ -15,8 +15,8 @@ _ENOUGH = 1e-10  # relative gain of a step
 class Adjustment:
     """The adjusted rig: `shared` parameters (S,) as `parameters` lays them out, and the boards' `poses` (V, 6).
 
-    `covariance` (S, S) of the shared parameters with the boards' poses marginalised; `residuals` one (2 (N + M),) a
-    view, in pixels, left first.
+    `covariance` (S, S) of the shared parameters, poses marginalised, as if all corners erred each by itself (of boards
+    `board_sigma` knows better); `residuals` one (2 (N + M),) a view, in pixels, left first.
     """
 
     shared: FloatArray
@@ -28,12 +28,6 @@ class Adjustment:
     def rms_px(self) -> float:
         """Return the root mean square of the distance between seen and computed corners."""
         return rms_px(np.concatenate(self.residuals))
-
-    @property
-    def rig_covariance(self) -> FloatArray:
-        """Return the covariance (14, 14) of `rig.PARAMETERS`."""
-        rows = layout_of(self.shared).rig_rows
-        return frozen(self.covariance[np.ix_(rows, rows)])
 
 
 def rms_px(residual: FloatArray) -> float:

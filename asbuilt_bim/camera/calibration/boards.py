@@ -18,6 +18,8 @@ _CHARUCO_WINDOW = 0.15  # clear of the markers in the white squares
 _LARGEST_WINDOW = 13
 _LIGHT = ((np.arange(256) / 255.0) ** 2.2).astype(np.float32)
 _MOST_SQUARES = 60
+FLATNESS_M, PRINT_SHARE = 2e-4, 1e-3
+"""What a board on glass or composite keeps to, and a laser printer's squares against a steel rule."""
 _FEWEST_CORNERS = 8
 """A view with fewer tells less than the six numbers of its own pose take up, twice over."""
 
@@ -27,7 +29,9 @@ class Board:
     """A calibration board. Chessboard: `columns` x `rows` INNER corners; ChArUco: squares.
 
     `square_m` is a square's side in metres, the one length that the whole rig's scale hangs on; `marker_m` and
-    `dictionary` (an OpenCV name such as DICT_5X5_100) are for ChArUco only.
+    `dictionary` (an OpenCV name such as DICT_5X5_100) are for ChArUco only. `flatness_m` is the sigma of how far the
+    board bends out of its plane, its edge against its middle. `print_share` is that of the print's scale, and of one
+    side's against the other's.
     """
 
     kind: BoardKind
@@ -36,6 +40,8 @@ class Board:
     square_m: float
     marker_m: float = 0.0
     dictionary: str = "DICT_5X5_100"
+    flatness_m: float = FLATNESS_M
+    print_share: float = PRINT_SHARE
 
     def __post_init__(self) -> None:
         if self.kind not in ("chessboard", "charuco"):

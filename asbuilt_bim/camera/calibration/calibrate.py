@@ -1,16 +1,19 @@
 """Calibration: pairs of photos of a board in, a stereo rig with its covariance out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust, rms_px
+from asbuilt_bim.camera.calibration.board_sigma import board_sigma
 from asbuilt_bim.camera.calibration.board_views import Progress, read_views, require_enough
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.checks import Checks, check_calibration, corner_fits, refuse_impossible
+from asbuilt_bim.camera.calibration.corner_errors import CornerErrors
 from asbuilt_bim.camera.calibration.lens_check import CornerFit
-from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, layout_of, pack, right_from_left_of
+from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
+from asbuilt_bim.camera.calibration.photo_advice import PhotoAdvice, photo_advice
 from asbuilt_bim.camera.calibration.zhang import (
     bad_view_limit_px,
     bad_views,
@@ -19,8 +22,7 @@ from asbuilt_bim.camera.calibration.zhang import (
     misfit,
     pose_vectors,
 )
-from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.lens import LensModel, bend, straighten
+from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo.read import Photo, PhotoExif
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import rig_problems
@@ -29,9 +31,6 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.transform import rigid
 
 _BAD_CORNER, _BAD_CORNER_FLOOR_PX = 5.0, 0.2  # in sigmas of all corners: of 3000 honest ones none lies there
-_GRID = (13, 11)
-_INNER = 0.6  # of the frame: where faces that are seen whole lie; the rim is the lens's, and boards seldom pin it down
-_STEP = 1e-5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +56,9 @@ class Calibration:
     corners_left: CornerFit
     corners_right: CornerFit
     from_control_points: bool = False  # in the place of boards: one view, whose corners are the points
+    by_source: FloatArray | None = None  # (4, P, P): the rig's covariance by `board_sigma.SOURCES`
+    advice: tuple[PhotoAdvice, ...] = ()
+    corner_errors: CornerErrors | None = None
 
 
 def calibrate_stereo(
@@ -74,6 +76,24 @@ def calibrate_stereo(
     Reference: Zhang 2000, A flexible new technique for camera calibration; Perez & Tah 2023, section 3.2.
     """
     views, size, left_out = read_views(pairs, board, progress)
+    made = calibrate_views(views, size, board, lens, left_out)
+    used = {view.name for view in made.views}
+    left, right = next((a.exif, b.exif) for a, b in pairs if f"{a.name} + {b.name}" in used)
+    return replace(made, rig=_named(made.rig, left, right))
+
+
+def calibrate_views(
+    views: list[BoardView],
+    size: tuple[int, int],
+    board: Board,
+    lens: LensModel = "five",
+    already_out: Sequence[Rejection] = (),
+) -> Calibration:
+    """Calibrate from corners that were found in photos of `size` (width, height); the rig's cameras have no names.
+
+    Raises: CalibrationError, as `calibrate_stereo`.
+    """
+    left_out = list(already_out)
     require_enough(views, left_out)
     views, left, right, poses = first_estimate(views, size, lens, left_out)
     shared = pack(left, right, median_relative(poses))
@@ -81,25 +101,28 @@ def calibrate_stereo(
     try:
         adjusted = adjust(shared, pose_vectors(poses), views)
         views, adjusted = _without_bad(views, adjusted, left_out)
+        sigma = board_sigma(adjusted, views, board)
     except np.linalg.LinAlgError as error:
         raise CalibrationError(
             f"calibration: {len(views)} pairs of boards leave the rig undetermined ({error}); tilt the board every way"
         ) from error
-    right_from_left = right_from_left_of(adjusted.shared)
-    refuse_impossible(right_from_left, *_scale(board))
-    used = {view.name for view in views}
-    exif_left, exif_right = next((a.exif, b.exif) for a, b in pairs if f"{a.name} + {b.name}" in used)
-    rig = _rig(adjusted, size, right_from_left, len(views), exif_left, exif_right)
+    refuse_impossible(right_from_left_of(adjusted.shared), *_scale(board))
+    rig = rig_of_adjustment(adjusted, size, sigma.covariance, len(views))
     if problems := rig_problems(rig):
         raise CalibrationError("calibration: the boards give no usable rig:\n  " + "\n  ".join(problems))
     fits = corner_fits(views, adjusted)
+    shown = tuple(view_fit(view, pose, residual) for view, pose, residual in _each(views, adjusted))
+    near, usual = np.quantile([view.distance_m for view in shown], [0.1, 0.5])
     return Calibration(
         rig=rig,
-        views=tuple(view_fit(view, pose, residual) for view, pose, residual in _each(views, adjusted)),
+        views=shown,
         left_out=tuple(left_out),
-        checks=check_calibration(views, adjusted, size),
+        checks=check_calibration(views, adjusted, rig),
         corners_left=fits[0],
         corners_right=fits[1],
+        by_source=sigma.by_source,
+        corner_errors=sigma.errors,
+        advice=photo_advice(adjusted.shared, rig, board, sigma, (float(near), float(usual))),
     )
 
 
@@ -166,56 +189,24 @@ def view_fit(view: BoardView, pose: FloatArray, residual: FloatArray) -> ViewFit
     )
 
 
-def _rig(
-    adjusted: Adjustment,
-    size: tuple[int, int],
-    right_from_left: FloatArray,
-    count: int,
-    left: PhotoExif,
-    right: PhotoExif,
-) -> StereoRig:
+def rig_of_adjustment(adjusted: Adjustment, size: tuple[int, int], covariance: FloatArray, count: int) -> StereoRig:
+    """Return the adjusted rig of photos of `size` with its covariance (P, P); its cameras have no names yet."""
     return StereoRig(
         left=camera_of(adjusted.shared, 0, size),
         right=camera_of(adjusted.shared, 1, size),
-        right_from_left=right_from_left,
-        covariance=pinhole_covariance(adjusted, size),
+        right_from_left=right_from_left_of(adjusted.shared),
+        covariance=covariance,
         rms_px=adjusted.rms_px,
         views_used=count,
+    )
+
+
+def _named(rig: StereoRig, left: PhotoExif, right: PhotoExif) -> StereoRig:
+    return replace(
+        rig,
         camera_model=left.model,
         camera_serial=left.serial,
         focal_length_mm=left.focal_length_mm,
         camera_serial_right=right.serial,
         exif_orientation=left.orientation,
     )
-
-
-def pinhole_covariance(adjusted: Adjustment, size: tuple[int, int]) -> FloatArray:
-    """Return the covariance (14, 14) of `rig.PARAMETERS`, each lens coefficient as what it does to the picture.
-
-    What a coefficient moves in a frame of `size` (width, height) px is written as a change of focal lengths and
-    principal point: the one that moves it most alike. The rest bends within a face and is small.
-    """
-    layout = layout_of(adjusted.shared)
-    carried = np.zeros((len(layout.rig_rows), layout.shared))
-    carried[np.arange(len(layout.rig_rows)), layout.rig_rows] = 1.0
-    for side in (0, 1):
-        own = np.flatnonzero(layout.of_side(side))
-        carried[4 * side : 4 * side + 4, own[4:]] = _as_pinhole(camera_of(adjusted.shared, side, size))
-    return frozen(carried @ adjusted.covariance @ carried.T)
-
-
-def _as_pinhole(camera: Intrinsics) -> FloatArray:
-    """Return the change (4, C) of fx, fy, cx, cy that comes nearest to a unit change of each coefficient."""
-    across, down = (0.5 + 0.5 * _INNER * np.linspace(-1.0, 1.0, count) for count in _GRID)
-    pixels = np.stack(np.meshgrid(across * camera.width_px, down * camera.height_px), axis=-1).reshape(-1, 2)
-    focal, centre = camera.K[[0, 1], [0, 1]], camera.K[:2, 2]
-    rays = straighten(camera.distortion, (pixels - centre) / focal)
-    rays = rays[np.isfinite(rays).all(axis=1)]
-    bent = bend(camera.distortion, rays)
-    zero, one = np.zeros(len(rays)), np.ones(len(rays))
-    pinhole = np.stack([np.r_[bent[:, 0], zero], np.r_[zero, bent[:, 1]], np.r_[one, zero], np.r_[zero, one]], axis=1)
-    lens = []
-    for step in _STEP * np.eye(len(camera.distortion)):
-        moved = (bend(camera.distortion + step, rays) - bent) / _STEP * focal
-        lens.append(np.r_[moved[:, 0], moved[:, 1]])
-    return np.asarray(np.linalg.lstsq(pinhole, np.stack(lens, axis=1), rcond=None)[0], dtype=np.float64)

@@ -7,6 +7,7 @@ import numpy as np
 from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust, rms_px
 from asbuilt_bim.camera.calibration.lens_check import CornerFit, better_lens
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, right_from_left_of
+from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.triangulate import triangulate
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.errors import CalibrationError
@@ -89,12 +90,13 @@ def corner_fits(views: list[BoardView], adjusted: Adjustment) -> tuple[CornerFit
     return left, right
 
 
-def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[int, int]) -> Checks:
+def check_calibration(views: list[BoardView], adjusted: Adjustment, rig: StereoRig) -> Checks:
     """Measure coverage, hold-out error, a known length, sigma of focal length and baseline, what the lens left."""
+    size = rig.left.width_px, rig.left.height_px
     left = share_covered(np.concatenate([view.left_px for view in views]), size)
     right = share_covered(np.concatenate([view.right_px for view in views]), size)
     hold_out, length = _hold_out(views, adjusted, size)
-    focal_sigma, baseline_sigma, relative = scale_sigmas(adjusted)
+    focal_sigma, baseline_sigma, relative = scale_sigmas(rig)
     lens = better_lens(views, adjusted)
     off = length or 0.0
     warnings: list[Note] = []
@@ -120,14 +122,13 @@ def check_calibration(views: list[BoardView], adjusted: Adjustment, size: tuple[
     )
 
 
-def scale_sigmas(adjusted: Adjustment) -> tuple[float, float, float]:
+def scale_sigmas(rig: StereoRig) -> tuple[float, float, float]:
     """Return sigma of the focal length in pixels (the worse one), of the baseline in metres, and both as one share."""
-    covariance = adjusted.rig_covariance
-    shift = adjusted.shared[-3:]
+    shift = rig.right_from_left[:3, 3]
     along = shift / np.linalg.norm(shift)
-    baseline_m = float(np.sqrt(max(float(along @ covariance[11:, 11:] @ along), 0.0)))
-    focal_px = float(np.sqrt(np.max(np.diag(covariance)[[0, 4]])))
-    return focal_px, baseline_m, float(np.hypot(focal_px / adjusted.shared[0], baseline_m / np.linalg.norm(shift)))
+    baseline_m = float(np.sqrt(max(float(along @ rig.covariance[11:14, 11:14] @ along), 0.0)))
+    focal_px = float(np.sqrt(np.max(np.diag(rig.covariance)[[0, 4]])))
+    return focal_px, baseline_m, float(np.hypot(focal_px / rig.left.K[0, 0], baseline_m / np.linalg.norm(shift)))
 
 
 def warning(code: Reason, values: Values) -> Note:

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.calibration.adjust import Adjustment, adjust
-from asbuilt_bim.camera.calibration.calibrate import Calibration, view_fit
+from asbuilt_bim.camera.calibration.board_sigma import rig_covariance
+from asbuilt_bim.camera.calibration.calibrate import Calibration, rig_of_adjustment, view_fit
 from asbuilt_bim.camera.calibration.checks import (
     Checks,
     corner_fits,
@@ -60,16 +61,10 @@ def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Ca
         if blunder is None:
             break
         used[blunder] = False
-    right_from_left = right_from_left_of(adjusted.shared)
-    refuse_impossible(right_from_left, "the control points as they are", "give their coordinates in metres")
-    rig = StereoRig(
-        left=camera_of(adjusted.shared, 0, size),
-        right=camera_of(adjusted.shared, 1, size),
-        right_from_left=right_from_left,
-        covariance=adjusted.rig_covariance,
-        rms_px=adjusted.rms_px,
-        views_used=1,
+    refuse_impossible(
+        right_from_left_of(adjusted.shared), "the control points as they are", "give their coordinates in metres"
     )
+    rig = rig_of_adjustment(adjusted, size, rig_covariance(adjusted), 1)
     if problems := rig_problems(rig):
         raise CalibrationError("calibration: the control points give no usable rig:\n  " + "\n  ".join(problems))
     fits = corner_fits([view], adjusted)
@@ -77,7 +72,7 @@ def rig_from_control_points(control: ControlPoints, size: tuple[int, int]) -> Ca
         rig=rig,
         views=(view_fit(view, adjusted.poses[0], adjusted.residuals[0]),),
         left_out=tuple(left_out),
-        checks=_checks(view, adjusted, size),
+        checks=_checks(view, adjusted, rig),
         corners_left=fits[0],
         corners_right=fits[1],
         from_control_points=True,
@@ -179,11 +174,12 @@ def _worst(
     return worst
 
 
-def _checks(view: BoardView, adjusted: Adjustment, size: tuple[int, int]) -> Checks:
+def _checks(view: BoardView, adjusted: Adjustment, rig: StereoRig) -> Checks:
     """Judge by points kept back, a known length, and the sigma of focal length and baseline."""
+    size = rig.left.width_px, rig.left.height_px
     left, right = share_covered(view.left_px, size), share_covered(view.right_px, size)
     hold_out = _hold_out(view, adjusted)
-    focal, baseline, relative = scale_sigmas(adjusted)
+    focal, baseline, relative = scale_sigmas(rig)
     length = length_error(adjusted.shared, view, size)
     warnings: list[Note] = []
     if not _fits_lens(view):

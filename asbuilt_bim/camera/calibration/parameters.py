@@ -55,9 +55,11 @@ class Layout:
 
     @property
     def rig_rows(self) -> IntArray:
-        """Return where `rig.PARAMETERS` stand (14,)."""
-        pinhole = np.arange(_PINHOLE)
-        rows = np.concatenate([pinhole, self.camera + pinhole, 2 * self.camera + np.arange(_POSE)])
+        """Return where the numbers of `StereoRig.covariance` stand (S,): pinholes, pose, the left and right lens."""
+        pinhole, lens = np.arange(_PINHOLE), np.arange(_PINHOLE, self.camera)
+        rows = np.concatenate(
+            [pinhole, self.camera + pinhole, 2 * self.camera + np.arange(_POSE), lens, self.camera + lens]
+        )
         return freeze(rows.astype(np.int32))
 
     def prior_weight(self, sigma_px: float = CORNER_SIGMA_PX) -> FloatArray:

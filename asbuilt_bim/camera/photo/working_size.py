@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import in_pixels
 from asbuilt_bim.geometry.arrays import ByteImage, frozen
 
 
@@ -25,8 +26,7 @@ def working_rig(rig: StereoRig, most_width_px: int) -> StereoRig:
     if widest <= most_width_px:
         return rig
     scale = most_width_px / widest
-    in_pixels = np.array([name.startswith(("f", "c")) for name in PARAMETERS])
-    factors = np.where(in_pixels, scale, 1.0)
+    factors = np.where(in_pixels(rig), scale, 1.0)
     return replace(
         rig,
         left=_shrunk(rig.left, scale),

@@ -11,7 +11,7 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
-from asbuilt_bim.camera.lens import COEFFICIENTS, reach
+from asbuilt_bim.camera.lens import COEFFICIENT_NAMES, COEFFICIENTS, LensModel, reach
 from asbuilt_bim.camera.rig import OTHER_PROGRAMS, PARAMETERS, RigWidth, StereoRig
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.geometry.arrays import frozen
@@ -23,6 +23,7 @@ _HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1
 _ROTATION_TOLERANCE = 1e-6
 _MOST = 1e12
 BASELINES_M = 0.02, 3.0
+_MOST_LENS = 10.0  # sigma of a coefficient: the prior of a lens is under one
 MOST_LOST = 0.25
 """Of the frame: what lies beyond the lens's own field isn't measured on, and rectification leaves it out. An OAK-D's
 own lens loses 14 %; one that loses more than a quarter is no calibration of these photos."""
@@ -53,6 +54,7 @@ def own_rig(content: object, where: str) -> StereoRig:
     problems += [] if problems else [_problem(e) for e in Draft202012Validator(schema("rig-1")).iter_errors(content)]
     if isinstance(content, dict) and not problems:
         problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
+        problems += _covariance_size(content)
     if problems or not isinstance(content, dict):
         raise RigError(f"{where}:\n  " + "\n  ".join(sorted(problems)))
     return _rig(content)
@@ -161,6 +163,20 @@ def _lens_problem(side: str, camera: dict[str, Any]) -> str:
     return ""
 
 
+def _covariance_size(content: dict[str, Any]) -> list[str]:
+    """Say where a covariance has neither the pinholes' and the pose's rows only, nor those of both lenses, too."""
+    if (rows := content.get("covariance")) is None:
+        return []
+    lenses = len(content["left"]["distortion"]) + len(content["right"]["distortion"])
+    sizes = len(PARAMETERS), len(PARAMETERS) + lenses
+    if len(rows) in sizes and all(len(row) == len(rows) for row in rows):
+        return []
+    return [
+        f"covariance: must be {sizes[0]} x {sizes[0]}, or with these lenses {sizes[1]} x {sizes[1]} numbers; copy it "
+        "whole from the calibration, or leave it out"
+    ]
+
+
 def _without_direction(camera: Intrinsics) -> float:
     """Return the share of the picture whose pixels have no direction: the lens's polynomial folds back before them."""
     if camera.lens == "fisheye":  # its corners may lie beyond 88 degrees
@@ -263,13 +279,15 @@ def covariance_problems(rig: StereoRig) -> list[str]:
     if not np.all(np.isfinite(rig.covariance)) or np.any(spread < 0):
         return ["covariance: variances must be finite and not negative"]
     pixels = [limit for camera in (rig.left, rig.right) for limit in _pixels(camera)]
-    limits = np.array([*pixels, 1.0, 1.0, 1.0, *[rig.baseline_m] * 3])
-    units = ["px"] * 8 + ["rad"] * 3 + ["m"] * 3
+    lenses = [name for side in ("left", "right") for name in _coefficients(side, getattr(rig, side).lens)]
+    names = [*PARAMETERS, *lenses][: len(spread)]
+    limits = np.array([*pixels, 1.0, 1.0, 1.0, *[rig.baseline_m] * 3, *[_MOST_LENS] * len(lenses)])[: len(spread)]
+    units = ["px"] * 8 + ["rad"] * 3 + ["m"] * 3 + [""] * len(lenses)
     sigmas = np.sqrt(spread)
     if wide := [i for i in range(len(limits)) if sigmas[i] > limits[i]]:
         i = wide[0]
         return [
-            f"covariance: row {i} ({PARAMETERS[i]}) says ±{sigmas[i]:.3g} {units[i]}, limit {limits[i]:.3g} "
+            f"covariance: row {i} ({names[i]}) says ±{sigmas[i]:.3g} {units[i]}, limit {limits[i]:.3g} "
             f"{units[i]}: that is no calibration; calibrate again, or leave covariance out (then the rig "
             "is trusted to 0.02 degrees and 0.2 px of lens)"
         ]
@@ -289,6 +307,10 @@ def covariance_problems(rig: StereoRig) -> list[str]:
             "says); copy it whole from the calibration"
         ]
     return []
+
+
+def _coefficients(side: str, lens: LensModel) -> list[str]:
+    return [f"{name}_{side}" for name in COEFFICIENT_NAMES[lens]]
 
 
 def _pixels(camera: Intrinsics) -> tuple[float, float, float, float]:

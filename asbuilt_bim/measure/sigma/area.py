@@ -7,8 +7,10 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import seen_points
+from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.transform import apply, rotation_from_vector, vector_from_rotation
+from asbuilt_bim.geometry.transform import apply
 from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS, seen_by
 
 
@@ -81,7 +83,7 @@ def calibration_sigmas_m2(
     """Return each area's sigma (n,) from the rig's covariance, or from what a rig without one is trusted to.
 
     `outlines`: rings (rectified px) and q (3,) of each face. The outline's points are seen at fixed places in both
-    photos; each of the rig's 14 numbers is moved by its sigma and the points are triangulated again. `rows_px`, what
+    photos; each of the rig's numbers is moved by its sigma and the points are triangulated again. `rows_px`, what
     this pair's rows lie apart, is left by the lenses along the rows, too.
     """
     if not outlines:
@@ -103,18 +105,18 @@ def _by_covariance_m2(
 ) -> FloatArray:
     steps = np.sqrt(np.maximum(np.diag(rig.covariance), 1e-20))
     areas = np.zeros((len(outlines), len(steps)))
-    nominal = _rig_numbers(rig)
     points = [_left_points(ring, q, camera) for rings, q in outlines for ring in rings]
     ends = np.cumsum([len(ring) for ring in points])[:-1]
-    left, right = _seen(np.concatenate(points), nominal)
-    for k, step in enumerate(steps):
+    in_left = np.concatenate(points)
+    in_right = apply(rig.right_from_left, in_left)
+    seen = seen_points(rig, *(at[:, :2] / at[:, 2:] for at in (in_left, in_right)))
+    for k, change in enumerate(np.diag(steps)):
         for sign in (1.0, -1.0):
-            moved = nominal.copy()
-            moved[k] += sign * step
-            sizes = iter([polygon_area(ring) for ring in np.split(_triangulated(left, right, moved), ends)])
+            moved = midpoints(*seen.rays(sign * change))
+            sizes = iter([polygon_area(ring) for ring in np.split(moved, ends)])
             for i, (rings, _) in enumerate(outlines):
                 outer, *holes = (next(sizes) for _ in rings)
-                areas[i, k] += sign * 0.5 * (outer - sum(holes)) / step
+                areas[i, k] += sign * 0.5 * (outer - sum(holes)) / steps[k]
     variance = np.einsum("ik,kl,il->i", areas, rig.covariance, areas)
     sigmas: FloatArray = np.sqrt(np.maximum(variance, 0.0))
     return sigmas
@@ -184,35 +186,3 @@ def _on_plane(
 def _left_points(ring: FloatArray, q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
     points: FloatArray = _on_plane(ring, q_px, camera) @ camera.rectified_from_left
     return points
-
-
-def _rig_numbers(rig: StereoRig) -> FloatArray:
-    """Return the rig as the 14 numbers of `camera.rig.PARAMETERS`."""
-    left, right, pose = rig.left.K, rig.right.K, rig.right_from_left
-    intrinsics = [left[0, 0], left[1, 1], left[0, 2], left[1, 2], right[0, 0], right[1, 1], right[0, 2], right[1, 2]]
-    return np.concatenate([intrinsics, vector_from_rotation(pose[:3, :3]), pose[:3, 3]])
-
-
-def _seen(points_left_m: FloatArray, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return undistorted pixels (N, 2) in both photos of points (N, 3) in the left frame."""
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation_from_vector(numbers[8:11]), numbers[11:14]
-    right = apply(pose, points_left_m)
-    return (
-        points_left_m[:, :2] / points_left_m[:, 2:] * numbers[0:2] + numbers[2:4],
-        right[:, :2] / right[:, 2:] * numbers[4:6] + numbers[6:8],
-    )
-
-
-def _triangulated(left_px: FloatArray, right_px: FloatArray, numbers: FloatArray) -> FloatArray:
-    """Return the points (N, 3) in the left frame nearest to both rays (the middle of their shortest link)."""
-    a = np.concatenate([(left_px - numbers[2:4]) / numbers[0:2], np.ones((len(left_px), 1))], axis=1)
-    turn = rotation_from_vector(numbers[8:11])
-    b = np.concatenate([(right_px - numbers[6:8]) / numbers[4:6], np.ones((len(right_px), 1))], axis=1) @ turn
-    centre = -turn.T @ numbers[11:14]
-    aa, ab, bb = np.sum(a * a, axis=1), np.sum(a * b, axis=1), np.sum(b * b, axis=1)
-    ac, bc = a @ centre, b @ centre
-    spread = aa * bb - ab * ab
-    s, t = (bb * ac - ab * bc) / spread, (ab * ac - aa * bc) / spread
-    middle: FloatArray = 0.5 * (a * s[:, None] + b * t[:, None] + centre)
-    return middle

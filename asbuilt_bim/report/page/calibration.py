@@ -10,14 +10,15 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
-from asbuilt_bim.report.page.calibration_drawings import arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.page.calibration_drawings import area_maps, arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.wording.calibration_sources import SOURCE_WORDS, advice_words, dominating, place_words
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
 
 TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
-"""Of an area at 5 m, one sigma: a third of what areas are wanted to, and all of it."""
+"""Of an area at 5 m in the frame's worst place, one sigma: a third of what areas are wanted to, and all of it."""
 
 Grade = Literal["good", "usable", "doubtful"]
 
@@ -41,8 +42,8 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
         )
     unsure = [check for check in checks if abs(check.off) > SCALE_LIMIT]
     reasons += [_unsure(check) for check in unsure]
-    sigma = effect.sigma if effect is not None else 1.0
-    adds = f"Calibration adds ±{_share(sigma)} to an area at 5 m"
+    sigma = effect.worst if effect is not None else 1.0
+    adds = "What calibration adds to an area isn't known" if effect is None else area_words(effect)
     if sigma > USABLE_AREA:
         sentence = f"Don't measure with this rig. {adds}."
         return Verdict(grade="doubtful", sentence=sentence, reasons=tuple(reasons))
@@ -50,6 +51,14 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
         return Verdict(grade="usable", sentence=f"Usable with care. {adds}.", reasons=tuple(reasons))
     scale = ". A known length came out right" if checks else ""
     return Verdict(grade="good", sentence=f"Good. {adds}{scale}.", reasons=tuple(reasons))
+
+
+def area_words(effect: AreaEffect) -> str:
+    """Say what calibration does to an area at 5 m, in the middle of the frame and where it is worst."""
+    return (
+        f"Calibration adds ±{_share(effect.sigma)} to an area at 5 m in the middle of the frame, "
+        f"±{_share(effect.worst)} at its worst place"
+    )
 
 
 def _unsure(check: LengthCheck) -> str:
@@ -62,7 +71,7 @@ def _unsure(check: LengthCheck) -> str:
 
 def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> str:
     """Return the page of a calibration; `checks` are the known lengths that it was held against."""
-    rig, effect = calibration.rig, area_effect(calibration.rig)
+    rig, effect = calibration.rig, area_effect(calibration.rig, calibration.by_source)
     fits = calibration.corners_left, calibration.corners_right
     scale_px = arrow_scale_px(fits)
     frames = [
@@ -88,6 +97,11 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
         checks=checks,
         frames=frames,
         bars=view_bars(calibration),
+        maps=() if effect is None else area_maps(effect, rig.left),
+        sources=() if effect is None else tuple((SOURCE_WORDS[name], sigma) for name, sigma in effect.sources),
+        dominating="" if effect is None else dominating(effect.sources),
+        worst_place="" if effect is None else place_words(effect.worst_place),
+        advice=tuple((advice_words(one), one.worst) for one in calibration.advice),
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.area_effect import DISTANCES_M, AreaEffect
 from asbuilt_bim.camera.calibration.calibrate import Calibration, ViewFit
 from asbuilt_bim.camera.calibration.lens_check import CornerFit
 from asbuilt_bim.camera.intrinsics import Intrinsics
@@ -57,6 +58,49 @@ class ViewBar:
     view: ViewFit
     left_share: float
     right_share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapCell:
+    """One cell of a frame in pixels, sigma of an area there, and that as a shade 0 to 1; None where nothing is seen."""
+
+    x: float
+    y: float
+    sigma: float | None
+    shade: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AreaMap:
+    """Sigma of a square metre's area over the left frame, at one distance."""
+
+    distance_m: float
+    width: int
+    height: int
+    cell_width: float
+    cell_height: float
+    cells: tuple[MapCell, ...]
+
+
+def area_maps(effect: AreaEffect, camera: Intrinsics) -> tuple[AreaMap, ...]:
+    """Draw what calibration does to an area over the left frame, at each distance; all with one scale of shades."""
+    down, across = effect.maps.shape[1:]
+    width, height = camera.width_px / across, camera.height_px / down
+    darkest = float(np.nanmax(effect.maps))
+    return tuple(
+        AreaMap(
+            distance_m=distance_m, width=camera.width_px, height=camera.height_px, cell_width=width, cell_height=height,
+            cells=tuple(
+                MapCell(
+                    x=x * width, y=y * height, sigma=float(one[y, x]) if np.isfinite(one[y, x]) else None,
+                    shade=float(one[y, x]) / darkest if np.isfinite(one[y, x]) else 0.0,
+                )
+                for y in range(down)
+                for x in range(across)
+            ),
+        )
+        for distance_m, one in zip(DISTANCES_M, effect.maps, strict=True)
+    )  # fmt: skip
 
 
 def arrow_scale_px(fits: Sequence[CornerFit]) -> float:

@@ -226,6 +226,7 @@ TERMS = {
     "roll_sigma_rad": "Standard deviation of the roll, the calibration's part included.",
     "area_effect": "Relative error of an area at 5 m when the rig is used as calibrated.",
     "area_effect_sigma": "Standard deviation of that error.",
+    "station_rows_px": "How far apart the rows of each station's photos lie as they are, in px.",
     "rows_px": "How far apart the rows of both photos lie at 5 m, in px.",
     "matches": "Points seen in both photos that the judgement rests on.",
     "seconds": "Computing time by step, in s.",

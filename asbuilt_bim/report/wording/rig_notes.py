@@ -35,9 +35,17 @@ def _knocked(note: Note) -> str:
     return filled(f"{where}Before: {_turn(note, 'turn_before')}. After: {_turn(note, 'turn_after')}", note)
 
 
+def _rows_apart(note: Note) -> str:
+    stations, rows_px = note.values["stations"], note.values["pair_rows_px"]
+    pairs = zip(stations, rows_px, strict=True) if isinstance(stations, tuple) and isinstance(rows_px, tuple) else ()
+    each = ", ".join(f"{station} {float(str(rows)):.2f}" for station, rows in pairs)
+    return f"Rows of the photo pairs lie apart, in px: {each}. --refine-rig (rig.refine: true) mends it"
+
+
 RIG_NOTES: Mapping[Reason, Template] = {
     Reason.RIG_USED_REFINED: _refined,
     Reason.RIG_KNOCKED_BETWEEN: _knocked,
+    Reason.RIG_ROWS_APART: _rows_apart,
     Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale: each area's sigma holds {share:hundredth %}",
     Reason.CALIBRATION_COVERAGE: "the boards cover only {share:%} of the frame",
     Reason.CALIBRATION_HOLD_OUT: "views kept back miss by {hold_out_px:px}, the others by {rms_px:px}",

@@ -11,10 +11,11 @@ import numpy as np
 
 from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M, SIDE_M
 from asbuilt_bim.camera.rectify import RectifiedCamera
-from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import in_pixels, seen_points
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.robust_least_squares import by_differences, robust_fit
-from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, unit, vector_from_rotation
+from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, unit
 
 PRIOR_RAD = 0.1
 """Of each number: a rig knocked by more than about six degrees is another rig; it keeps a poor fit finite."""
@@ -31,7 +32,7 @@ class RigFit:
 
     In the rectified frame of the rig that it corrects, a point X seen by the left camera lies at `R(turn) (X - b
     unit(1, ty, tz))` for the right one. The calibration says `X - b (1, 0, 0)`. `information` (5, 5) is the matches'
-    own. `from_rig` (5, 14) carries errors of the rig's 14 calibrated numbers, in `relative_units`, into `information @
+    own. `from_rig` (5, P) carries errors of the rig's calibrated numbers, in `relative_units`, into `information @
     correction`. So it is the same for photos worked on at a smaller size. `from_lens` (5, 24) does so with what the
     lenses leave across the rows, in pixels, in each of 6 x 4 cells of the left photo. That error is common to all
     matches of a cell, at every station.
@@ -43,6 +44,7 @@ class RigFit:
     from_lens: FloatArray
     matches: int  # those that the fit rests on
     sigma_px: float  # of one match, across its epipolar line
+    rows_px: float  # how far apart rows lie in the photos as they are: the worse median of the left and right half
 
 
 def fit_rig(
@@ -72,7 +74,14 @@ def fit_rig(
         from_lens=frozen(influence @ _cells(left_px, camera)),
         matches=used,
         sigma_px=sigma_px,
+        rows_px=_rows_px(left_px[fit.weights > 0.1], right_px[fit.weights > 0.1], camera),
     )
+
+
+def _rows_px(left_px: FloatArray, right_px: FloatArray, camera: RectifiedCamera) -> float:
+    apart, is_left = right_px[:, 1] - left_px[:, 1], left_px[:, 0] < 0.5 * camera.width_px
+    halves = [float(np.median(apart[half])) for half in (is_left, ~is_left) if half.any()]
+    return max(map(abs, halves))
 
 
 def corrected_rig(rig: StereoRig, camera: RectifiedCamera, correction_rad: FloatArray) -> StereoRig:
@@ -85,16 +94,8 @@ def corrected_rig(rig: StereoRig, camera: RectifiedCamera, correction_rad: Float
 
 
 def relative_units(rig: StereoRig) -> FloatArray:
-    """Return the unit (14,) of each of `camera.rig.PARAMETERS` in `RigFit.from_rig`: pixels count in focal lengths."""
-    in_pixels = [name.startswith(("f", "c")) for name in PARAMETERS]
-    return np.where(in_pixels, rig.left.K[0, 0], 1.0)
-
-
-def rig_numbers(rig: StereoRig) -> FloatArray:
-    """Return the rig as the 14 numbers of `camera.rig.PARAMETERS`."""
-    focal_and_middle = [K[i, j] for K in (rig.left.K, rig.right.K) for i, j in ((0, 0), (1, 1), (0, 2), (1, 2))]
-    pose = rig.right_from_left
-    return np.concatenate([focal_and_middle, vector_from_rotation(pose[:3, :3]), pose[:3, 3]])
+    """Return the unit (P,) of each of the rig's numbers in `RigFit.from_rig`: pixels count in focal lengths."""
+    return np.where(in_pixels(rig), rig.left.K[0, 0], 1.0)
 
 
 def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatArray:
@@ -177,21 +178,18 @@ def _sampson(a: FloatArray, b: FloatArray, essential: FloatArray) -> FloatArray:
 
 
 def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: RectifiedCamera) -> FloatArray:
-    """Return how the misfits in pixels (N, 14) change with each of `camera.rig.PARAMETERS`, the photos being fixed."""
-    left = (a @ camera.rectified_from_left) / (a @ camera.rectified_from_left)[:, 2:]
-    right_turn = camera.rectified_from_left @ rig.right_from_left[:3, :3].T
-    right = (b @ right_turn) / (b @ right_turn)[:, 2:]
-    pixels = left @ rig.left.K.T, right @ rig.right.K.T
-    numbers = rig_numbers(rig)
+    """Return how the misfits in pixels (N, P) change with each of the rig's numbers, the photos being fixed."""
+    left = a @ camera.rectified_from_left
+    right = b @ camera.rectified_from_left @ rig.right_from_left[:3, :3].T
+    seen = seen_points(rig, left[:, :2] / left[:, 2:], right[:, :2] / right[:, 2:])
 
-    def misfit(at: FloatArray) -> FloatArray:
-        rays = []
-        for pixel, (fx, fy, cx, cy) in zip(pixels, (at[0:4], at[4:8]), strict=True):
-            rays.append(np.c_[(pixel[:, 0] - cx) / fx, (pixel[:, 1] - cy) / fy, np.ones(len(pixel))])
-        turn = rotation_from_vector(at[8:11])
-        return camera.f_px * _sampson(rays[0], rays[1], turn @ skew(unit(-turn.T @ at[11:14])))
+    def misfit(change: FloatArray) -> FloatArray:
+        from_left, from_right, pose = seen.rays(change)
+        turn = pose[:3, :3]
+        return camera.f_px * _sampson(from_left, from_right, turn @ skew(unit(-turn.T @ pose[:3, 3])))
 
-    return by_differences(misfit, numbers, np.repeat([_STEP_PX, STEP_RAD], [8, 6]))
+    steps = np.where(in_pixels(rig), _STEP_PX, STEP_RAD)
+    return by_differences(misfit, np.zeros(len(steps)), steps)
 
 
 def seen_by(points_m: FloatArray, correction: FloatArray, camera: RectifiedCamera) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ import numpy as np
 from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import rig_numbers
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.vision.stereo.rig_fit import (
     PRIOR_RAD,
@@ -21,7 +22,6 @@ from asbuilt_bim.vision.stereo.rig_fit import (
     corrected_rig,
     fit_rig,
     relative_units,
-    rig_numbers,
     row_effect_px,
     worst_area_effect,
 )
@@ -67,11 +67,12 @@ class RigVerdict:
     correction_rad: FloatArray  # (5,)
     covariance: FloatArray
     noise: FloatArray
-    from_rig: FloatArray  # (5, 14): what errors of the calibrated numbers put into the correction
+    from_rig: FloatArray  # (5, P): what errors of the calibrated numbers put into the correction
     from_lens: FloatArray  # (5, 24): what a pixel left by the lenses in each cell of the frame puts into it
     area_effect: float
     area_sigma: float
     rows_px: float
+    station_rows_px: tuple[float, ...]  # of each station, the median of its matches
     matches: int
 
 
@@ -120,7 +121,7 @@ def judge(healths: Sequence[StationHealth], rig: StereoRig, significant: float =
         state=_state(area, area_sigma, rows, _rows_sigma(correction, covariance, camera), significant),
         correction_rad=frozen(correction), covariance=frozen(covariance), noise=frozen(noise),
         from_rig=frozen(from_rig), from_lens=frozen(from_lens), area_effect=area, area_sigma=area_sigma, rows_px=rows,
-        matches=sum(h.fit.matches for h in healths),
+        station_rows_px=tuple(h.fit.rows_px for h in healths), matches=sum(h.fit.matches for h in healths),
     )  # fmt: skip
 
 
@@ -137,6 +138,25 @@ def judge_visit(healths: Sequence[StationHealth], rig: StereoRig) -> tuple[RigVe
     if worst <= _DIFFERENT:
         return (judge(healths, rig),)
     return (*judge_visit(healths[:k], rig), *judge_visit(healths[k:], rig))
+
+
+def levelled(verdict: RigVerdict, camera: RectifiedCamera) -> RigVerdict:
+    """Return the verdict with what rows show alone: pitch and roll, given that the rest stands as calibrated.
+
+    A yaw hides in the rows: what the lenses leave there looks like one, and would ruin every distance.
+    """
+    free, held = [0, 2], [1, 3, 4]
+    keep = np.zeros((5, 5))
+    keep[np.ix_(free, free)] = np.eye(2)
+    keep[np.ix_(free, held)] = -verdict.noise[np.ix_(free, held)] @ np.linalg.inv(verdict.noise[np.ix_(held, held)])
+    correction, covariance = keep @ verdict.correction_rad, keep @ verdict.covariance @ keep.T
+    area, area_sigma = worst_area_effect(correction, covariance, camera)
+    return replace(
+        verdict, correction_rad=frozen(correction), covariance=frozen(covariance),
+        noise=frozen(keep @ verdict.noise @ keep.T), from_rig=frozen(keep @ verdict.from_rig),
+        from_lens=frozen(keep @ verdict.from_lens), area_effect=area, area_sigma=area_sigma,
+        rows_px=row_effect_px(correction, camera),
+    )  # fmt: skip
 
 
 def refined_rig(rig: StereoRig, verdict: RigVerdict, camera: RectifiedCamera) -> StereoRig:

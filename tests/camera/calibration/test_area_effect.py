@@ -7,6 +7,7 @@ import pytest
 
 from asbuilt_bim.camera.calibration.adjust import adjust
 from asbuilt_bim.camera.calibration.area_effect import area_effect
+from asbuilt_bim.camera.calibration.board_sigma import rig_covariance
 from asbuilt_bim.camera.calibration.parameters import camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.triangulate import triangulate
 from asbuilt_bim.geometry.arrays import frozen
@@ -42,7 +43,7 @@ def test_the_sigma_of_an_area_is_kept_over_virtual_calibrations() -> None:
         pose = right_from_left_of(found.shared)
         a, b, c, d = triangulate(left, right, pose, left_px, right_px)
         area = 0.5 * float(np.linalg.norm(np.cross(c - a, d - b)))
-        made = replace(TRUE, left=left, right=right, right_from_left=pose, covariance=found.rig_covariance)
+        made = replace(TRUE, left=left, right=right, right_from_left=pose, covariance=rig_covariance(found))
         effect = area_effect(made)
         assert effect is not None
         pulls.append((area - 1.0) / effect.sigma)

@@ -20,11 +20,11 @@ from tests.camera.virtual import exif_block, with_exif
 def test_photos_of_a_board_give_the_rig_that_took_them(board: Board) -> None:
     told: list[tuple[int, int]] = []
     found = calibrate_stereo(pairs(board, 8), board, lambda done, of: told.append((done, of)))
-    rig, sigma = found.rig, np.sqrt(np.diag(found.rig.covariance))
+    rig, sigma = found.rig, np.sqrt(np.diag(found.rig.covariance))[:14]
     assert told[-1] == (8, 8) and len(found.views) == 8 and not found.left_out
     assert rig.rms_px < 0.15
     assert abs(rig.baseline_m / np.linalg.norm(RIGHT_FROM_LEFT[:3, 3]) - 1.0) < 0.003
-    assert abs(rig.left.K[0, 0] - K[0, 0]) < 5.0 * sigma[0] < 5.0
+    assert abs(rig.left.K[0, 0] - K[0, 0]) < 5.0 * sigma[0] < 10.0  # eight pairs of a board that may bend
     assert abs(rig.right.K[0, 2] - K[0, 2]) < 5.0 * sigma[6]
     assert found.checks.length_error is not None and found.checks.length_error < 0.005
     assert 0.2 < found.checks.coverage_left <= 1.0

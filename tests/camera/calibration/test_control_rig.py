@@ -45,7 +45,7 @@ def test_their_sigma_is_a_promise() -> None:
     for seed in range(20):
         found = rig_from_control_points(control(40, 0.5, seed), SIZE)
         error = parameters(found.rig) - parameters(rig())
-        scores.append(error @ np.linalg.solve(found.rig.covariance, error) / 14)
+        scores.append(error @ np.linalg.solve(found.rig.covariance[:14, :14], error) / 14)
     assert abs(np.mean(scores) - 1.0) < 6.0 * np.sqrt(2.0 / (14 * 20))
 
 

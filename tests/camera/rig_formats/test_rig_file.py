@@ -35,6 +35,19 @@ def test_a_rig_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
     assert (tmp_path / "again.yaml").read_bytes() == (tmp_path / "rig.yaml").read_bytes()
 
 
+def test_the_covariance_of_the_lenses_is_read_back_and_one_of_neither_size_is_refused(tmp_path: Path) -> None:
+    root = np.random.default_rng(1).normal(size=(24, 24)) * 1e-4
+    one = replace(rig(), covariance=frozen(root @ root.T))
+    write_rig(one, tmp_path / "rig.yaml")
+    two = read_rig(tmp_path / "rig.yaml")
+    assert two.knows_lenses and np.array_equal(one.covariance, two.covariance)
+    wide = np.diag([0.0] * 23 + [400.0])
+    assert "row 23 (k3_right)" in rig_problems(replace(rig(), covariance=frozen(wide)))[0]
+    other = replace(rig(), covariance=frozen(root[:20] @ root[:20].T))
+    with pytest.raises(RigError, match="must be 14 x 14, or with these lenses 24 x 24 numbers"):
+        checked_rig(other)
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

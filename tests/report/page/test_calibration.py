@@ -4,15 +4,18 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
-from asbuilt_bim.camera.calibration.area_effect import AreaEffect
+from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration, calibrate_stereo
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.camera.calibration.checks import warning
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.camera.calibration.photo_advice import PhotoAdvice
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.page.calibration import calibration_html, verdict
+from asbuilt_bim.report.wording.calibration_sources import SOURCE_WORDS, advice_words, place_words
 from tests.camera.board_pictures import CHESS, pairs
 from tests.camera.calibration.test_control_rig import control
 from tests.camera.virtual import SIZE
@@ -26,7 +29,10 @@ def made() -> Calibration:
 
 
 def effect(sigma: float) -> AreaEffect:
-    return AreaEffect(sigma=sigma, parts=(("baseline", sigma),))
+    return AreaEffect(
+        sigma=0.5 * sigma, worst=sigma, worst_place=(0.8, 0.25), maps=np.full((3, 6, 8), sigma),
+        parts=(("baseline", sigma),), sources=(("print", sigma),),
+    )  # fmt: skip
 
 
 def test_the_page_holds_every_view_every_figure_and_asks_for_nothing(made: Calibration) -> None:
@@ -41,7 +47,7 @@ def test_the_page_holds_every_view_every_figure_and_asks_for_nothing(made: Calib
     ):
         assert figure in html
     assert not re.search(r"(src|href)\s*=|url\(|<script", html)
-    assert html.count("<svg") == 2 and html.count("<line") > 500
+    assert html.count("<svg") == 2 + 3 and html.count("<line") > 500
 
 
 def test_names_are_escaped_and_tags_close(made: Calibration) -> None:
@@ -74,7 +80,10 @@ def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Ca
     assert verdict(clean, effect(0.002), (CHECK,)).grade == "good"
     judged = verdict(careful, effect(0.002), (CHECK,))
     assert judged.grade == "usable" and judged.reasons == ("the boards cover only 40 % of the frame",)
-    assert judged.sentence == "Usable with care. Calibration adds ±0.20 % to an area at 5 m."
+    assert judged.sentence == (
+        "Usable with care. Calibration adds ±0.10 % to an area at 5 m in the middle of the frame, "
+        "±0.20 % at its worst place."
+    )
     assert verdict(clean, effect(0.02), (CHECK,)).grade == "usable"
     bad = verdict(clean, effect(0.05), (CHECK,))
     assert bad.grade == "doubtful" and "5.0 %" in bad.sentence
@@ -84,6 +93,31 @@ def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Ca
     assert "1.16 % off, and marked too unsurely" in unsure.reasons[0]
     unchecked = verdict(clean, effect(0.002), ())
     assert "known length" in unchecked.reasons[0] and "length came out right" not in unchecked.sentence
+
+
+def test_the_page_draws_sigma_over_the_frame_names_what_counts_most_and_says_which_photos_help(
+    made: Calibration,
+) -> None:
+    found = area_effect(made.rig, made.by_source)
+    assert found is not None
+    assert found.worst**2 == pytest.approx(sum(sigma**2 for _, sigma in found.sources), rel=1e-6)
+    html = calibration_html(made)
+    assert f">{100 * found.maps[1, 3, 4]:.2f}</text>" in html, "a cell of the map at 5 m"
+    most = max(found.sources, key=lambda one: one[1])[0]
+    assert f"of the variance, comes from {SOURCE_WORDS[most][:20]}" in html.replace("&#39;", "'")
+    assert made.advice and all(advice_words(one) in html for one in made.advice)
+    # one more photo of the same sort doesn't make a rig worse
+    assert [one.worst for one in made.advice] == sorted((one.worst for one in made.advice), reverse=True)
+
+
+def test_places_and_tilts_are_said_in_words() -> None:
+    assert place_words((0.5, 0.5)) == "in the middle of the left photo"
+    assert place_words((0.8, 0.25)) == "at the upper right of the left photo"
+    assert place_words((0.2, 0.5)) == "at the left side of the left photo"
+    one = PhotoAdvice(place=(0.5, 0.75), distance_m=1.3, tilt_rad=(0.0, np.deg2rad(-35.0)), worst=0.01)
+    assert (
+        advice_words(one) == "the board 1.3 m away, at the lower side of the left photo, its right side tilted 35° away"
+    )
 
 
 def test_a_page_of_control_points_speaks_of_points_not_of_boards() -> None:

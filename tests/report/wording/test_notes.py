@@ -37,6 +37,7 @@ SAMPLES: Values = {
     **dict.fromkeys(("turn_sigma_rad", "turn_before_sigma_rad", "turn_after_sigma_rad"), ANGLES),
     "text": "Mauer",
     "cause": "survey shifted",
+    "pair_rows_px": (0.41,),
     "move_m": (0.2, -0.1, 0.05),
     "turned_rad": 0.01,
     "offset_m": -0.12,

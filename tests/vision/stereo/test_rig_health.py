@@ -9,6 +9,7 @@ from asbuilt_bim.camera.photo.overlap import PairMatches
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedCamera, rectification
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_numbers import rig_numbers
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid, rotation_from_vector
@@ -18,7 +19,6 @@ from asbuilt_bim.vision.stereo.rig_fit import (
     corrected_rig,
     fit_rig,
     relative_units,
-    rig_numbers,
     row_effect_px,
     worst_area_effect,
 )
