@@ -149,7 +149,8 @@ def _task(task: Task, elements: dict[str, ElementProgress], day: date) -> TaskPr
 
 def _cost(line: CostLine, elements: dict[str, ElementProgress]) -> CostProgress:
     shares = dict.fromkeys(line.elements, 1.0 / max(len(line.elements), 1))
-    return earned(line, _group("", "", [elements[key] for key in line.elements]).completion, shares, {key: elements[key] for key in line.elements})
+    own = {key: elements[key] for key in line.elements}
+    return earned(line, _group("", "", list(own.values())).completion, shares, own)
 
 
 def _station(name: str, day: date) -> StationRecord:

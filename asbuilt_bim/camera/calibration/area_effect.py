@@ -83,7 +83,8 @@ def area_slopes(rig: StereoRig, places: tuple[tuple[float, float], ...], distanc
     def areas(change: FloatArray) -> FloatArray:
         met = midpoints(*seen.rays(change)).reshape(squares.shape)
         across: FloatArray = np.cross(met[:, 2] - met[:, 0], met[:, 3] - met[:, 1])
-        return 0.5 * np.linalg.norm(across, axis=1) / SIDE_M**2
+        share: FloatArray = 0.5 * np.linalg.norm(across, axis=1) / SIDE_M**2
+        return share
 
     steps = np.r_[_STEPS, np.full(len(rig.covariance) - len(_STEPS), _LENS_STEP)]
     changes = [

@@ -94,7 +94,9 @@ def board_sigma(adjusted: Adjustment, views: list[BoardView], board: Board) -> B
         whole = whole.plus(view_knowledge(adjusted.shared, pose, view, system, errors, k, board))
     rows = layout.rig_rows
     return BoardSigma(
-        knowledge=whole, errors=errors, by_source=frozen(whole.covariances()[np.ix_(range(len(SOURCES)), rows, rows)])
+        knowledge=whole,
+        errors=errors,
+        by_source=frozen(whole.covariances()[np.ix_(np.arange(len(SOURCES)), np.asarray(rows), np.asarray(rows))]),
     )
 
 

@@ -51,7 +51,8 @@ def photo_advice(
     ]
     slopes = area_slopes(rig, PLACES, DISTANCE_M)
     rows = layout_of(shared).rig_rows
-    known, found = sigma.knowledge, []
+    known = sigma.knowledge
+    found: list[PhotoAdvice] = []
     left = _worst(known, slopes, rows)
     while tried and len(found) < _MOST:
         sigmas = [_worst(known.plus(more), slopes, rows) for _, more in tried]
