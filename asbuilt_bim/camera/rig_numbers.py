@@ -18,7 +18,7 @@ def rig_numbers(rig: StereoRig) -> FloatArray:
     """Return the rig as the numbers (P,) that its covariance (P, P) is about."""
     pinhole = [camera.K[i, j] for camera in (rig.left, rig.right) for i, j in ((0, 0), (1, 1), (0, 2), (1, 2))]
     pose = rig.right_from_left
-    numbers = [pinhole, vector_from_rotation(pose[:3, :3]), pose[:3, 3]]
+    numbers: list[FloatArray] = [np.array(pinhole), vector_from_rotation(pose[:3, :3]), pose[:3, 3]]
     if rig.knows_lenses:
         numbers += [rig.left.distortion, rig.right.distortion]
     return np.concatenate(numbers)
@@ -89,5 +89,5 @@ def _ray_slopes(camera: Intrinsics, xy: FloatArray) -> FloatArray:
         for step in _STEP * np.eye(2)
     ]
     by_ray = np.stack(across, axis=-1)
-    slopes: FloatArray = -np.linalg.solve(by_ray, moved)
+    slopes: FloatArray = np.asarray(-np.linalg.solve(by_ray, moved), dtype=np.float64)
     return slopes
