@@ -113,7 +113,7 @@ def judging(copies: int, stations: int) -> Figures:
 def _measured(project: Project, survey: tuple[SurveyedMarker, ...], wanted: int) -> tuple[StationMeasurement, ...]:
     """Return the stations of the sample's first visit, repeated with other names where more are wanted."""
     cache = Cache(folder=default_folder())
-    rig, _ = rig_of(project, cache, _silent)
+    rig = rig_of(project, cache, _silent).rig
     visit = project.visits[0]
     few = visit.stations[: wanted or len(visit.stations)]
     place = Workplace(workers=1, cache=cache)

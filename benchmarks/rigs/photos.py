@@ -43,7 +43,7 @@ def visits(seeds: tuple[int, ...] = DEVELOPING_SITES) -> Iterator[Visit]:
     for folder in [folder for folder in folders if (folder / "complete").exists()] or [SAMPLE]:
         truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
         project = read_project(folder / "project.yaml")
-        calibrated, _ = rig_of(project, Cache(folder=None), lambda *_: None)
+        calibrated = rig_of(project, Cache(folder=None), lambda *_: None).rig
         pairs = tuple(
             (station.name, _read(station.left), _read(station.right)) for station in project.visits[0].stations
         )

@@ -136,7 +136,7 @@ def _run(project: Project) -> tuple[ProgressReport, Sequence[SurfaceState]]:
     """Do what a run does with its one visit, and keep what each station decides."""
     visit, chosen = project.visits[0], project.options
     place = Workplace(workers=1, cache=Cache(folder=benchmark_folder() / "light-cache"))
-    rig, _ = rig_of(project, place.cache, _silent)
+    rig = rig_of(project, place.cache, _silent).rig
     design = read_design(project.ifc, project.scope)
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
     seen = measure_visit(visit, project, rig, place, _silent, survey)

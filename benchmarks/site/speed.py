@@ -170,7 +170,7 @@ class Costs:
 def station_lines(quick: bool) -> list[Line]:
     """Measure the sample's stations and hold them against the unavoidable calls."""
     project = read_project(SAMPLE / "project.yaml")
-    rig, _ = rig_of(project, Cache(folder=default_folder()), lambda *_args, **_more: None)
+    rig = rig_of(project, Cache(folder=default_folder()), lambda *_args, **_more: None).rig
     bench = Bench(rig=rig, asked=options_of(project), prepared=rectification(rig), network=published_network())
     costs = Costs()
     for station in [station for visit in project.visits for station in visit.stations][: 1 if quick else None]:
@@ -192,7 +192,7 @@ def large_pair() -> dict[str, float]:
     import resource
 
     project = read_project(SAMPLE / "project.yaml")
-    rig, _ = rig_of(project, Cache(folder=default_folder()), lambda *_args, **_more: None)
+    rig = rig_of(project, Cache(folder=default_folder()), lambda *_args, **_more: None).rig
     large = replace(rig, left=_enlarged(rig.left), right=_enlarged(rig.right), covariance=frozen(np.zeros((14, 14))))
     station = project.visits[0].stations[1]
     left, right = _enlarged_photo(station.left, large.left), _enlarged_photo(station.right, large.right)

@@ -85,7 +85,7 @@ def measured_visits(
     """Measure each visit, or find it in the cache, and give it with the history of those before it."""
     folder = benchmark_folder() / "cache"
     place = Workplace(workers=1, cache=Cache(folder=folder))
-    rig, _ = rig_of(project, place.cache, _quiet)
+    rig = rig_of(project, place.cache, _quiet).rig
     past: tuple[ProgressReport, ...] = ()
     shown: tuple[Any, ...] = ()
     for visit in project.visits:
