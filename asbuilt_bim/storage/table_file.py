@@ -178,12 +178,13 @@ def _csv_lines(path: Path, refusal: type[AsBuiltError]) -> tuple[list[_Line], bo
     wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     text = as_text(data, refusal, str(path), "utf-16" if wide else "utf-8-sig")
     first = text.split("\n", 1)[0]
-    csv.field_size_limit(MAX_CELL)
     sign = max(",;\t", key=first.count)
     reader = csv.reader(io.StringIO(text.replace("\0", ""), newline=""), delimiter=sign, strict=True)
     lines: list[_Line] = []
     try:
         for cells in reader:
+            if any(len(cell) > MAX_CELL for cell in cells):
+                raise refusal(f"{path}, line {reader.line_num}: a cell of over {MAX_CELL:,} characters")
             lines.append((reader.line_num, [_unquoted(cell) for cell in cells]))
             if len(lines) > MAX_ROWS:
                 raise refusal(f"{path}: more than {MAX_ROWS:,} rows; is it the right file?")

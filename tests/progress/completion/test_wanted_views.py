@@ -97,8 +97,9 @@ def test_the_page_names_the_element_the_side_and_the_place() -> None:
     )  # fmt: skip
     report = replace(report, wanted_views=(view, replace(view, stand_x_m=None, stand_y_m=None), *[view] * 12))
     rows = next_rows(report)
-    assert rows[0].words.startswith("Stand at 1 on the plan, outside the building, 6 m before the side towards ")
-    assert rows[0].words.endswith("It is 2 m from where A1 stood.")
+    told = rows[0].words.replace("\N{NO-BREAK SPACE}", " ")
+    assert told.startswith("Stand at 1 on the plan, outside the building, 6 m before the side towards ")
+    assert told.endswith("It is 2 m from where A1 stood.")
     assert "no 3 m free" in rows[1].words and rows[1].words.startswith("The side towards ")
     page = page_html(report, {})
     assert "What to photograph next" in page and "2 more stand in result.json" in page
