@@ -228,6 +228,7 @@ class Reason(StrEnum):
     OVERRIDE_UNUSED = "override without its element"
     OVERRIDE_UNSIGNED = "override without reason or person"
     OVERRIDE_UNREADABLE = "override is no percentage"
+    TERMS_KEPT = "terms of the last workbook kept"
     RATE_CHANGED = "rate changed by a person"
     RATE_UNREADABLE = "rate in the workbook unreadable"
     VARIATION_UNREADABLE = "variation unreadable"

@@ -33,9 +33,14 @@ def init_command(folder: Path, screen: Screen) -> int:
     except OSError as fault:
         raise output_error(folder, fault, stands="nothing was written") from fault
     pairs = sum(photos.pairs for photos in found.visits)
-    screen.say(f"{target}: {len(found.designs)} IFC files, {len(found.visits)} visits with {pairs} photo pairs.")
+    counts = _count(len(found.designs), "IFC file"), _count(len(found.visits), "visit"), _count(pairs, "photo pair")
+    screen.say("{}: {}, {} with {}.".format(target, *counts))
     screen.say("Still missing:")
     for number, what in enumerate(missing(found), start=1):
         screen.say(f"  {number}. {what}")
     screen.say(f"Then: asbuilt-bim run {target} --out results")
     return 0
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

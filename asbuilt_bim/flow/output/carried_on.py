@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from asbuilt_bim.codes import Note
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Terms, ValuationInputs
@@ -44,10 +44,28 @@ def inputs_of(
     """
     counts = project.observations == "count"
     known = next((one.valuation for one in (before, *reversed(past)) if one is not None and one.valuation), None)
-    if last is not None:
-        inputs = last.inputs if last.inputs is not NO_INPUTS else known or _first(project)
-        return replace(inputs, count_observations=counts), last.notes
-    return replace(known or _first(project), count_observations=counts), ()
+    inputs = known or _first(project)
+    if last is not None and last.inputs is not NO_INPUTS:
+        inputs = last.inputs
+    notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
+    return replace(inputs, count_observations=counts), notes
+
+
+def _terms_kept(project: ValuationFile, kept: Terms) -> tuple[Note, ...]:
+    """Say so where the project file names other terms than the workbook's, which count."""
+    own = _first(project).terms
+    if own in (kept, Terms()):
+        return ()
+    return (
+        noted(
+            Reason.TERMS_KEPT,
+            about(SubjectKind.FILE, "project"),
+            retention=kept.retention,
+            tax=kept.tax,
+            project_retention=own.retention,
+            project_tax=own.tax,
+        ),
+    )
 
 
 def _first(project: ValuationFile) -> ValuationInputs:

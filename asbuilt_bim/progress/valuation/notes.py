@@ -14,6 +14,7 @@ CODES = frozenset(
         *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.CERTIFIED_FALLS),
         *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
         *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
+        Reason.TERMS_KEPT,
     }
 )
 """Codes of notes that are made anew whenever a workbook is."""

@@ -17,6 +17,7 @@ from asbuilt_bim.progress.valuation.inputs import Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.result.document import read_result, write_result
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.sequences import signed
 from tests.report.sample_report import sample_report
@@ -42,8 +43,13 @@ def test_a_first_workbook_begins_with_the_projects_terms(tmp_path: Path) -> None
 def test_a_workbook_that_nobody_changed_is_what_its_result_says(tmp_path: Path) -> None:
     before = with_valuation(sample_report(), ValuationInputs(terms=Terms(retention=0.1, tax=0.0)))
     assert last_workbook(folder(tmp_path, before), before) is None
-    inputs, _ = inputs_of(PROJECT, None, before)
+    inputs, notes = inputs_of(PROJECT, None, before)
     assert inputs.terms == Terms(retention=0.1, tax=0.0)  # the project's were the first workbook's
+    assert [note_words(note) for note in notes] == [
+        "retention and tax are the last workbook's, 10 % and 0 %. The project file says 5 % and 19 %: change them on "
+        "the sheet Valuation"
+    ]
+    assert inputs_of(ValuationFile(), None, before)[1] == ()  # a project that says nothing of terms
 
 
 def test_what_a_surveyor_typed_goes_before_the_result(tmp_path: Path) -> None:

@@ -50,6 +50,10 @@ SAMPLES: Values = {
     **dict.fromkeys(("day", "visit"), "2026-03-02"),
     "number": 2,
     **dict.fromkeys(("distance_m", "x_m", "y_m"), 0.3),
+    "retention": 0.1,
+    "tax": 0.19,
+    "project_retention": 0.05,
+    "project_tax": 0.07,  # fmt: skip
 }
 
 

@@ -70,6 +70,8 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.CERTIFIED_LINE_GONE: _gone,
     Reason.OVERRIDE_UNUSED: "the workbook's override of {element:name} for {subject.name} ({share:%}, {by:name}) has "
     "nothing to stand for any more",
+    Reason.TERMS_KEPT: "retention and tax are the last workbook's, {retention:%} and {tax:%}. The project file says "
+    "{project_retention:%} and {project_tax:%}: change them on the sheet Valuation",
     Reason.OVERRIDE_UNSIGNED: _unsigned,
     Reason.OVERRIDE_UNREADABLE: "last workbook, {subject.name}: the override '{written}' is no percentage from 0 to "
     "100 and was left out",
