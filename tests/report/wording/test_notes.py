@@ -53,7 +53,7 @@ SAMPLES: Values = {
     "retention": 0.1,
     "tax": 0.19,
     "project_retention": 0.05,
-    "project_tax": 0.07,  # fmt: skip
+    "project_tax": 0.07,
 }
 
 
