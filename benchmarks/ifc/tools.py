@@ -187,7 +187,7 @@ def _cost_lines(last: ProgressReport, file: Any) -> list[Line]:
 
 
 def _diff_lines(before: Any, after: Any, last: ProgressReport) -> list[Line]:
-    """Have ifcdiff compare the copy with its source: properties of the observed elements only."""
+    """Have ifcdiff compare the copy with its source: properties of the elements in scope and of storeys only."""
     from ifcdiff import IfcDiff
 
     def compared(kinds: list[str]) -> Any:
@@ -199,7 +199,7 @@ def _diff_lines(before: Any, after: Any, last: ProgressReport) -> list[Line]:
     rest = compared(["attributes", "geometry", "type", "container", "aggregate", "classification"])
     found = len(rest.change_register) + len(rest.added_elements) + len(rest.deleted_elements)
     changed = set(compared(["property"]).change_register)
-    known = {one.global_id for one in last.elements if one.completion.coverage > 0.0}
+    known = {one.global_id for one in last.elements}
     known |= {storey.key for storey in last.storeys}
     n = len(last.elements)
     return [

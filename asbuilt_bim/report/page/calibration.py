@@ -11,8 +11,8 @@ from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.report.page.calibration_drawings import area_maps, arrow_scale_px, frame_drawing, view_bars
-from asbuilt_bim.report.wording.calibration_sources import SOURCE_WORDS, advice_words, dominating, place_words
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page.calibration_sources import SOURCE_WORDS, advice_words, dominating, place_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
 

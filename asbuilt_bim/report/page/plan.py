@@ -12,7 +12,7 @@ from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, ShownS
 from asbuilt_bim.report.drawings.colours import element_names, element_states
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
 from asbuilt_bim.report.wording.completion import in_words
-from asbuilt_bim.report.wording.next_words import TOWARDS
+from asbuilt_bim.report.wording.of_page.next_words import TOWARDS
 
 WIDTH = 1000.0  # of the drawing, in its own units
 _MARGIN = 60.0

@@ -11,7 +11,7 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, WantedView
 from asbuilt_bim.report.page.plan import storey_hulls, towards_on_plan
 from asbuilt_bim.report.wording.completion import best_words
-from asbuilt_bim.report.wording.next_words import (
+from asbuilt_bim.report.wording.of_page.next_words import (
     FROM_OUTSIDE,
     FROM_SCAFFOLD,
     NO_ROOM,

@@ -15,7 +15,7 @@ from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
 from asbuilt_bim.camera.calibration.photo_advice import PhotoAdvice
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.page.calibration import calibration_html, verdict
-from asbuilt_bim.report.wording.calibration_sources import SOURCE_WORDS, advice_words, place_words
+from asbuilt_bim.report.wording.of_page.calibration_sources import SOURCE_WORDS, advice_words, place_words
 from tests.camera.board_pictures import CHESS, pairs
 from tests.camera.calibration.test_control_rig import control
 from tests.camera.virtual import SIZE

@@ -13,7 +13,7 @@ from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
-from asbuilt_bim.report.wording.next_words import FROM_SCAFFOLD, ON_FLOOR
+from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
 
 
