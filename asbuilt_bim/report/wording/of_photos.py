@@ -74,7 +74,6 @@ PHOTOS: Table = {
     Reason.PHOTOS_OF_OTHER_SIDES: Words(
         reason="left and right are swapped: each was taken by the rig's other camera",
         value="serial {left_serial} left, {right_serial} right",
-        limit="{right_serial} left, {left_serial} right",
         remedy=_SWAP,
     ),
     Reason.PHOTO_OF_OTHER_MODEL: Words(
