@@ -1,5 +1,6 @@
 """What both pages show of a result, worked out once."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -66,6 +67,8 @@ def page_context(
         "next_rows": steps,
         "step_of": {row.element.global_id: row for row in steps[:MOST_VIEWS]},
         "most_shown": MOST_VIEWS,
+        "in_tolerance": Counter(e.tolerance.verdict for e in report.elements if e.tolerance is not None),
+        "out_of_tolerance": [e for e in report.elements if e.tolerance and e.tolerance.verdict == "out"],
         "order": ORDER,
         "target_colour": TARGET_COLOUR,
         **_to_look_at(report),

@@ -9,6 +9,7 @@ from asbuilt_bim.report.tables import measured_words
 from asbuilt_bim.report.wording import completion
 from asbuilt_bim.report.wording import values as wording
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page import tolerance_words
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -44,7 +45,10 @@ def environment() -> Environment:
         "in_words": completion.in_words,
         "counts": completion.count_words,
         "area_of": wording.area_of,
+        "tolerance_name": tolerance_words.name_of,
+        "tolerance_limits": tolerance_words.limits_words,
     }
     made.filters.update(filters)
+    made.globals.update(check_words=tolerance_words.check_words)
     made.globals.update(best_shown=completion.best_shown, measured_words=measured_words)
     return made

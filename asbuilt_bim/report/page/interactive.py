@@ -95,6 +95,7 @@ def _words(context: Context, elements: Sequence[ElementProgress]) -> dict[str, l
             for e in elements
         ],
         "offset": [millimetres(e.offset_m, e.offset_sigma_m) for e in elements],
+        "tolerance": [e.tolerance.verdict if e.tolerance else "" for e in elements],
         "last": [day(e.last_seen) for e in elements],
     }
 
@@ -105,6 +106,10 @@ def _flags(context: Context, elements: Sequence[ElementProgress]) -> list[list[s
         "late": {row.global_id for row in context["late"]},
         "next": {row.element.global_id for row in context["next_rows"]},
         "since": {row.now.global_id for row in context["since"] if row.now},
+        **{
+            name: {e.global_id for e in elements if e.tolerance and e.tolerance.verdict == name}
+            for name in ("in", "out")
+        },
         "doubt": {e.global_id for e in elements if e.doubts or e.cells_conflict > 0},
     }
     return [[name for name, members in lists.items() if e.global_id in members] for e in elements]
