@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from asbuilt_bim.progress.report import ProgressReport, StationRecord
 from asbuilt_bim.report.drawings.overlay import decode_picture, encode_picture, narrowed
 from asbuilt_bim.report.drawings.overlay_layout import OverlayLayout, overlay_layout
-from asbuilt_bim.report.page.cards import Photo
+from asbuilt_bim.report.page.cuts import Photo
 from asbuilt_bim.report.tables import StationRow, station_rows
 
 FULL_WIDTH_PX, SMALL_WIDTH_PX = 1280, 720
