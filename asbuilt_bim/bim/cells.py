@@ -111,8 +111,7 @@ def _form(element: BimElement, face: DesignFace) -> tuple[bytes, str]:
 
 
 def _rounded(*numbers: FloatArray) -> bytes:
-    rounded: FloatArray = np.round(np.concatenate(numbers), 6) + 0.0  # never -0.0
-    return rounded.tobytes()
+    return bytes((np.round(np.concatenate(numbers), 6) + 0.0).data)  # never -0.0
 
 
 def _cells(element: BimElement) -> Cells:

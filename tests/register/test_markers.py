@@ -154,7 +154,7 @@ def test_control_points_place_the_station_and_a_wrong_click_is_named() -> None:
 
 def test_no_set_of_markers_is_solved_twice_where_one_marker_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:
     station, survey = site(6)
-    survey[2] = replace(survey[2], corners_m=frozen(np.array(survey[2].corners_m) + [0.3, 0.0, 0.0]))
+    survey[2] = replace(survey[2], corners_m=frozen(survey[2].corners_m + np.array([0.3, 0.0, 0.0])))
     solved: list[frozenset[str]] = []
 
     def counted(camera: RectifiedCamera, seen: Sequence[Sighted]) -> Solution | None:
