@@ -361,6 +361,29 @@ def add_network(context: click.Context, /, **options: Any) -> None:
 
 
 @app.command()
+@click.argument("photos", type=_FILE, nargs=-1, required=True, metavar="PHOTOS")
+@click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project that they are for.")
+@click.option("--out", type=_FILE, default=Path("check.html"), metavar="PAGE.html", help="The page to write.")
+@click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
+@click.option("--strict", is_flag=True, help="Exit with 1 if a station would be left out.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
+@click.pass_context
+def check(context: click.Context, /, **options: Any) -> None:
+    """Check today's PHOTOS on site: a folder of pairs, or LEFT RIGHT of each station in turn.
+
+    Says of each whether a run will count it, what to do about it, and which to take again before leaving.
+    """
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.check_command import CheckRequest, check_command
+
+        return check_command(CheckRequest(**options), screen, datetime.now(UTC).date())
+
+    _guarded(context, screen, action)
+
+
+@app.command()
 @click.argument("folder", type=_FILE, default=".", metavar="[FOLDER]")
 @click.pass_context
 def init(context: click.Context, folder: Path) -> None:
