@@ -11,12 +11,14 @@ from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.check_visit import check_stations
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.register.survey import read_survey
-from asbuilt_bim.report.page.check import MADE_BY, check_page
+from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
+from asbuilt_bim.report.page.visit import walk_parts
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
     ASPECT_NAMES,
@@ -44,6 +46,7 @@ class CheckRequest:
     photos: tuple[Path, ...]
     project: Path
     out: Path
+    result: Path | None = None
     workers: int | None = None
     strict: bool = False
     allow_outside: bool = False
@@ -56,7 +59,7 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
         AsBuiltError: there is nothing to check, or nothing to check it with; or the page can't be written.
     """
     check_page_place(request.out, MADE_BY)
-    project = read_project(request.project, allow_outside=request.allow_outside)
+    project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
     refuse_missing(project)
     stations = stations_of(request.photos, project)
     cache = Cache(folder=default_folder())
@@ -65,7 +68,14 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
         rig = rig_of(project, cache, progress).rig
         visit = check_stations(stations, project, rig, survey, today, progress, request.workers or 0)
     _show(visit, screen)
-    write_page(request.out, check_page(visit, project.name))
+    poses = [one.pose.world_from_left for one in visit.stations if one.pose is not None]
+    design = planned_design(project, cache)
+    plan = visit_plan(project, design, rig, survey, visit.day, result=request.result, taken=poses) if poses else None
+    write_page(request.out, check_page(visit, project.name, plan))
+    if plan is not None:
+        screen.say(still_said(plan))
+        for row in walk_parts(plan).rows:
+            screen.say(f"  {row.number}. {row.storey}. {row.place} {row.look}")
     screen.say(f"Page: {request.out}")
     if not visit.counting:
         return INCOMPLETE

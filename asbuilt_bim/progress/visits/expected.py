@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedCamera, rectification
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply, cross, inverse, unit
 from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, image_sigma_m2, rings_area_m2
+from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.visits.plan_visit import PlannedStation, PlannedVisit
 from asbuilt_bim.progress.visits.squares import SIDE_M, Squares
-from asbuilt_bim.progress.visits.tags import TagInPlace, tags_in_view
+from asbuilt_bim.progress.visits.tags import HelpfulTag, TagInPlace, tags_in_view
 
 MATCH_PX, WINDOW_PX = 0.1, 9
 """Noise of a match on concrete, and the side of the window that shares it."""
@@ -40,6 +43,20 @@ class ExpectedStation:
     sigma: float
     tags: tuple[int, ...]  # surveyed ones that it will see
     beside: tuple[tuple[BimElement, float], ...]  # what stands nearest, and how far off it is: to find the place by
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VisitPlan:
+    """A planned visit with what to expect of it; `known` is the report of what earlier visits saw, perhaps nothing."""
+
+    day: date
+    known: ProgressReport
+    visit: PlannedVisit
+    stations: tuple[ExpectedStation, ...]
+    tags: tuple[HelpfulTag, ...]
+    due: tuple[BimElement, ...]
+    later: int  # elements that the plan begins after that day
+    has_dates: bool  # whether the plan says of any element when it is due
 
 
 def expected_stations(
@@ -75,12 +92,11 @@ def _expected(
     )
 
 
-def _main_face(station: PlannedStation, squares: Squares) -> FloatArray:
+def _main_face(station: PlannedStation, squares: Squares) -> NDArray[np.intp]:
     """Return the patches (N,) of the face of which a station shows most that no other does."""
     faces = squares.face[station.first]
     most = int(np.bincount(faces).argmax())
-    main: FloatArray = np.flatnonzero(station.first & (squares.face == most))
-    return main
+    return np.flatnonzero(station.first & (squares.face == most))
 
 
 def _sigma(
@@ -104,8 +120,9 @@ def _sigma(
     height = float(turned @ (rectified_from_world @ (middle - pose[:3, 3])))
     q = camera.f_px * camera.baseline_m * turned / height
     rays = _windows(ring, camera)
-    covariance = MATCH_PX**2 * np.linalg.inv(rays.T @ rays)
-    sides = [(0.5 * (a + b), float(np.linalg.norm(b - a)), SIDE_PX) for a, b in zip(ring, np.roll(ring, -1, axis=0))]
+    covariance = frozen(MATCH_PX**2 * np.linalg.inv(rays.T @ rays))
+    ends = np.roll(ring, -1, axis=0)
+    sides = [(0.5 * (a + b), float(np.linalg.norm(b - a)), SIDE_PX) for a, b in zip(ring, ends, strict=True)]
     own = image_sigma_m2([ring], sides, 0.0, q, covariance, camera)
     shared = float(calibration_sigmas_m2([([ring], q)], rig, camera)[0])
     return float(np.hypot(own, shared)) / rings_area_m2([ring], q, camera)
@@ -114,7 +131,7 @@ def _sigma(
 def _windows(ring: FloatArray, camera: RectifiedCamera) -> FloatArray:
     """Return rays (N, 3), z = 1 in the rectified frame, of windows that each match a box round a ring on their own."""
     low, high = ring.min(axis=0), ring.max(axis=0)
-    across, down = (np.arange(a, max(b, a + 3 * WINDOW_PX), WINDOW_PX) for a, b in zip(low, high))
+    across, down = (np.arange(a, max(b, a + 3 * WINDOW_PX), WINDOW_PX) for a, b in zip(low, high, strict=True))
     x, y = (one.ravel() for one in np.meshgrid(across, down))
     rays: FloatArray = np.column_stack(
         [(x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px, np.ones(len(x))]

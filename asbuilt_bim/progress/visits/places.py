@@ -57,7 +57,8 @@ def standing_places(
     _fill(floor, tops, low, cell)
     blocked = np.zeros_like(floor)
     others = [one for one in design.obstacles if one.global_id not in {slab.global_id for slab in floors}]
-    for body in (*(one for one in design.elements if one.global_id in standing), *others):
+    bodies: list[BimElement | Obstacle] = [one for one in design.elements if one.global_id in standing]
+    for body in (*bodies, *others):
         _fill(blocked, _footprint(body, floor_z), low, cell)
     free = (_away(1 - floor, cell) > EDGE_M) & (_away(blocked, cell) > BODY_M)
     spots = _spread(free, cell)
@@ -125,7 +126,7 @@ def _away(mask: np.ndarray, cell_m: float) -> FloatArray:
 
 
 def _spread(free: BoolArray, cell_m: float) -> FloatArray:
-    """Return cells (N, 2) as x and y, evenly spread over what is free, in about so many places as can be looked from."""
+    """Return cells (N, 2) as x and y, evenly spread over what is free, and no more than can be looked from."""
     every = max(_EVERY_M, float(np.sqrt(free.sum() * cell_m**2 / _MOST_PLACES)))
     step = max(1, round(every / cell_m))
     rows, columns = np.nonzero(free)

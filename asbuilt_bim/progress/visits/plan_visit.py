@@ -52,6 +52,8 @@ class PlannedVisit:
     visible: BoolArray  # (S,) squares that some place on a floor shows
     by_hull: tuple[str, ...]  # storeys whose floor is not known from a slab
     around: Surroundings
+    asked_m2: float  # what was wanted before today's stations were taken off
+    limited: bool = False  # more stations would have been worth it than were allowed
 
     @property
     def seen_m2(self) -> float:
@@ -61,9 +63,7 @@ class PlannedVisit:
     def unseen_m2(self, *, hidden: bool) -> dict[str, float]:
         """Return what stays unseen of each element (GlobalId): what no place shows, or what is not worth a station."""
         left = ~self.visible if hidden else self.visible & ~self.seen
-        areas = np.bincount(
-            self.wanted.element[left], self.wanted.area_m2[left], minlength=len(self.wanted.elements)
-        )
+        areas = np.bincount(self.wanted.element[left], self.wanted.area_m2[left], minlength=len(self.wanted.elements))
         return {one.global_id: float(m2) for one, m2 in zip(self.wanted.elements, areas, strict=True) if m2 > 0.0}
 
 
@@ -107,6 +107,7 @@ def plan_visit(
     standing = {*wanted, *(state.element for state in known.values() if state.built_uv_m)}
     around = surroundings(design, standing, floors)
     squares = wanted_squares(design, wanted, known)
+    asked_m2 = squares.total_m2
     for pose in taken:
         squares = squares.without(of_squares(squares, seen_from(rig, around, pose, squares)))
     visible = np.zeros(len(squares.area_m2), dtype=np.bool_)
@@ -121,8 +122,12 @@ def plan_visit(
         views = _views(rig, around, squares, places)
         visible |= _any_square(squares, views)
         chosen += _needed(_greedy(squares, views, left), squares)
-    chosen = _best(chosen, squares, most)
-    return _numbered(squares, chosen, visible, tuple(by_hull), around)
+    allowed = _best(chosen, squares, most)
+    seen, stations = _numbered(squares, allowed)
+    return PlannedVisit(
+        wanted=squares, stations=stations, seen=seen, visible=visible, by_hull=tuple(by_hull), around=around,
+        asked_m2=asked_m2, limited=len(allowed) < len(chosen),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -221,9 +226,8 @@ def _walked(views: Sequence[_View]) -> list[_View]:
     return walk
 
 
-def _numbered(
-    squares: Squares, chosen: Sequence[_View], visible: BoolArray, by_hull: tuple[str, ...], around: Surroundings
-) -> PlannedVisit:
+def _numbered(squares: Squares, chosen: Sequence[_View]) -> tuple[BoolArray, tuple[PlannedStation, ...]]:
+    """Return which squares (S,) the views show, and the views as stations in their order."""
     seen = np.zeros(len(squares.area_m2), dtype=np.bool_)
     stations: list[PlannedStation] = []
     for number, view in enumerate(chosen, start=1):
@@ -239,6 +243,4 @@ def _numbered(
             )
         )
         seen |= view.squares
-    return PlannedVisit(
-        wanted=squares, stations=tuple(stations), seen=seen, visible=visible, by_hull=by_hull, around=around
-    )
+    return seen, tuple(stations)

@@ -64,9 +64,7 @@ def surveyed_tags(survey: Sequence[SurveyedMarker]) -> tuple[TagInPlace, ...]:
     return tuple(found)
 
 
-def tags_in_view(
-    rig: StereoRig, around: Surroundings, pose: FloatArray, tags: Sequence[TagInPlace]
-) -> tuple[int, ...]:
+def tags_in_view(rig: StereoRig, around: Surroundings, pose: FloatArray, tags: Sequence[TagInPlace]) -> tuple[int, ...]:
     """Return the tags that a station at a pose (4, 4) sees in both photos, large enough to be read."""
     if not tags:
         return ()
@@ -105,9 +103,7 @@ def helpful_tags(
         points, normals, owner, height = _walls(own)
         if not len(points) or not (lacking > 0).any():
             continue
-        sees = np.array(
-            [_seen(rig, visit.around, one.world_from_left, points, normals, size_m) for one in stations]
-        )
+        sees = np.array([_seen(rig, visit.around, one.world_from_left, points, normals, size_m) for one in stations])
         usable = np.ones(len(points), dtype=np.bool_)
         for _ in range(_PER_STOREY):
             helped = (lacking[:, None] > 0) & sees & usable

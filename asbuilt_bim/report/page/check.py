@@ -2,11 +2,12 @@
 
 import base64
 from dataclasses import dataclass
-from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from asbuilt_bim.progress.visits.checked import CheckedAspect, CheckedStation, CheckedVisit
+from asbuilt_bim.progress.visits.expected import VisitPlan
+from asbuilt_bim.report.drawings.colours import ORDER
+from asbuilt_bim.report.page.visit import page_environment, places_of, walk_parts
+from asbuilt_bim.report.tables import NO_STOREY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
     ASPECT_NAMES,
@@ -16,11 +17,10 @@ from asbuilt_bim.report.wording.of_page.check_words import (
     aspect_words,
     verdict_words,
 )
+from asbuilt_bim.report.wording.of_page.visit_words import still_words
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.values import day, plain, shown
 from asbuilt_bim.report.wording.words import Words
 
-TEMPLATES = Path(__file__).parent / "templates"
 MADE_BY = b'<meta name="generator" content="asbuilt-bim check">'
 """What a page of this program's begins with: such a page may be replaced by the next one."""
 
@@ -35,32 +35,41 @@ class CheckCard:
     picture: str
 
 
-def check_html(visit: CheckedVisit, project_name: str) -> str:
-    """Return the page: everything escaped, without scripts and without requests."""
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update({"day": day, "plain": plain})
-    return environment.get_template("check.html.j2").render(
-        visit=visit,
-        project_name=project_name,
-        verdict=verdict_words(visit),
-        grade="not" if visit.again else "doubtful" if visit.doubtful or visit.faults else "ok",
-        cards=[_card(station) for station in visit.stations],
-        faults=[words_of(fault) for fault in visit.faults],
-        notes=[note_words(note) for note in visit.notes],
-        take_again=TAKE_AGAIN,
+def check_html(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = None) -> str:
+    """Return the page: everything escaped, without scripts and without requests.
+
+    `plan` is of the stations that would show what today's don't; None where nothing is said of that.
+    """
+    poses = {one.name: one.pose.world_from_left for one in visit.stations if one.pose is not None}
+    return (
+        page_environment()
+        .get_template("check.html.j2")
+        .render(
+            still="" if plan is None else still_said(plan),
+            parts=None if plan is None else walk_parts(plan, places_of(poses, plan)),
+            no_storey=NO_STOREY,
+            order=ORDER,
+            visit=visit,
+            project_name=project_name,
+            verdict=verdict_words(visit),
+            grade="not" if visit.again else "doubtful" if visit.doubtful or visit.faults else "ok",
+            cards=[_card(station) for station in visit.stations],
+            faults=[words_of(fault) for fault in visit.faults],
+            notes=[note_words(note) for note in visit.notes],
+            take_again=TAKE_AGAIN,
+        )
     )
 
 
-def check_page(visit: CheckedVisit, project_name: str) -> bytes:
+def check_page(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = None) -> bytes:
     """Return the page as the file holds it."""
-    return check_html(visit, project_name).encode("utf-8", "replace")
+    return check_html(visit, project_name, plan).encode("utf-8", "replace")
+
+
+def still_said(plan: VisitPlan) -> str:
+    """Say what of the plan today's stations leave unseen, and what more of them would show."""
+    visit = plan.visit
+    return still_words(visit.asked_m2, visit.wanted.total_m2, len(plan.stations), visit.seen_m2)
 
 
 def _card(station: CheckedStation) -> CheckCard:
