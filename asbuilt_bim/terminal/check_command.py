@@ -7,15 +7,19 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
+from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.check_visit import check_stations
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
+from asbuilt_bim.progress.visits.expected import VisitPlan
+from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import read_project
+from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
 from asbuilt_bim.report.page.visit import walk_parts
@@ -67,10 +71,10 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     with screen.steps() as progress:
         rig = rig_of(project, cache, progress).rig
         visit = check_stations(stations, project, rig, survey, today, progress, request.workers or 0)
+        plan = _still_unseen(visit, project, rig, survey, cache, request.result)
+    if plan is not None:
+        visit = with_unread_tags(visit, rig, plan.visit.around, surveyed_tags(survey))
     _show(visit, screen)
-    poses = [one.pose.world_from_left for one in visit.stations if one.pose is not None]
-    design = planned_design(project, cache)
-    plan = visit_plan(project, design, rig, survey, visit.day, result=request.result, taken=poses) if poses else None
     write_page(request.out, check_page(visit, project.name, plan))
     if plan is not None:
         screen.say(still_said(plan))
@@ -83,6 +87,22 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
         screen.error("stations would be left out (see above), and --strict was given")
         return INCOMPLETE
     return 0
+
+
+def _still_unseen(
+    visit: CheckedVisit,
+    project: Project,
+    rig: StereoRig,
+    survey: tuple[SurveyedMarker, ...],
+    cache: Cache,
+    result: Path | None,
+) -> VisitPlan | None:
+    """Return what today's stations leave unseen of what is due; None where not one of them counts."""
+    poses = [one.pose.world_from_left for one in visit.stations if one.pose is not None]
+    if not poses:
+        return None
+    design = planned_design(project, cache)
+    return visit_plan(project, design, rig, survey, visit.day, result=result, taken=poses)
 
 
 def check_page_place(path: Path, made_by: bytes) -> None:

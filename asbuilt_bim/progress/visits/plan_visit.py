@@ -11,11 +11,12 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.visits.places import StandingPlaces, standing_places
 from asbuilt_bim.progress.visits.sights import (
-    FRAME_MARGIN,
     TAKEN,
     Reach,
-    in_both_frames,
-    sighted_points,
+    RigFrames,
+    framed_patches,
+    rig_frames,
+    sighted_patches,
     upright_pose,
 )
 from asbuilt_bim.progress.visits.squares import Squares, wanted_squares
@@ -68,17 +69,12 @@ class PlannedVisit:
 
 
 def seen_from(
-    rig: StereoRig,
-    around: Surroundings,
-    pose: FloatArray,
-    squares: Squares,
-    reach: Reach = TAKEN,
-    margin: float = 0.0,
+    frames: RigFrames, around: Surroundings, pose: FloatArray, squares: Squares, reach: Reach = TAKEN
 ) -> BoolArray:
     """Return which patches (P,) a station at a pose (4, 4) shows, by the design."""
-    seen = in_both_frames(rig, pose, squares.points_m, margin)
+    seen = framed_patches(frames, pose, squares)
     some = np.flatnonzero(seen)
-    seen[some] = sighted_points(around, pose[:3, 3], squares.points_m[some], squares.normals[some], reach)
+    seen[some] = sighted_patches(around, pose[:3, 3], squares.part(seen), reach)
     return seen
 
 
@@ -108,8 +104,10 @@ def plan_visit(
     around = surroundings(design, standing, floors)
     squares = wanted_squares(design, wanted, known)
     asked_m2 = squares.total_m2
+    whole = rig_frames(rig, margin=0.0)
     for pose in taken:
-        squares = squares.without(of_squares(squares, seen_from(rig, around, pose, squares)))
+        squares = squares.without(of_squares(squares, seen_from(whole, around, pose, squares)))
+    frames = rig_frames(rig)
     visible = np.zeros(len(squares.area_m2), dtype=np.bool_)
     left = np.ones(len(squares.area_m2), dtype=np.bool_)
     chosen: list[_View] = []
@@ -119,7 +117,7 @@ def plan_visit(
         if places is None:
             continue
         by_hull += [storey] if places.by_hull else []
-        views = _views(rig, around, squares, places)
+        views = _views(frames, around, squares, places)
         visible |= _any_square(squares, views)
         chosen += _needed(_greedy(squares, views, left), squares)
     allowed = _best(chosen, squares, most)
@@ -138,27 +136,26 @@ class _View:
     squares: BoolArray  # (S,)
 
 
-def _views(rig: StereoRig, around: Surroundings, squares: Squares, places: StandingPlaces) -> list[_View]:
+def _views(frames: RigFrames, around: Surroundings, squares: Squares, places: StandingPlaces) -> list[_View]:
     """Return what each place of a storey shows in each direction, of the storey's own elements alone."""
     own = np.array([one.storey == places.storey for one in squares.elements], dtype=np.bool_)
     mine = np.flatnonzero(own[squares.element][squares.square])
-    points, normals = squares.points_m[mine], squares.normals[mine]
-    corner = rig.left.rays([[-0.5, 0.5 * rig.left.height_px], [rig.left.width_px - 0.5, 0.5 * rig.left.height_px]])
-    widest = float(np.nan_to_num(np.cos(np.arctan(np.abs(corner[:, 0])) + 0.2).min(), nan=-1.0))
+    part = squares.part(own[squares.element][squares.square])
+    bearings = np.arange(BEARINGS) * (2.0 * np.pi / BEARINGS)
     views: list[_View] = []
     for eye in places.eyes_m:
-        free = np.flatnonzero(sighted_points(around, eye, points, normals))
+        sighted = sighted_patches(around, eye, part)
+        free, visible = mine[sighted], part.part(sighted)
         if not len(free):
             continue
-        towards = np.arctan2(points[free, 1] - eye[1], points[free, 0] - eye[0])
-        for bearing in np.arange(BEARINGS) * (2.0 * np.pi / BEARINGS):
-            pose = upright_pose(eye, float(bearing))
-            ahead = free[np.cos(towards - bearing) > widest]
-            framed = ahead[in_both_frames(rig, pose, points[ahead], FRAME_MARGIN)]
-            if len(framed):
+        points = np.concatenate([visible.points_m[:, None], visible.corners_m], axis=1)
+        framed = frames.show_upright(eye, bearings, points).all(axis=2)
+        for bearing, shown in zip(bearings, framed, strict=True):
+            if shown.any():
                 patches = np.zeros(len(squares.square), dtype=np.bool_)
-                patches[mine[framed]] = True
+                patches[free[shown]] = True
                 found = of_squares(squares, patches)
+                pose = upright_pose(eye, float(bearing))
                 views.append(_View(storey=places.storey, pose=pose, patches=patches, squares=found))
     return views
 

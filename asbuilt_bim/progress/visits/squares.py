@@ -1,7 +1,7 @@
 """What the plan wants seen, in squares of half a metre: a piece of an element, and the patches of its sides."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from asbuilt_bim.progress.surface import SurfaceState
 
 SIDE_M = 0.5
 """Of a square: two cells of a wall, five of a column. What hides less than that is for the photos to show."""
+_TO_CORNERS = 0.4 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 DECIDED_SHARE = 0.5
 """Of a patch: `ProgressOptions.decided_share`, by which a cell is decided."""
 
@@ -22,13 +23,15 @@ DECIDED_SHARE = 0.5
 class Squares:
     """Patches (P) of the sides of elements, and the squares (S) that they are of: one side seen is the square seen.
 
-    `points_m` and outward `normals` (P, 3) in the world; `face` (P,) is the index into `faces`; `square` (P,) the index
+    `points_m` and outward `normals` (P, 3) in the world; `corners_m` (P, 4, 3) lie four fifths of the way to a patch's
+    own corners: what hides less of it doesn't count. `face` (P,) is the index into `faces`; `square` (P,) the index
     into `area_m2` and `element` (S,), the index into `elements`. `area_m2` is of the square's largest side.
     """
 
     elements: tuple[BimElement, ...]
     faces: tuple[DesignFace, ...]
     points_m: FloatArray
+    corners_m: FloatArray
     normals: FloatArray
     face: IntArray
     square: IntArray
@@ -40,18 +43,25 @@ class Squares:
         """Return the area of all squares: of each side by side pair once."""
         return float(self.area_m2.sum())
 
+    def part(self, patches: BoolArray) -> "Squares":
+        """Return the squares with some of their patches (P,) alone."""
+        return replace(
+            self,
+            points_m=frozen(self.points_m[patches]),
+            corners_m=frozen(self.corners_m[patches]),
+            normals=frozen(self.normals[patches]),
+            face=freeze(self.face[patches]),
+            square=freeze(self.square[patches]),
+        )
+
     def without(self, seen: BoolArray) -> "Squares":
         """Return the squares (S,) that are not seen."""
         kept = ~seen
         number = np.cumsum(kept) - 1
-        patches = kept[self.square]
-        return Squares(
-            elements=self.elements,
-            faces=self.faces,
-            points_m=frozen(self.points_m[patches]),
-            normals=frozen(self.normals[patches]),
-            face=freeze(self.face[patches]),
-            square=freeze(number[self.square[patches]].astype(np.int32)),
+        left = self.part(kept[self.square])
+        return replace(
+            left,
+            square=freeze(number[left.square].astype(np.int32)),
             area_m2=frozen(self.area_m2[kept]),
             element=freeze(self.element[kept]),
         )
@@ -64,7 +74,7 @@ def wanted_squares(design: BimModel, wanted: Collection[str], known: Mapping[str
     """
     elements = tuple(one for one in design.elements if one.global_id in wanted and any(_sides(one)))
     faces: list[DesignFace] = []
-    points, normals, of_face, of_square, areas, owners = [], [], [], [], [], []
+    points, corners, normals, of_face, of_square, areas, owners = [], [], [], [], [], [], []
     count = 0
     for number, element in enumerate(elements):
         samples = cell_samples(element, SIDE_M)
@@ -82,6 +92,8 @@ def wanted_squares(design: BimModel, wanted: Collection[str], known: Mapping[str
             of_face.append(np.where(mine, len(faces), 0)[mine])
             faces.append(face)
             points.append(samples.points_m[mine])
+            around = samples.uv_m[mine, None] + _TO_CORNERS * samples.step_m[mine, None]
+            corners.append(face.frame.from_uv(around.reshape(-1, 2)).reshape(-1, 4, 3))
             normals.append(samples.normals[mine])
             of_square.append(square[mine] + count)
         known_built = np.zeros(len(keys), dtype=np.bool_)
@@ -94,6 +106,7 @@ def wanted_squares(design: BimModel, wanted: Collection[str], known: Mapping[str
         elements=elements,
         faces=tuple(faces),
         points_m=frozen(np.concatenate(points) if points else np.zeros((0, 3))),
+        corners_m=frozen(np.concatenate(corners) if corners else np.zeros((0, 4, 3))),
         normals=frozen(np.concatenate(normals) if normals else np.zeros((0, 3))),
         face=freeze(_joined(of_face)),
         square=freeze(_joined(of_square)),

@@ -11,24 +11,29 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 _CHUNK = 400_000  # sights times triangles at once: some 60 MB
 _END = 1.0 - 1e-4  # of a sight: what it ends at does not stand in it
 _LEVEL = 1e-9
+_ROUNDING_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Surroundings:
-    """Triangles of all that is taken to stand: a corner (N, 3), two sides (N, 3), and a ball round each."""
+    """Triangles of all that is taken to stand: a corner (N, 3), two sides (N, 3), and the box round each."""
 
     corner_m: FloatArray
     first_m: FloatArray
     second_m: FloatArray
-    middle_m: FloatArray
-    radius_m: FloatArray
+    low_m: FloatArray
+    high_m: FloatArray
 
-    def near(self, eye_m: FloatArray, reach_m: float) -> "Surroundings":
-        """Return what lies within reach of an eye (3,)."""
-        inside = np.linalg.norm(self.middle_m - eye_m, axis=1) - self.radius_m < reach_m
-        parts = (self.corner_m, self.first_m, self.second_m, self.middle_m, self.radius_m)
-        corner, first, second, middle, radius = (part[inside] for part in parts)
-        return Surroundings(corner_m=corner, first_m=first, second_m=second, middle_m=middle, radius_m=radius)
+    def between(self, eye_m: FloatArray, ends_m: FloatArray) -> "Surroundings":
+        """Return what may stand in the way of sights from an eye (3,) to points (P, 3): what meets the box round them.
+
+        A level triangle at the border of the box meets none of them.
+        """
+        points = np.vstack([eye_m, ends_m])
+        low, high = points.min(axis=0), points.max(axis=0)
+        inside = np.all((self.low_m < high) & (self.high_m > low), axis=1)
+        names = ("corner_m", "first_m", "second_m", "low_m", "high_m")
+        return Surroundings(**{name: getattr(self, name)[inside] for name in names})
 
     def free(self, eye_m: FloatArray, points_m: FloatArray) -> BoolArray:
         """Say of each point (P, 3) whether nothing stands between it and an eye (3,).
@@ -63,12 +68,10 @@ def surroundings(design: BimModel, standing: Collection[str], floors: Sequence[O
     bodies += [*design.obstacles, *(one for one in floors if one.global_id not in known)]
     corners = [one.vertices_m[one.triangles] for one in bodies if len(one.triangles)]
     all_m = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
-    middle = all_m.mean(axis=1)
-    radius = np.linalg.norm(all_m - middle[:, None], axis=2).max(axis=1, initial=0.0)
     return Surroundings(
         corner_m=frozen(all_m[:, 0]),
         first_m=frozen(all_m[:, 1] - all_m[:, 0]),
         second_m=frozen(all_m[:, 2] - all_m[:, 0]),
-        middle_m=frozen(middle),
-        radius_m=frozen(radius),
+        low_m=frozen(all_m.min(axis=1) - _ROUNDING_M),
+        high_m=frozen(all_m.max(axis=1) + _ROUNDING_M),
     )

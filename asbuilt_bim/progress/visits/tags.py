@@ -1,7 +1,7 @@
 """Surveyed tags that a station will see, and where two more would help most of the stations that see too few."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.transform import cross, unit
+from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.progress.visits.plan_visit import PlannedVisit
-from asbuilt_bim.progress.visits.sights import LIFT_M, Reach, in_both_frames, sighted_points
+from asbuilt_bim.progress.visits.sights import LIFT_M, Reach, rig_frames, sighted_points
 from asbuilt_bim.progress.visits.squares import SIDE_M
 from asbuilt_bim.progress.visits.surroundings import Surroundings
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -74,12 +75,37 @@ def tags_in_view(rig: StereoRig, around: Surroundings, pose: FloatArray, tags: S
     return tuple(tag.number for tag, one in zip(tags, seen, strict=True) if one)
 
 
+def with_unread_tags(
+    visit: CheckedVisit, rig: StereoRig, around: Surroundings, tags: Sequence[TagInPlace]
+) -> CheckedVisit:
+    """Return a visit that says of each placed station which surveyed tags should be in view, and were not read.
+
+    One of them may be covered, gone, or behind what no design holds: that takes nothing from the station.
+    """
+    return replace(visit, stations=tuple(_with_unread(one, rig, around, tags) for one in visit.stations))
+
+
+def _with_unread(
+    station: CheckedStation, rig: StereoRig, around: Surroundings, tags: Sequence[TagInPlace]
+) -> CheckedStation:
+    if station.pose is None:
+        return station
+    due = tags_in_view(rig, around, station.pose.world_from_left, tags)
+    aspects = []
+    for one in station.aspects:
+        read = one.values.get("tags", ())
+        unread = tuple(tag for tag in due if isinstance(read, tuple) and tag not in read)
+        told = one.aspect == "tags" and bool(unread)
+        aspects.append(replace(one, values={**one.values, "unread": unread}) if told else one)
+    return replace(station, aspects=tuple(aspects))
+
+
 def _seen(
     rig: StereoRig, around: Surroundings, pose: FloatArray, points_m: FloatArray, normals: FloatArray, size_m: float
 ) -> BoolArray:
     far = float(rig.left.K[0, 0]) * size_m / LEAST_PX
     reach = Reach(near_m=NEAR_M, far_m=far, slant_rad=MOST_SLANT_RAD)
-    seen = in_both_frames(rig, pose, points_m, 2.0 * LEAST_PX / rig.left.width_px)
+    seen = rig_frames(rig, 2.0 * LEAST_PX / rig.left.width_px).show(pose, points_m)
     some = np.flatnonzero(seen)
     seen[some] = sighted_points(around, pose[:3, 3], points_m[some] + LIFT_M * normals[some], normals[some], reach)
     return seen

@@ -24,6 +24,7 @@ _SEEN: dict[Aspect, str] = {
     "tags": "{tags:all}",
     "place": "± {sigma_m:mm} at {ahead_m:.0f} m",
 }
+_UNREAD = "; in view, not read: {unread:all}"
 TAKE_AGAIN = "Put that right, or take it again, before you leave."
 NONE_COUNTS = "Not one station would count. Don't leave yet."
 
@@ -33,7 +34,8 @@ def aspect_words(aspect: CheckedAspect) -> str:
     values: Values = aspect.values
     if not values or (aspect.aspect == "tags" and not values["tags"]):
         return "none read" if aspect.aspect == "tags" and aspect.grade != "unchecked" else ""
-    return fill(_SEEN[aspect.aspect], values)
+    unread = fill(_UNREAD, values) if values.get("unread") else ""
+    return fill(_SEEN[aspect.aspect], values) + unread
 
 
 def aspect_reasons(station: CheckedStation) -> tuple[Words, ...]:
