@@ -4,16 +4,16 @@ A station that passes will be measured, unless its faces show what only faces ca
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 
 import cv2
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import AsBuiltError, Rejection, rejected
+from asbuilt_bim.errors import AsBuiltError, rejected
 from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair
-from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, decoded, refused, watch_rig, watch_scale
+from asbuilt_bim.flow.rig_check import Outcome, decoded, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import stations_shown_before
 from asbuilt_bim.measure.options import MeasureOptions
 from asbuilt_bim.measure.sighting import sight_station
@@ -86,8 +86,8 @@ def check_stations(
     showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
     barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ())[0]
     found |= {name: refused(found[name], reason) for name, reason in barred.items()}
-    watched = watch_scale(watch_rig([found[one.name] for one in stations], rig), project, rig, survey)
-    return _placed(watched, survey, project, day, other_days(visit, taken))
+    visited = checked_visit([found[one.name] for one in stations], project, rig, survey, day)
+    return replace(visited, faults=(*other_days(visit, taken), *visited.faults))
 
 
 def _sighted(
@@ -123,14 +123,11 @@ def _sighted(
     return found
 
 
-def _placed(
-    watched: WatchedVisit,
-    survey: tuple[SurveyedMarker, ...],
-    project: Project,
-    day: date,
-    warnings: tuple[Rejection, ...],
+def checked_visit(
+    outcomes: Sequence[Outcome], project: Project, rig: StereoRig, survey: tuple[SurveyedMarker, ...], day: date
 ) -> CheckedVisit:
-    """Place the stations, and grade each by all that speaks against it."""
+    """Judge rig and scale by all stations, place them, and grade each by all that speaks against it."""
+    watched = watch_scale(watch_rig(outcomes, rig), project, rig, survey)
     measured = tuple(one for one in watched.outcomes if isinstance(one, StationMeasurement))
     placement = register(measured, survey, project.options.register)
     poses = {one.pose.station: one.pose for one in placement.stations}
@@ -146,9 +143,7 @@ def _placed(
         checked.append(checked_station(outcome, reasons, pose, picture, rows.get(outcome.station)))
     names = {outcome.station for outcome in watched.outcomes}
     of_all = tuple(one for one in placement.rejections if station_of(one) not in names)
-    return CheckedVisit(
-        day=day, stations=tuple(checked), faults=(*warnings, *watched.warnings, *of_all), notes=watched.notes
-    )
+    return CheckedVisit(day=day, stations=tuple(checked), faults=(*watched.warnings, *of_all), notes=watched.notes)
 
 
 def _picture(outcome: Outcome) -> bytes:

@@ -19,6 +19,7 @@ EDGE_M = 0.6
 BODY_M = 0.45
 """From walls, columns and stairs: half a person with a rig, and room to turn."""
 _LEVELS_M = (0.3, 1.0, 1.7)  # over the floor: what stands at one of them stands in the way
+_UNDER_TOP_M = 0.1  # over every lintel
 _FOOT_M = 0.4  # a floor's top lies no further from the feet of what stands on it: screed, kickers, a raked slab
 _CELL_M, _MOST_CELLS = 0.1, 4_000_000
 _EVERY_M, _MOST_PLACES = 0.8, 260
@@ -95,13 +96,19 @@ def _hull(elements: Sequence[BimElement]) -> FloatArray:
 
 
 def _footprint(body: BimElement | Obstacle, floor_z_m: float) -> list[FloatArray]:
-    """Return the rings (N, 2) of what stands in the way of a person, from above; holes count as solid."""
+    """Return the rings (N, 2) of what stands in the way of a person, from above; holes count as solid.
+
+    Nobody stands in a doorway for long: a wall or column is taken by its section under its top, too.
+    """
     mesh = Mesh(vertices_m=body.vertices_m, triangles=body.triangles)
     origin = np.array([body.vertices_m[:, 0].mean(), body.vertices_m[:, 1].mean(), 0.0])
     frame = PlaneFrame(origin_m=frozen(origin), u=frozen([1.0, 0.0, 0.0]), v=frozen([0.0, 1.0, 0.0]))
     rings: list[FloatArray] = []
-    for level in _LEVELS_M:
-        segments = section(mesh, frame, floor_z_m + level)
+    levels = [floor_z_m + level for level in _LEVELS_M]
+    if isinstance(body, BimElement) and body.vertices_m[:, 2].min() < levels[-1] < body.vertices_m[:, 2].max():
+        levels.append(float(body.vertices_m[:, 2].max()) - _UNDER_TOP_M)
+    for level in levels:
+        segments = section(mesh, frame, level)
         if len(segments):
             rings += [rings_of[0] + origin[:2] for rings_of in region_from(enclosed(segments))]
             rings += list(segments + origin[:2])  # of a body that isn't closed, at least its sides

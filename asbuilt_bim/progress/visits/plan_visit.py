@@ -141,7 +141,7 @@ def _views(frames: RigFrames, around: Surroundings, squares: Squares, places: St
     own = np.array([one.storey == places.storey for one in squares.elements], dtype=np.bool_)
     mine = np.flatnonzero(own[squares.element][squares.square])
     part = squares.part(own[squares.element][squares.square])
-    bearings = np.arange(BEARINGS) * (2.0 * np.pi / BEARINGS)
+    bearings = frozen(np.arange(BEARINGS) * (2.0 * np.pi / BEARINGS))
     views: list[_View] = []
     for eye in places.eyes_m:
         sighted = sighted_patches(around, eye, part)
@@ -149,7 +149,7 @@ def _views(frames: RigFrames, around: Surroundings, squares: Squares, places: St
         if not len(free):
             continue
         points = np.concatenate([visible.points_m[:, None], visible.corners_m], axis=1)
-        framed = frames.show_upright(eye, bearings, points).all(axis=2)
+        framed: BoolArray = np.all(frames.show_upright(eye, bearings, points), axis=2)
         for bearing, shown in zip(bearings, framed, strict=True):
             if shown.any():
                 patches = np.zeros(len(squares.square), dtype=np.bool_)
