@@ -20,10 +20,11 @@ from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
+from asbuilt_bim.progress.completion.records import marker_records, place_of
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
-from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.progress.report import ElementProgress, MarkerRecord, ProgressReport
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.states.undone import undone_front
@@ -32,7 +33,7 @@ from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.register.placement import register
-from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.pose import Placement, SurveyedMarker
 from asbuilt_bim.register.survey import check_survey, read_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
@@ -74,7 +75,8 @@ def monitor(
     elements that stand beside their design, until a person accepts that: then they are judged where they stand. `share`
     has the elements judged, here or in several processes: that changes nothing.
     """
-    placement = register(tuple(measured), survey, options.register)
+    remembered = {marker_id: place_of(record) for marker_id, record in history.markers.items()}
+    placement = register(tuple(measured), survey, options.register, remembered=remembered)
     held = hold_against_design(placement, design, options.match, accept_shift)
     standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
@@ -97,7 +99,14 @@ def monitor(
         unplaced=[station for station in measured if station.station not in placed],
         displaced=standing.displaced,
     )
+    report = replace(report, markers=_markers(placement, history, day, counts=bool(report.placed)))
     return _saying_why(replace(report, notes=(*held.notes, *report.notes)))
+
+
+def _markers(placement: Placement, history: VisitHistory, day: date, *, counts: bool) -> tuple[MarkerRecord, ...]:
+    """Return the markers that nobody surveyed; what a visit found that doesn't count is forgotten."""
+    moved = {int(one.subject.name) for one in placement.rejections if one.code is Reason.MARKER_MOVED_SINCE}
+    return marker_records(placement.tags if counts else {}, history.markers, day, moved)
 
 
 def _saying_why(report: ProgressReport) -> ProgressReport:
