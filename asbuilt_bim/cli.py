@@ -110,10 +110,17 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.argument("project", type=_FILE, metavar="[PROJECT.yaml]", required=False)
 @click.option("--out", type=_FILE, required=True, metavar="RIG.yaml", help="The rig file to write.")
 @click.option("--report", type=_FILE, metavar="PAGE.html", help="A page that says whether to trust the calibration.")
-@click.option("--left", default="", metavar="PATTERN", help='Without a project: left board photos, "cal/left_*.jpg".')
+@click.option("--left", default="", metavar="PATTERN", help='Without a project: left photos, "cal/left_*.jpg".')
 @click.option("--right", default="", metavar="PATTERN", help="The right ones.")
 @click.option("--both", default="", metavar="PATTERN", help="Instead: photos that hold both eyes side by side.")
 @click.option("--board", default="", metavar="BOARD", help=_BOARD)
+@click.option(
+    "--tags",
+    type=Metres(min=0.02, max=3.0),
+    metavar="METRES",
+    help="Instead of a board: side of the tags' black square.",
+)
+@click.option("--family", type=click.Choice(FAMILY_NAMES), default=FAMILY_NAMES[0], help="The tags' family.")
 @click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
 @click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="Measured points, instead of boards.")
@@ -128,17 +135,20 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def calibrate(context: click.Context, /, **options: Any) -> None:
-    """Calibrate the rig from the boards of PROJECT.yaml, from --left, --right and --board, or from --control-points.
+    """Calibrate the rig from PROJECT.yaml, from photos of a --board or of --tags, or from --control-points.
 
     A known length (--check-length with --check-points, or a second board) refuses a rig whose scale is off.
     """
-    pairs = ("both", "board") if options["both"] else ("left", "right", "board")
+    shown = "board" if options["tags"] is None else "tags"
+    pairs = ("both", shown) if options["both"] else ("left", "right", shown)
     groups = [("project",), pairs, ("control_points", "photo_size")]
     given = [group for group in groups if any(options[key] for key in group)]
     both_ways = options["both"] and (options["left"] or options["right"])
-    if len(given) != 1 or both_ways or not all(options[key] for key in given[0]):
+    two_kinds = bool(options["board"]) and options["tags"] is not None
+    if len(given) != 1 or both_ways or two_kinds or not all(options[key] for key in given[0]):
         raise click.UsageError(
-            "give PROJECT.yaml, or --left, --right (or --both) and --board, or --control-points and --photo-size"
+            "give PROJECT.yaml, or --left, --right (or --both) and --board or --tags, or --control-points and "
+            "--photo-size"
         )
     options["photo_size"] = options["photo_size"] or (0, 0)
     if (options["check_length"] is None) != (not options["check_points"]):
@@ -356,6 +366,50 @@ def add_network(context: click.Context, /, **options: Any) -> None:
         from asbuilt_bim.terminal.networks_command import AddRequest, add_command
 
         return add_command(AddRequest(**options), screen)
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.argument("photos", type=_FILE, nargs=-1, required=True, metavar="PHOTOS")
+@click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project that they are for.")
+@click.option("--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw isn't due.")
+@click.option("--out", type=_FILE, default=Path("check.html"), metavar="PAGE.html", help="The page to write.")
+@click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
+@click.option("--strict", is_flag=True, help="Exit with 1 if a station would be left out.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
+@click.pass_context
+def check(context: click.Context, /, **options: Any) -> None:
+    """Check today's PHOTOS on site: a folder of pairs, or LEFT RIGHT of each station in turn.
+
+    Says of each whether a run will count it, what to do about it, and which to take again before leaving.
+    """
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.check_command import CheckRequest, check_command
+
+        return check_command(CheckRequest(**options), screen, datetime.now(UTC).date())
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project to visit.")
+@click.option("--date", "day", type=Day(), default=None, help="The day of the visit; today if left out.")
+@click.option("--stations", type=click.IntRange(min=1), default=None, metavar="N", help="So many at most.")
+@click.option("--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what is seen isn't due.")
+@click.option("--out", type=_FILE, default=Path("plan.html"), metavar="PAGE.html", help="The page to write.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
+@click.pass_context
+def plan(context: click.Context, /, **options: Any) -> None:
+    """Plan a visit: the fewest stations that see what is due, drawn on plans, with a list to print."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.plan_command import PlanRequest, plan_command
+
+        return plan_command(PlanRequest(**options), screen, datetime.now(UTC).date())
 
     _guarded(context, screen, action)
 

@@ -1,22 +1,25 @@
 """The page that says whether a calibration is to be trusted: one file, without scripts and without requests."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.report.page.calibration_drawings import area_maps, arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.page.environment import environment
 from asbuilt_bim.report.wording.notes import note_words
-from asbuilt_bim.report.wording.of_page.calibration_sources import SOURCE_WORDS, advice_words, dominating, place_words
+from asbuilt_bim.report.wording.of_page.calibration_sources import (
+    SOURCE_WORDS,
+    TAG_SOURCE_WORDS,
+    advice_words,
+    dominating,
+    place_words,
+)
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.values import shown
 
-TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
 """Of an area at 5 m in the frame's worst place, one sigma: a third of what areas are wanted to, and all of it."""
 
@@ -36,7 +39,8 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
     """Judge a calibration by what it does to an area, and by every check that gave a warning."""
     reasons = [note_words(warning) for warning in calibration.checks.warnings]
     if not checks:
-        wrong = "points measured in another unit" if calibration.from_control_points else "a board of another size"
+        wrong = "tags of another size" if calibration.from_tags else "a board of another size"
+        wrong = "points measured in another unit" if calibration.from_control_points else wrong
         reasons.append(
             f"no known length was checked: {wrong} would show in nothing here; pass --check-length, or a second board"
         )
@@ -72,22 +76,16 @@ def _unsure(check: LengthCheck) -> str:
 def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> str:
     """Return the page of a calibration; `checks` are the known lengths that it was held against."""
     rig, effect = calibration.rig, area_effect(calibration.rig, calibration.by_source)
+    sources = TAG_SOURCE_WORDS if calibration.from_tags else SOURCE_WORDS
     fits = calibration.corners_left, calibration.corners_right
     scale_px = arrow_scale_px(fits)
     frames = [
         frame_drawing("left", rig.left, fits[0], scale_px),
         frame_drawing("right", rig.right, fits[1], scale_px),
     ]
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update({"share": _share, "fixed": _fixed, "degrees": _degrees})
-    template = environment.get_template("calibration.html.j2")
+    templates = environment()
+    templates.filters.update({"share": _share, "fixed": _fixed, "degrees": _degrees})
+    template = templates.get_template("calibration.html.j2")
     return template.render(
         calibration=calibration,
         left_out=[words_of(rejection) for rejection in calibration.left_out],
@@ -98,10 +96,12 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
         frames=frames,
         bars=view_bars(calibration),
         maps=() if effect is None else area_maps(effect, rig.left),
-        sources=() if effect is None else tuple((SOURCE_WORDS[name], sigma) for name, sigma in effect.sources),
-        dominating="" if effect is None else dominating(effect.sources),
+        sources=() if effect is None else tuple((sources[name], sigma) for name, sigma in effect.sources),
+        dominating="" if effect is None else dominating(effect.sources, sources),
         worst_place="" if effect is None else place_words(effect.worst_place),
-        advice=tuple((advice_words(one), one.worst) for one in calibration.advice),
+        advice=tuple(
+            (advice_words(one, "tags" if calibration.from_tags else "board"), one.worst) for one in calibration.advice
+        ),
     )
 
 
