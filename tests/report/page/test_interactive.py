@@ -136,6 +136,19 @@ def test_filters_and_order_come_back_from_the_address(tab: Tab, page: Path) -> N
 
 
 @in_a_browser
+def test_elements_are_found_by_their_zone(browser: Tab, tmp_path: Path) -> None:
+    report = sample_report()
+    zones = [("Pour 1", IMAGE), ("Pour 1",), *[()] * 6]
+    elements = tuple(replace(e, zones=own) for e, own in zip(report.elements, zones, strict=True))
+    page = write_pages(replace(report, elements=elements), {}, tmp_path)[0]
+    browser.open(page.as_uri() + "#zone=Pour+1")
+    browser.until("document.documentElement.dataset.ready === 'yes'")
+    assert len(names(browser)) == 2
+    put(browser, "zone", IMAGE)
+    assert len(names(browser)) == 1 and "zone=" in browser.value("location.hash")
+
+
+@in_a_browser
 def test_a_click_opens_a_card_arrows_go_on_and_escape_closes_it(tab: Tab) -> None:
     put(tab, "state", "unknown")
     order = names(tab)
