@@ -19,7 +19,7 @@
     const hash = location.hash.slice(1);
     if (hash.startsWith("e-")) return { ...chosen, e: decodeURIComponent(hash.slice(2)), s: "" };
     if (hash === "late" || hash === "since") return { only: hash };
-    if (hash && !hash.includes("=")) return chosen; // a place on the page
+    if (hash && !hash.includes("=")) return { ...chosen, e: "", s: "" }; // a place on the page
     return Object.fromEntries(new URLSearchParams(hash));
   }
 
@@ -49,7 +49,11 @@
       draw();
     }
     if (hash === "late" || hash === "since") byId("elements").scrollIntoView();
+    if (chosen.state || chosen.storey || chosen.class || chosen.task || chosen.zone || chosen.only) byId("filters").open = true;
     open(chosen.e ? `e ${chosen.e}` : chosen.s ? `s ${chosen.s}` : "");
+    const place = hash && !hash.includes("=") && byId(hash);
+    if (place && place.classList.contains("floor")) place.open = true;
+    if (place) place.scrollIntoView(); // a card that closes here would lead back to where it was opened
   }
 
   // Which elements, in which order ----------------------------------------------------------------------------------
@@ -277,6 +281,7 @@
   fill("state", states.filter((one) => columns.state.includes(one)));
   fill("task", tasks);
   if (zones.length) fill("zone", zones);
+  byId("filters").open = window.innerWidth > 720;
   headButtons();
   listen();
   follow();
