@@ -231,6 +231,20 @@ class StationRecord:
         return f"overlays/{self.day.isoformat()}_{self.picture.rsplit('/', 1)[-1] or self.name + '.jpg'}"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MarkerRecord:
+    """A marker that nobody surveyed, where photos found it: the next visit starts from it.
+
+    `marker_covariance` (7, 7) is of [rotation vector (rad), centre (m)] in world axes, then of the size's logarithm.
+    """
+
+    marker_id: int
+    world_from_marker: FloatArray  # (4, 4): x right of the print, y down, z into the wall
+    size_m: float
+    marker_covariance: FloatArray
+    found_on: date  # the visit that found it there
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WantedView:
     """A side of an element to photograph next, in world metres."""
@@ -331,6 +345,7 @@ class ProgressReport:
     north: tuple[float, ...] | None = None  # where north points in the world's x and y
     grid_lines: tuple[GridLine, ...] = ()
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
+    markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before
 
     @property
     def placed(self) -> frozenset[str]:

@@ -129,10 +129,22 @@ def test_markers_close_together_and_far_away_are_too_uncertain() -> None:
     assert unsure.code is Reason.POSE_UNCERTAIN and unsure.values["sigma_m"] > unsure.values["limit_m"]  # type: ignore
 
 
-def test_a_given_pose_is_taken_as_it_is() -> None:
+def test_a_given_pose_counts_with_its_sigma_beside_the_markers_that_it_sees() -> None:
+    station, survey = site(1)
+    true = looking_north()
+    for sigma_rad, sigma_m, moves in ((1e-6, 1e-6, False), (0.003, 0.02, True)):
+        off = true.copy()
+        off[:3, 3] += sigma_m
+        given = given_pose("A1", off, sigma_rad, sigma_m)
+        (placed,) = register((station,), survey, RegisterOptions(), given={"A1": given}).stations
+        step = np.linalg.norm(placed.pose.world_from_left[:3, 3] - off[:3, 3])
+        assert (step > 0.1 * sigma_m) if moves else step < 1e-5
+
+
+def test_a_given_pose_without_a_marker_in_view_is_taken_as_it_is() -> None:
     station, survey = site(1)
     given = given_pose("A1", looking_north(), 0.001, 0.01)
-    placement = register((station,), survey, RegisterOptions(), given={"A1": given})
+    placement = register((replace(station, markers=()),), survey, RegisterOptions(), given={"A1": given})
     assert placement.stations[0].pose is given
     assert placement.rejections == ()
 
