@@ -77,13 +77,14 @@ def monitor(
     What is known to be wrong decides nothing. Where the survey lies beside the design, or the visit would undo what
     earlier ones saw, not one station counts, and everything is as the visits before left it. Nothing is said of
     elements that stand beside their design, until a person accepts that: then they are judged where they stand. `share`
-    has the elements judged, here or in several processes: that changes nothing.
+    has stations placed and matched and elements judged, here or in several processes: that changes nothing.
     """
     remembered = {marker_id: place_of(record) for marker_id, record in history.markers.items()}
     placement = register(
-        tuple(measured), survey, options.register, given=given, control_points=control_points, remembered=remembered
-    )
-    held = hold_against_design(placement, design, options.match, accept_shift)
+        tuple(measured), survey, options.register, given=given, control_points=control_points, remembered=remembered,
+        share=share,
+    )  # fmt: skip
+    held = hold_against_design(placement, design, options.match, accept_shift, share)
     standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
     matched = adjust_with_design(standing.matched, design, options.match)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Literal
 
+from asbuilt_bim.bim.model import GridLine
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
 from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
@@ -341,6 +342,8 @@ class ProgressReport:
     wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
     observations: tuple[Observation, ...] = ()  # what persons saw, never mixed into measured values
     tolerance: Tolerance | None = None  # that the project asks for
+    north: tuple[float, ...] | None = None  # where north points in the world's x and y
+    grid_lines: tuple[GridLine, ...] = ()
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
     markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before
 

@@ -14,9 +14,11 @@ from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register import agree
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import ControlPoint, given_pose, register
-from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted, Solution, project_both, solve_pose
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.scale.codec import plain_digest
+from asbuilt_bim.scale.share import AmongProcesses
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from tests.register.test_solve import PLACES, camera, looking_north, marker_corners
 
@@ -177,3 +179,16 @@ def test_no_set_of_markers_is_solved_twice_where_one_marker_contradicts(monkeypa
     placement = register((station,), survey, RegisterOptions())
     assert 2 not in placement.stations[0].pose.markers_used
     assert len(solved) == len(set(solved)) > 5
+
+
+def test_two_processes_place_stations_as_one_does_to_the_byte() -> None:
+    first, survey = site(6)
+    survey[2] = replace(survey[2], corners_m=frozen(survey[2].corners_m + np.array([0.3, 0.0, 0.0])))
+    stations = [replace(first, station=name, markers=first.markers[n:]) for n, name in enumerate("ABC")]
+    shares = [AmongProcesses(workers=workers, least_items=0) for workers in (1, 2)]
+    alone, shared = (register(stations, survey, RegisterOptions(), share=share) for share in shares)
+    kept = [one.measurement for one in shared.stations]
+    assert kept == [one.measurement for one in alone.stations] == stations[: len(kept)] != []
+    poses = [[plain_digest(one.pose, StationPose) for one in found.stations] for found in (alone, shared)]
+    assert poses[0] == poses[1]
+    assert alone.rejections == shared.rejections != ()
