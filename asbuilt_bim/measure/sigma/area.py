@@ -90,7 +90,7 @@ def calibration_sigmas_m2(
         return np.zeros(0)
     is_known = bool(np.any(rig.covariance))
     turn_rad = np.zeros(5) if is_known else np.array(rig.width.turn_rad)
-    lens_px = rows_px if is_known else max(rig.width.lens_px, rows_px)
+    lens_px = max(rig.lens_left_px, rows_px)
     sigmas = np.array([_by_disparity_m2(rings, q, camera, turn_rad, lens_px) for rings, q in outlines])
     if is_known:
         by_rig = _by_covariance_m2(outlines, rig, camera)
