@@ -75,7 +75,7 @@ def watch_rig(
             found.update(again(names, better.rig))
             left, state, doubts = _still_knocked([found[name] for name in names], better.rig)
             found.update(left)
-            warnings += doubts
+            warnings += doubts if better.fit is None else ()  # what matches leave open, the lengths have told
             records.append(_record(verdict, refined=state == "refined"))
             notes += [] if better.mended is None else [_refined(names, better.mended)]
             notes += [] if better.fit is None else [_by_lengths(names, better.fit)]

@@ -17,6 +17,7 @@ from asbuilt_bim.camera.rig_numbers import in_pixels, rig_numbers, seen_points, 
 from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray, frozen
 from asbuilt_bim.geometry.robust_least_squares import MEDIAN_TO_SIGMA, by_differences, cauchy
+from asbuilt_bim.measure.sigma.area import hats
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import KNOWN_TO, SCALE_LIMIT, TARGET_SIGMA, KnownLength, distances_seen
@@ -119,6 +120,22 @@ class _Lengths:
     def covariance(self) -> FloatArray:
         """Return the lengths' covariance (L, L) by what they err by themselves: a marker's depths are in several."""
         ray = self.points_m / np.linalg.norm(self.points_m, axis=1, keepdims=True)
+        by_depth = self._by_depth(ray)
+        own = np.diag([one.own**2 for one in self.each])
+        covariance: FloatArray = (by_depth * self.depth_m**2) @ by_depth.T + own
+        return covariance
+
+    def by_lens(self, camera: RectifiedCamera) -> FloatArray:
+        """Return what a pixel that the lenses leave in each cell of the frame makes of the lengths (L, 24)."""
+        ray = self.points_m / np.linalg.norm(self.points_m, axis=1, keepdims=True)
+        rectified = self.points_m @ camera.rectified_from_left.T
+        pixels = camera.f_px * rectified[:, :2] / rectified[:, 2:] + [camera.cx_px, camera.cy_px]
+        further = np.linalg.norm(self.points_m, axis=1) * rectified[:, 2] / (camera.f_px * camera.baseline_m)
+        by_cell: FloatArray = (self._by_depth(ray) * further) @ hats(pixels, camera)
+        return by_cell
+
+    def _by_depth(self, ray: FloatArray) -> FloatArray:
+        """Return how each length changes, as a share, where each point moves along its ray (L, N), in 1/m."""
         by_depth = np.zeros((len(self.each), len(self.points_m)))
         for k, one in enumerate(self.each):
             for a, b in one.spans:
@@ -126,9 +143,7 @@ class _Lengths:
                 along = ray @ (span / (span @ span)) / len(one.spans)
                 by_depth[k, a] += along[a] / len(a)
                 by_depth[k, b] -= along[b] / len(b)
-        own = np.diag([one.own**2 for one in self.each])
-        covariance: FloatArray = (by_depth * self.depth_m**2) @ by_depth.T + own
-        return covariance
+        return by_depth
 
     def shared(self) -> FloatArray:
         """Return what a sigma of each cause (C) that several lengths share makes of them (L, C)."""
@@ -161,7 +176,8 @@ def rig_by_lengths(
 
     steps = np.where(in_pixels(before), _STEP_PX, _STEP)
     change, prior, is_other = np.zeros(len(steps)), before.covariance, False
-    yaw_scale, shared = _yaw_and_scale(before, camera), lengths.shared()
+    yaw_scale, causes = _yaw_and_scale(before, camera), lengths.shared()
+    shared = np.concatenate([causes, before.lens_left_px * lengths.by_lens(camera)], axis=1)
     for at in range(_LINEARISED):
         slopes = by_differences(off, change, steps)
         start = off(change) - slopes @ change
@@ -172,7 +188,7 @@ def rig_by_lengths(
             prior = prior + yaw_scale * _OPEN**2 @ yaw_scale.T
         weight = np.linalg.inv(slopes @ prior @ slopes.T + noise)
         change = -prior @ slopes.T @ weight @ start
-    if np.abs(shared.T @ weight @ start).max() > SIGNIFICANT:  # whatever the rig, a kind or a survey row is wrong
+    if np.abs(causes.T @ weight @ start).max() > SIGNIFICANT:  # whatever the rig, a kind or a survey row is wrong
         return None
     covariance = frozen(prior - prior @ slopes.T @ weight @ slopes @ prior)
     found = replace(with_numbers(before, rig_numbers(before) + change), covariance=covariance)

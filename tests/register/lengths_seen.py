@@ -9,6 +9,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import apply
+from asbuilt_bim.measure.sigma.area import hats
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.rig_lengths import KnownLengths
@@ -26,6 +27,7 @@ def rays(points_m: FloatArray, noise: FloatArray) -> FloatArray:
 def visit(
     true: StereoRig, believed: StereoRig, seed: int, stations: int = 5, noise_px: float = 0.07, markers: int = 4,
     exact: bool = False, surveyed: bool = True, near_m: float = 2.5, far_m: float = 7.0,
+    lens_px: float = 0.0,
 ) -> tuple[list[ScaleEvidence], KnownLengths]:  # fmt: skip
     """Stations that see the disc and some of ten surveyed markers; what is known of them errs by its own sigma."""
     rng = np.random.default_rng([seed, 7])
@@ -42,7 +44,9 @@ def visit(
         )
         for k, place in enumerate(world)
     ]  # fmt: skip
-    f, noise = rectification(believed).camera.f_px, spread * noise_px
+    camera = rectification(believed).camera
+    f, noise = camera.f_px, spread * noise_px
+    cells = lens_px * rng.normal(0.0, 1.0, 24)
     evidence = []
     for _ in range(stations):
         ids = sorted(rng.choice(10, markers, replace=False).tolist())
@@ -52,6 +56,9 @@ def visit(
         at = np.concatenate([points.reshape(-1, 3), around])
         in_right = apply(true.right_from_left, at)
         seen = [rays(one, rng.normal(0.0, 1.0, (len(at), 2)) * noise / f) for one in (at, in_right)]
+        rectified = at @ camera.rectified_from_left.T
+        pixels = f * rectified[:, :2] / rectified[:, 2:] + [camera.cx_px, camera.cy_px]
+        seen[1][:, 0] += hats(pixels, camera) @ cells / f
         met = midpoints(seen[0], seen[1], believed.right_from_left)
         corners = met[:-4].reshape(-1, 4, 3)
         disparity, side = (

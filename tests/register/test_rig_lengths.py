@@ -71,12 +71,12 @@ def test_areas_of_bought_rigs_err_as_the_refined_sigma_says() -> None:
     for seed in range(14):
         drawn = root @ np.random.default_rng([seed, 5]).normal(size=len(root))
         true = with_numbers(bought, rig_numbers(bought) + drawn)
-        fit = fitted(true, BOUGHT, seed)
+        fit = fitted(true, BOUGHT, seed, lens_px=FACTORY.lens_px)
         assert fit is not None
         pulls.append(area_pulls(fit, true))
         gained.append(fit.area_sigma / fit.area_sigma_before)
     assert 0.25 < np.mean(np.square(pulls)) < 2.2
-    assert max(gained) < 0.3
+    assert max(gained) < 0.5
 
 
 def test_a_calibrated_rig_that_was_knocked_in_yaw_is_another_and_is_found() -> None:

@@ -149,7 +149,7 @@ def left_of_disparity_px(
     Each column is one independent error of one sigma: the turn's five numbers where they aren't zero, and the lenses'
     at each cell of the frame, between which they change smoothly.
     """
-    columns = [lens_px * _hats(pixels, camera)]
+    columns = [lens_px * hats(pixels, camera)]
     points = _on_plane(pixels, q_px, camera)
     for turn in np.diag(turn_rad)[turn_rad > 0.0]:
         left, right = seen_by(points, turn, camera)
@@ -157,7 +157,7 @@ def left_of_disparity_px(
     return np.concatenate(columns, axis=1)
 
 
-def _hats(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
+def hats(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     """Return (N, cells): how much of each cell's value a pixel has, linear between the cells' middles."""
     weights = []
     for along, count, size in zip(pixels.T, LENS_CELLS, (camera.width_px, camera.height_px), strict=True):
