@@ -371,6 +371,50 @@ def add_network(context: click.Context, /, **options: Any) -> None:
 
 
 @app.command()
+@click.argument("photos", type=_FILE, nargs=-1, required=True, metavar="PHOTOS")
+@click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project that they are for.")
+@click.option("--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw isn't due.")
+@click.option("--out", type=_FILE, default=Path("check.html"), metavar="PAGE.html", help="The page to write.")
+@click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
+@click.option("--strict", is_flag=True, help="Exit with 1 if a station would be left out.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
+@click.pass_context
+def check(context: click.Context, /, **options: Any) -> None:
+    """Check today's PHOTOS on site: a folder of pairs, or LEFT RIGHT of each station in turn.
+
+    Says of each whether a run will count it, what to do about it, and which to take again before leaving.
+    """
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.check_command import CheckRequest, check_command
+
+        return check_command(CheckRequest(**options), screen, datetime.now(UTC).date())
+
+    _guarded(context, screen, action)
+
+
+@app.command()
+@click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project to visit.")
+@click.option("--date", "day", type=Day(), default=None, help="The day of the visit; today if left out.")
+@click.option("--stations", type=click.IntRange(min=1), default=None, metavar="N", help="So many at most.")
+@click.option("--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what is seen isn't due.")
+@click.option("--out", type=_FILE, default=Path("plan.html"), metavar="PAGE.html", help="The page to write.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
+@click.pass_context
+def plan(context: click.Context, /, **options: Any) -> None:
+    """Plan a visit: the fewest stations that see what is due, drawn on plans, with a list to print."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.plan_command import PlanRequest, plan_command
+
+        return plan_command(PlanRequest(**options), screen, datetime.now(UTC).date())
+
+    _guarded(context, screen, action)
+
+
+@app.command()
 @click.argument("folder", type=_FILE, default=".", metavar="[FOLDER]")
 @click.pass_context
 def init(context: click.Context, folder: Path) -> None:

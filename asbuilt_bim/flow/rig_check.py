@@ -188,7 +188,7 @@ def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square
 
 def refused(outcome: Outcome, reason: Rejection) -> RejectedStation:
     """Return a station as refused for one reason, with what is wrong with its photos; it says nothing of the rig."""
-    picture = outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg)
+    picture = outcome.picture if isinstance(outcome, RejectedStation) else decoded(outcome.thumbnail_jpeg)
     return RejectedStation(station=outcome.station, rejections=(*_photo_faults(outcome), reason), picture=picture)
 
 
@@ -229,13 +229,14 @@ def _refused(outcome: Outcome, verdict: RigVerdict) -> RejectedStation:
     return RejectedStation(
         station=outcome.station,
         rejections=(*_photo_faults(outcome), rig_rejection(Reason.RIG_KNOCKED, _subject(outcome), verdict), *others),
-        picture=outcome.picture if isinstance(outcome, RejectedStation) else _decoded(outcome.thumbnail_jpeg),
+        picture=outcome.picture if isinstance(outcome, RejectedStation) else decoded(outcome.thumbnail_jpeg),
         health=outcome.health,
         scale=None,  # a knock moves lengths too: its scale says nothing more
     )
 
 
-def _decoded(jpeg: bytes) -> ByteImage | None:
+def decoded(jpeg: bytes) -> ByteImage | None:
+    """Return a kept picture; None where there is none, or it can't be decoded."""
     picture = cv2.imdecode(np.frombuffer(jpeg, dtype=np.uint8), cv2.IMREAD_COLOR) if jpeg else None
     return None if picture is None else np.asarray(picture, dtype=np.uint8)
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from asbuilt_bim.bim.covers import Cover, CoveredRows
-from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.bim.model import BimModel, Obstacle
 from asbuilt_bim.errors import DesignError
-from asbuilt_bim.ifc.read import covers, design
+from asbuilt_bim.ifc.read import covers, design, floors
 from asbuilt_bim.ifc.read.archive import MAX_BYTES
 from asbuilt_bim.ifc.read.design import Inspection
 from asbuilt_bim.ifc.write import copy, federation
@@ -44,6 +44,16 @@ def inspect_file(path: Path) -> Inspection:
         DesignError: it can't be opened, is damaged, crashed its reader, or took too long or too much memory.
     """
     return _apart([path], design.inspect_file, path)
+
+
+def read_floors(paths: Sequence[Path | str]) -> tuple[Obstacle, ...]:
+    """Return the slabs of the design's files, as `ifc.read.floors.read_floors` does, in a process of its own.
+
+    Raises:
+        DesignError: as there; or a file crashed its reader, or took too long or too much memory.
+    """
+    named = [Path(one) for one in paths]
+    return _apart(named, floors.read_floors, tuple(named))
 
 
 def read_covers(paths: Sequence[Path], rows: Sequence[Cover], measured: frozenset[str]) -> CoveredRows:

@@ -1,42 +1,42 @@
 """One station measured: two photos in; faces, sightings and a small depth map out. Knows nothing of the design."""
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt_bim.camera.photo.quality import StationQuality, clipped, photo_faults, quality_of
-from asbuilt_bim.camera.photo.working_size import working_rig
+from asbuilt_bim.camera.photo.quality import StationQuality, clipped
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import NetworkError, Rejection
 from asbuilt_bim.geometry.arrays import ByteImage, FloatArray
 from asbuilt_bim.measure.clipped import ends_clipped, unclipped
 from asbuilt_bim.measure.depth_reference import DepthReference, pack
-from asbuilt_bim.measure.depth_source import Method, area_depth, depth_method
+from asbuilt_bim.measure.depth_source import area_depth, depth_method
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.options import MeasureOptions
 from asbuilt_bim.measure.paper import paper_faces
-from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence, without_scale
-from asbuilt_bim.measure.station_faces import FaceOptions, measure_faces, thumbnail
-from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, check_rig, read_station
+from asbuilt_bim.measure.sighting import Sighted, sight_station
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
+from asbuilt_bim.measure.station_faces import measure_faces, thumbnail
+from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos
 from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.measure.workbench import marks_mask, without_boards
-from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
+from asbuilt_bim.vision.markers.find import MarkerSighting
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.people import without_people
 from asbuilt_bim.vision.masks.segment import Instance, Segmenter
 from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.far_surface import far_surface
-from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
+from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
-from asbuilt_bim.vision.stereo.depth import DepthMap, DepthMethod, RelativeDepth
-from asbuilt_bim.vision.stereo.depth_paper import Inversion
-from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, StereoMatcher, depth_map
+from asbuilt_bim.vision.stereo.depth import DepthMap, RelativeDepth
+from asbuilt_bim.vision.stereo.matching import StereoMatcher, depth_map
 from asbuilt_bim.vision.stereo.occluder_free import occluder_free_disparity
 from asbuilt_bim.vision.stereo.rig_health import StationHealth
-from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_target
+from asbuilt_bim.vision.target.find import TargetSighting
 
 __all__ = [
     "DepthReference",
@@ -48,31 +48,8 @@ __all__ = [
     "StationPhotos",
     "measure_in_detail",
     "measure_station",
+    "sighted_alone",
 ]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureOptions:
-    """The options of each step of a station's measurement."""
-
-    target: TargetOptions = field(default_factory=TargetOptions)
-    marker_family: str = "apriltag_36h11"  # the one that surveyors print; its corners decode at 20 px
-    matcher: SemiGlobalMatcher = field(default_factory=SemiGlobalMatcher)
-    geometric: GeometricOptions = field(default_factory=GeometricOptions)
-    faces: FaceOptions = field(default_factory=FaceOptions)
-    least_markers_without_target: int = 2  # with `target.required: false`, two surveyed markers hold the scale
-    most_width_px: int = 2048  # a larger photo is measured at this width: see working_size
-    method: Method = "default"  # paper: the published pipeline, to compare with
-    depth: DepthMethod | None = None  # None: the method's own (default: stereo, paper: paper)
-    inversion: Inversion = "complement"  # how method: paper inverts the network's map
-
-    def __post_init__(self) -> None:
-        """Check what only two keys together can say.
-
-        Raises:
-            ValueError: the method can't measure on the depth map that is asked for.
-        """
-        depth_method(self.method, self.depth)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -163,54 +140,12 @@ def measure_in_detail(
 ) -> StationDetail | RejectedStation:
     """Measure one station and keep what its pictures are drawn from; else as `measure_station`."""
     timer = StepTimer(clock)
-    worked = working_rig(rig, options.most_width_px)
-    pair = read_station(photos, rig, worked)
-    if isinstance(pair, RejectedStation):
-        return pair
-    timer.done("read")
-    quality = quality_of(pair, photos.left.data, photos.right.data)
-    faults = photo_faults(quality, photos.name)
-    checked = check_rig(pair, worked)
-    if checked.rejections:
-        return RejectedStation(
-            station=photos.name, rejections=(*faults, *checked.rejections), picture=pair.left, health=checked.health
-        )
-    timer.done("check")
-    target, found = find_target(pair, options.target)
-    reasons = (*faults, *found)
-    markers = find_markers(pair, options.marker_family)
-    scale = scale_evidence(pair, target, markers, options.target)
-    timer.done("target and markers")
-    least = options.least_markers_without_target
-    refused = without_scale(photos.name, target, found, markers, required=options.target.required, least=least)
-    if refused:
-        return RejectedStation(
-            station=photos.name, rejections=(*faults, *refused), picture=pair.left, health=checked.health, scale=scale
-        )
-    seen = _Sighted(
-        photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
-        reasons=reasons, quality=quality,
-    )  # fmt: skip
-    return _measure(seen, options, models, timer)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Sighted:
-    """A rectified pair whose scale is known."""
-
-    photos: StationPhotos
-    pair: RectifiedPair
-    rig: StereoRig
-    health: StationHealth | None
-    scale: ScaleEvidence
-    target: TargetSighting | None
-    markers: tuple[MarkerSighting, ...]
-    reasons: tuple[Rejection, ...]
-    quality: StationQuality
+    seen = sight_station(photos, rig, options, timer)
+    return seen if isinstance(seen, RejectedStation) else _measure(seen, options, models, timer)
 
 
 def _measure(
-    seen: _Sighted, options: MeasureOptions, models: Models, timer: StepTimer
+    seen: Sighted, options: MeasureOptions, models: Models, timer: StepTimer
 ) -> StationDetail | RejectedStation:
     pair, target = seen.pair, seen.target
     stereo = depth_map(pair, models.matcher or options.matcher)
@@ -242,15 +177,27 @@ def _measure(
     shown = replace(pair, left=without_people(pair.left, models.opinion))
     picture = thumbnail(shown)
     timer.done("pack")
-    measurement = StationMeasurement(
-        station=seen.photos.name,
-        camera=pair.camera,
+    measurement = replace(
+        sighted_alone(seen, picture, timer),
         faces=faces,
-        target=target,
-        markers=seen.markers,
         depth_ref=reference,
         vertical=found.up,
         rejections=(*seen.reasons, *agreed.notes, *far, *found.rejections),
+    )
+    return StationDetail(measurement=measurement, pair=pair, shown=shown, depth=depth, instances=tuple(instances))
+
+
+def sighted_alone(seen: Sighted, picture: bytes, timer: StepTimer) -> StationMeasurement:
+    """Return what a pair says before stereo: target, markers, rig and photos. No face, and no depth to unpack."""
+    return StationMeasurement(
+        station=seen.photos.name,
+        camera=seen.pair.camera,
+        faces=(),
+        target=seen.target,
+        markers=seen.markers,
+        depth_ref=DepthReference(png=b"", sigma_png=b"", scale=1),
+        vertical=None,
+        rejections=seen.reasons,
         seconds=timer.seconds,
         left_digest=seen.photos.left.digest,
         right_digest=seen.photos.right.digest,
@@ -259,7 +206,6 @@ def _measure(
         scale=seen.scale,
         quality=seen.quality,
     )
-    return StationDetail(measurement=measurement, pair=pair, shown=shown, depth=depth, instances=tuple(instances))
 
 
 def _instances(pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: MeasureOptions, models: Models) -> Agreed:

@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Literal
 
+from asbuilt_bim.bim.model import GridLine
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
 from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.tolerance import Tolerance, ToleranceCheck
 from asbuilt_bim.progress.valuation.inputs import Observation, ValuationInputs
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
@@ -77,6 +79,8 @@ class ElementProgress:
     accepted: bool = False  # by a person: what is said of it is of where it stands
     type_name: str = ""  # of its type in the IFC file
     as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
+    tilt_sigma_rad: float | None = None
+    tolerance: ToleranceCheck | None = None  # None where the project names none
 
     @property
     def shown_state(self) -> ShownState:
@@ -323,6 +327,9 @@ class ProgressReport:
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
     wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
     observations: tuple[Observation, ...] = ()  # what persons saw, never mixed into measured values
+    tolerance: Tolerance | None = None  # that the project asks for
+    north: tuple[float, ...] | None = None  # where north points in the world's x and y
+    grid_lines: tuple[GridLine, ...] = ()
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
 
     @property

@@ -67,6 +67,25 @@ def find_files(folder: Path) -> FoundFiles:
     )
 
 
+def pairs_in(folder: Path) -> FoundPhotos | None:
+    """Return the photo pairs that lie in a folder itself, by the patterns that most of its photos fit; None: not one.
+
+    Raises:
+        OSError: the folder can't be read.
+    """
+    return _pairs(folder, folder, photos_in(folder))
+
+
+def photos_in(folder: Path) -> list[Path]:
+    """Return the photos in a folder itself, hidden ones left out, in the order of names.
+
+    Raises:
+        OSError: the folder can't be read.
+    """
+    inside = (one for one in folder.iterdir() if not one.name.startswith("."))
+    return sorted(one for one in inside if one.suffix.lower() in _PHOTOS and one.is_file())
+
+
 def _files(folder: Path) -> Iterable[Path]:
     """Yield the ordinary files below a folder, hidden ones and a run's own folders left out."""
     waiting, count = [(folder, 0)], 0

@@ -1,8 +1,8 @@
 """The project: what the user wrote in its YAML file, checked, with every path made real."""
 
 import unicodedata
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from asbuilt_bim.errors import NetworkError, ProjectError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
+from asbuilt_bim.progress.tolerance import EN_13670_1, PlumbLimit, Tolerance
 from asbuilt_bim.project.file import (
     BoardsFile,
     MarkersFile,
@@ -23,6 +24,7 @@ from asbuilt_bim.project.file import (
     SurveyShiftFile,
     TagsFile,
     TargetFile,
+    ToleranceFile,
     ValuationFile,
     VisitFile,
 )
@@ -113,6 +115,7 @@ class Project:
     valuation: ValuationFile = field(default_factory=ValuationFile)
     last_workbook: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
+    tolerance: Tolerance | None = None
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
     accepted_shift: Shift | None = None  # of the survey, by a person
@@ -146,8 +149,10 @@ class Project:
             return path.name
 
 
-def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
+def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool = True) -> Project:
     """Read and check a project file; paths that leave its folder need `allow_outside`.
+
+    Without `visited` it may have no visits and no photos yet: what a visit is planned with, and checked by on site.
 
     Raises:
         ProjectError: with EVERY mistake: where, what was expected, what is there.
@@ -159,7 +164,7 @@ def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
     if written is None or problems.found:
         raise ProjectError(_message(path, problems.found, document.lines))
     checker = PathChecker(folder=path.parent, allow_outside=allow_outside, problems=problems)
-    project = _resolve(path, written, checker)
+    project = _resolve(path, written, checker, visited=visited)
     if problems.found:
         wrong = {problem.path for problem in problems.found}
         for where, file in project.missing.items():  # one message names all that is wrong
@@ -169,14 +174,16 @@ def read_project(path: Path | str, *, allow_outside: bool = False) -> Project:
     return project
 
 
-def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
+def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited: bool) -> Project:
+    if not visited:
+        written = replace(written, visits=tuple(_with_photos(written, checker)))
     listed = listed_visits(written.visits, checker)
     visits = [_visit(visit, f"visits[{i}]", checker) for i, visit in enumerate(listed)]
     for index, name in enumerate(written.writers):
         if reason := safe_name(name):  # it becomes a folder's name
             checker.problems.add(f"writers[{index}]", reason)
     rig = _rig_source(written.rig, visits, checker)
-    _check_dates(listed, checker.problems)
+    _check_dates(listed, checker.problems, visited=visited)
     _check_photos(visits, checker.problems)
     return Project(
         path=path,
@@ -196,11 +203,20 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker) -> Project:
         last_workbook=checker.file(written.valuation.last, "valuation.last") if written.valuation.last else None,
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
+        tolerance=_tolerance(written.tolerance),
         accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),
         accepted_shift=_accepted(written.accept_survey_shift),
         files=checker.files,
     )
+
+
+def _tolerance(written: ToleranceFile | None) -> Tolerance | None:
+    """Return the limits that a project asks for."""
+    if written is None or written.standard is not None:
+        return None if written is None else EN_13670_1
+    plumb = () if written.plumb_m is None else (PlumbLimit(least_m=written.plumb_m, height_share=written.plumb_share),)
+    return Tolerance(name=written.name, offset_m=written.offset_m, plumb=plumb)
 
 
 def _rig_source(written: RigFile, visits: list[Visit], checker: PathChecker) -> RigSource:
@@ -324,8 +340,16 @@ def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> 
     )
 
 
-def _check_dates(visits: tuple[VisitFile, ...], problems: Problems) -> None:
-    if not visits:
+def _with_photos(written: ProjectFile, checker: PathChecker) -> Iterator[VisitFile]:
+    """Yield the visits that have stations: a pattern that no photo fits yet is of a visit to come."""
+    trial = replace(checker, problems=Problems(), files={})
+    for visit in listed_visits(written.visits, trial):
+        if listed_stations(visit.stations, "", trial):
+            yield visit
+
+
+def _check_dates(visits: tuple[VisitFile, ...], problems: Problems, *, visited: bool) -> None:
+    if not visits and visited:
         problems.add("visits", "is empty: a project has at least one visit")
     seen: dict[date, int] = {}
     for index, visit in enumerate(visits):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -12,13 +13,15 @@ from numpy.typing import ArrayLike
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.measure.station import DepthReference, StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
 from asbuilt_bim.register.markers import judged_pose, off_values, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted
+from asbuilt_bim.scale.share import Share, in_turn
 
+NO_DEPTH = DepthReference(png=b"", sigma_png=b"", scale=1)
 NOTHING: Mapping[str, StationPose] = MappingProxyType({})
 NO_POINTS: Mapping[str, Sequence[ControlPoint]] = MappingProxyType({})
 SUBSET = 4
@@ -84,13 +87,16 @@ def register(
     *,
     given: Mapping[str, StationPose] = NOTHING,
     control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
+    share: Share = in_turn,
 ) -> Placement:
     """Place each station: by its given pose, else by its control points, else by the surveyed markers that it sees.
 
-    `given` and `control_points` are by the station's name. No station is placed by a mirrored survey.
+    `given` and `control_points` are by the station's name. No station is placed by a mirrored survey. Markers place
+    each station on its own, in as many processes as `share` has.
     """
     by_markers = [one for one in measured if one.station not in given and one.station not in control_points]
-    found = {one.station: pose_from_markers(one, survey, options) for one in by_markers}
+    poses = share(partial(_by_markers, survey, options), [_with_markers_alone(one) for one in by_markers])
+    found = {one.station: pose for one, pose in zip(by_markers, poses, strict=True)}
     mirrored = mirrored_survey(by_markers, [pose for pose, _ in found.values() if pose], survey, options)
     if mirrored is not None:
         found = {one: (None, (_not_placed(one),)) for one in found}
@@ -108,6 +114,18 @@ def register(
         if pose is not None:
             placed.append(PlacedStation(measurement=station, pose=pose))
     return Placement(stations=tuple(placed), rejections=tuple(rejections))
+
+
+def _with_markers_alone(station: StationMeasurement) -> StationMeasurement:
+    """Return a station without its faces and pictures, which needn't travel."""
+    return replace(station, faces=(), depth_ref=NO_DEPTH, thumbnail_jpeg=b"")
+
+
+def _by_markers(
+    survey: Sequence[SurveyedMarker], options: RegisterOptions, stations: Sequence[StationMeasurement]
+) -> list[tuple[StationPose | None, tuple[Rejection, ...]]]:
+    """Place stations one by one; named in the module, so that a process can be given it."""
+    return [pose_from_markers(one, survey, options) for one in stations]
 
 
 def _not_placed(station: str) -> Rejection:

@@ -42,7 +42,7 @@ def wanted_views(
 
     `elements` are by GlobalId, `surfaces` by face id; `stations` are the visit's.
     """
-    begun = _begun(design, day)
+    begun = begun_by(design, day)
     open_m2 = {key: (e.completion.upper - e.completion.lower) * e.design_area_m2 for key, e in elements.items()}
     asked = [e for e in design.elements if _is_open(elements[e.global_id]) and e.faces]
     asked.sort(key=lambda e: (e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id))
@@ -60,7 +60,7 @@ def _is_open(element: ElementProgress) -> bool:
     return element.completion.upper - element.completion.lower >= WORTH_IT and element.design_area_m2 > 0.0
 
 
-def _begun(design: BimModel, day: date) -> set[str]:
+def begun_by(design: BimModel, day: date) -> set[str]:
     """Return the elements that the plan has begun by a day, or says nothing of."""
     later = {e for t in design.tasks if t.schedule_start and t.schedule_start.date() > day for e in t.elements}
     now = {e for t in design.tasks if t.schedule_start and t.schedule_start.date() <= day for e in t.elements}

@@ -1,7 +1,7 @@
 """A plan of each storey: elements coloured by state, and where the photos were taken."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -57,8 +57,40 @@ class PlanView:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlanAxis:
+    """An axis of a grid as far as the plan reaches, and its label's place at one end."""
+
+    label: str
+    line: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceMark:
+    """Something to mark on a storey's plan (GlobalId), in world metres: a tag to put up, where a photo was taken."""
+
+    storey: str
+    name: str
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanMark:
+    """A mark in the drawing's units."""
+
+    name: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StoreyPlan:
-    """The drawing of one storey, the part of the common sheet from `top` on; `y_axis` is where the world's y points."""
+    """The drawing of one storey, the part of the common sheet from `top` on; `y_axis` is where the world's y points.
+
+    `north` is where north points on it, None where no file says that.
+    """
 
     storey: str
     top: float
@@ -69,6 +101,9 @@ class StoreyPlan:
     views: tuple[PlanView, ...]
     five_metres: float
     y_axis: tuple[float, float]
+    north: tuple[float, float] | None = None
+    axes: tuple[PlanAxis, ...] = ()
+    marks: tuple[PlanMark, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,10 +123,15 @@ class _Sheet:
         return np.stack([moved[:, 0], self.height - moved[:, 1]], axis=1)
 
 
-def storey_plans(report: ProgressReport) -> tuple[StoreyPlan, ...]:
-    """Draw every storey that has exposed faces, all at one scale and turned along the building."""
+def storey_plans(
+    report: ProgressReport, most: int = MOST_VIEWS, marks: Sequence[PlaceMark] = ()
+) -> tuple[StoreyPlan, ...]:
+    """Draw every storey that has exposed faces, all at one scale and turned along the building.
+
+    `most` of the views to take are drawn, and all `marks`.
+    """
     footprints = _footprints(report)
-    sheet = _sheet_of(report, footprints)
+    sheet = _sheet_of(report, footprints, most, marks)
     if sheet is None:
         return ()
     order = {storey.key: index for index, storey in enumerate(report.storeys)}
@@ -99,13 +139,15 @@ def storey_plans(report: ProgressReport) -> tuple[StoreyPlan, ...]:
     for storey in sorted({e.storey for e in report.elements}, key=lambda key: (order.get(key, len(order)), key)):
         inside = {e.global_id for e in report.elements if e.storey == storey and e.global_id in footprints}
         if inside:
-            plans.append(_plan(storey, inside, footprints, sheet, report))
+            plans.append(_plan(storey, inside, footprints, sheet, report, most, marks))
     return tuple(plans)
 
 
-def towards_on_plan(report: ProgressReport) -> Callable[[float, float], str] | None:
+def towards_on_plan(
+    report: ProgressReport, most: int = MOST_VIEWS, marks: Sequence[PlaceMark] = ()
+) -> Callable[[float, float], str] | None:
     """Return what names a world direction (x, y) by where it points on the plans; None where there are none."""
-    sheet = _sheet_of(report, _footprints(report))
+    sheet = _sheet_of(report, _footprints(report), most, marks)
     if sheet is None:
         return None
 
@@ -126,15 +168,16 @@ def storey_hulls(report: ProgressReport) -> dict[str, FloatArray]:
     return {storey: _hull(np.vstack(found)) for storey, found in points.items()}
 
 
-def _sheet_of(report: ProgressReport, footprints: dict[str, FloatArray]) -> _Sheet | None:
+def _sheet_of(
+    report: ProgressReport, footprints: dict[str, FloatArray], most: int, marks: Sequence[PlaceMark]
+) -> _Sheet | None:
     """Return the sheet that holds all elements, stations and views; None where nothing is exposed."""
     if not footprints:
         return None
     stands = [s.world_from_left[None, :2, 3] for s in report.stations if s.world_from_left is not None]
-    views = [
-        np.array([[v.stand_x_m, v.stand_y_m]]) for v in report.wanted_views[:MOST_VIEWS] if v.stand_x_m is not None
-    ]
-    return _sheet(report, np.vstack([*footprints.values(), *stands, *views]))
+    views = [np.array([[v.stand_x_m, v.stand_y_m]]) for v in report.wanted_views[:most] if v.stand_x_m is not None]
+    others = [np.array([[mark.x_m, mark.y_m]]) for mark in marks]
+    return _sheet(report, np.vstack([*footprints.values(), *stands, *views, *others]))
 
 
 def _footprints(report: ProgressReport) -> dict[str, FloatArray]:
@@ -198,7 +241,13 @@ def _turn(angle_rad: float) -> FloatArray:
 
 
 def _plan(
-    storey: str, inside: set[str], footprints: dict[str, FloatArray], sheet: _Sheet, report: ProgressReport
+    storey: str,
+    inside: set[str],
+    footprints: dict[str, FloatArray],
+    sheet: _Sheet,
+    report: ProgressReport,
+    most: int,
+    marks: Sequence[PlaceMark],
 ) -> StoreyPlan:
     """Draw one storey."""
     outlines = {key: sheet.draw(footprints[key]) for key in inside}
@@ -223,10 +272,12 @@ def _plan(
             )
         )
     up = sheet.turn @ np.array([0.0, 1.0])
-    views = tuple(_views(inside, sheet, report))
+    views = tuple(_views(inside, sheet, report, most))
+    marked = tuple(_mark(mark, sheet) for mark in marks if mark.storey == storey)
     levels = [y for outline in outlines.values() for y in outline[:, 1]]
-    levels += [*(station.y for station in stations), *(view.y for view in views)]
+    levels += [*(station.y for station in stations), *(view.y for view in views), *(mark.y for mark in marked)]
     top = max(min(levels) - _MARGIN, 0.0)
+    north = None if report.north is None else sheet.turn @ np.array(report.north[:2])
     return StoreyPlan(
         storey=storey,
         top=top,
@@ -237,12 +288,20 @@ def _plan(
         views=views,
         five_metres=5.0 * sheet.scale,
         y_axis=(float(up[0]), float(-up[1])),
+        north=None if north is None else (float(north[0]), float(-north[1])),
+        axes=tuple(_axes(report, sheet, (0.0, top, WIDTH, max(levels) + _MARGIN))),
+        marks=marked,
     )
 
 
-def _views(inside: set[str], sheet: _Sheet, report: ProgressReport) -> Iterator[PlanView]:
+def _mark(mark: PlaceMark, sheet: _Sheet) -> PlanMark:
+    x, y = sheet.draw(np.array([[mark.x_m, mark.y_m]]))[0].tolist()
+    return PlanMark(name=mark.name, x=x, y=y)
+
+
+def _views(inside: set[str], sheet: _Sheet, report: ProgressReport, most: int) -> Iterator[PlanView]:
     """Yield the views to take of a storey's elements, numbered as the page lists them."""
-    for number, view in enumerate(report.wanted_views[:MOST_VIEWS], start=1):
+    for number, view in enumerate(report.wanted_views[:most], start=1):
         if view.element not in inside:
             continue
         look = (view.look_x_m, view.look_y_m)
@@ -250,6 +309,36 @@ def _views(inside: set[str], sheet: _Sheet, report: ProgressReport) -> Iterator[
         points = sheet.draw(np.array([stand, look]))
         (x, y), (to_x, to_y) = points.tolist()
         yield PlanView(number=number, x=x, y=y, line=f"M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}")
+
+
+def _axes(report: ProgressReport, sheet: _Sheet, box: tuple[float, float, float, float]) -> Iterator[PlanAxis]:
+    """Yield the grid's axes cut to a box (left, top, right, bottom), each with its label inside."""
+    for one in report.grid_lines:
+        ends = sheet.draw(np.array([[one.x1_m, one.y1_m], [one.x2_m, one.y2_m]]))
+        cut = _within(ends[0], ends[1], box)
+        if cut is not None:
+            (x1, y1), (x2, y2) = cut
+            low, high = np.array(box[:2]) + _TEXT, np.array(box[2:]) - _TEXT
+            x, y = np.clip([x1, y1], low, high)
+            yield PlanAxis(label=one.label, line=f"M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}", x=float(x), y=float(y))
+
+
+def _within(
+    start: FloatArray, end: FloatArray, box: tuple[float, float, float, float]
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return the part of a line from `start` to `end` (2,) within a box, None where there is none."""
+    along, low, high = end - start, 0.0, 1.0
+    for axis in (0, 1):
+        if abs(along[axis]) < 1e-9:
+            if not box[axis] <= start[axis] <= box[axis + 2]:
+                return None
+            continue
+        near, far = sorted((limit - start[axis]) / along[axis] for limit in (box[axis], box[axis + 2]))
+        low, high = max(low, float(near)), min(high, float(far))
+    if low >= high:
+        return None
+    first, last = start + low * along, start + high * along
+    return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
 
 
 def _bounds(outline: FloatArray) -> Box:

@@ -207,6 +207,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.upper,
         row.coverage,
         row.offset_mm,
+        row.tolerance,
         row.last_seen or "",
         row.notes,
         row.global_id,
@@ -258,7 +259,7 @@ def _station(row: StationRow) -> tuple[Cell, ...]:
         row.markers,
         row.faces,
         row.matched,
-        "; ".join(str(reason) for reason in (*row.reasons, *row.left_out)),
+        "; ".join(reason.at_station for reason in (*row.reasons, *row.left_out)),
     )
 
 

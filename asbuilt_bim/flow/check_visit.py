@@ -1,0 +1,163 @@
+"""Today's photos checked before the site is left: what a run does with a station before stereo, and its words.
+
+A station that passes will be measured, unless its faces show what only faces can: a survey that lies beside the design.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from datetime import date
+
+import cv2
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import AsBuiltError, rejected
+from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair
+from asbuilt_bim.flow.rig_check import Outcome, decoded, refused, watch_rig, watch_scale
+from asbuilt_bim.flow.shown_again import stations_shown_before
+from asbuilt_bim.measure.options import MeasureOptions
+from asbuilt_bim.measure.sighting import sight_station
+from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, StationPhotos, sighted_alone
+from asbuilt_bim.measure.station_faces import thumbnail
+from asbuilt_bim.measure.step_timer import Clock, StepTimer
+from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, checked_station
+from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
+from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.register.placement import register
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.report.tables import station_of
+from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
+
+PICTURE_PX = 480
+"""Of the page's pictures: enough to see a covered tag, and a visit of forty stations can still be mailed."""
+_LIMIT_S = 600.0
+"""A station takes three seconds, of twelve megapixels twenty: what takes ten minutes hangs."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SightJob:
+    """All that checking one station depends on."""
+
+    photos: StationPhotos
+    rig: StereoRig
+    options: MeasureOptions
+
+
+@one_thread()
+def sight_job(job: SightJob) -> Outcome:
+    """Sight one station; whatever goes wrong inside rejects it by name. Runs in a worker process."""
+    try:
+        return sighted(job.photos, job.rig, job.options)
+    except AsBuiltError as problem:
+        return _failed(Reason.STATION_FAILED, job.photos.name, str(problem))
+    except MemoryError:
+        return _failed(Reason.STATION_MEMORY, job.photos.name)
+    except Exception as problem:
+        return _failed(Reason.STATION_CRASHED, job.photos.name, f"{type(problem).__name__}: {problem}")
+
+
+def sighted(
+    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, clock: Clock = lambda: 0.0
+) -> StationMeasurement | RejectedStation:
+    """Return what a run finds of a station before stereo: a measurement without faces, or why there is none."""
+    timer = StepTimer(clock)
+    seen = sight_station(photos, rig, options, timer)
+    return seen if isinstance(seen, RejectedStation) else sighted_alone(seen, thumbnail(seen.pair), timer)
+
+
+def check_stations(
+    stations: Sequence[Station],
+    project: Project,
+    rig: StereoRig,
+    survey: tuple[SurveyedMarker, ...],
+    today: date,
+    progress: Progress,
+    workers: int = 0,
+) -> CheckedVisit:
+    """Check today's stations as a run would: each by itself, then rig and scale by all, then their places.
+
+    `today` counts where no photo says in its EXIF when it was taken.
+    """
+    taken: dict[str, date] = {}
+    found = _sighted(stations, project, rig, progress, workers, taken)
+    day = max(set(taken.values()), key=lambda one: (sum(one == other for other in taken.values()), one), default=today)
+    visit = Visit(date=day, stations=tuple(stations))
+    barred = {name: of_other_day(name, visit) for name in of_other_days(visit, taken)}
+    showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
+    barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ())[0]
+    found |= {name: refused(found[name], reason) for name, reason in barred.items()}
+    visited = checked_visit([found[one.name] for one in stations], project, rig, survey, day)
+    return replace(visited, faults=(*other_days(visit, taken), *visited.faults))
+
+
+def _sighted(
+    stations: Sequence[Station],
+    project: Project,
+    rig: StereoRig,
+    progress: Progress,
+    workers: int,
+    taken: dict[str, date],
+) -> dict[str, Outcome]:
+    """Sight the stations, here or in several processes; `taken` is given the days that the photos tell."""
+    found: dict[str, Outcome] = {}
+    options = options_of(project)
+
+    def note(name: str, outcome: Outcome) -> None:
+        found[name] = outcome
+        progress("check", len(found), len(stations), name)
+
+    def jobs() -> Iterator[SightJob]:
+        for station in stations:
+            photos = read_pair(station, project)
+            if isinstance(photos, RejectedStation):
+                note(station.name, photos)
+                continue
+            if photos.left.exif.taken is not None:
+                taken[station.name] = photos.left.exif.taken
+            yield SightJob(photos=photos, rig=rig, options=options)
+
+    progress("check", 0, len(stations))
+    for done in run_jobs(sight_job, jobs(), workers=workers, limit_s=_LIMIT_S):
+        name = done.job.photos.name
+        note(name, lost_station(name, done.result) if isinstance(done.result, WorkerLoss) else done.result)
+    return found
+
+
+def checked_visit(
+    outcomes: Sequence[Outcome], project: Project, rig: StereoRig, survey: tuple[SurveyedMarker, ...], day: date
+) -> CheckedVisit:
+    """Judge rig and scale by all stations, place them, and grade each by all that speaks against it."""
+    watched = watch_scale(watch_rig(outcomes, rig), project, rig, survey)
+    measured = tuple(one for one in watched.outcomes if isinstance(one, StationMeasurement))
+    placement = register(measured, survey, project.options.register)
+    poses = {one.pose.station: one.pose for one in placement.stations}
+    rows: dict[str, float] = {}
+    for record in watched.records:
+        rows.update(zip(record.stations, record.station_rows_px, strict=True))
+    checked: list[CheckedStation] = []
+    for outcome in watched.outcomes:
+        own = [one for one in placement.rejections if station_of(one) == outcome.station]
+        reasons = (*outcome.rejections, *own)
+        picture = _picture(outcome)
+        pose = poses.get(outcome.station)
+        checked.append(checked_station(outcome, reasons, pose, picture, rows.get(outcome.station)))
+    names = {outcome.station for outcome in watched.outcomes}
+    of_all = tuple(one for one in placement.rejections if station_of(one) not in names)
+    return CheckedVisit(day=day, stations=tuple(checked), faults=(*watched.warnings, *of_all), notes=watched.notes)
+
+
+def _picture(outcome: Outcome) -> bytes:
+    """Return a small JPEG without EXIF of what the left photo shows, b"" where nothing could be read."""
+    picture = decoded(outcome.thumbnail_jpeg) if isinstance(outcome, StationMeasurement) else outcome.picture
+    if picture is None:
+        return b""
+    scale = min(1.0, PICTURE_PX / picture.shape[1])
+    small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    done, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])
+    return data.tobytes() if done else b""
+
+
+def _failed(code: Reason, station: str, detail: str = "") -> RejectedStation:
+    subject = about(SubjectKind.STATION, station)
+    values = {"detail": detail} if detail else {}
+    return RejectedStation(station=station, rejections=(rejected(code, subject, **values),))

@@ -1,0 +1,68 @@
+"""A station as far as it takes no stereo: read, held against its rig, target and markers found; or refused by name.
+
+The first part of measuring it, and all that a check on site needs.
+"""
+
+from dataclasses import dataclass
+
+from asbuilt_bim.camera.photo.quality import StationQuality, photo_faults, quality_of
+from asbuilt_bim.camera.photo.working_size import working_rig
+from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.measure.options import MeasureOptions
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence, without_scale
+from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, check_rig, read_station
+from asbuilt_bim.measure.step_timer import StepTimer
+from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
+from asbuilt_bim.vision.stereo.rig_health import StationHealth
+from asbuilt_bim.vision.target.find import TargetSighting, find_target
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sighted:
+    """A rectified pair whose scale is known."""
+
+    photos: StationPhotos
+    pair: RectifiedPair
+    rig: StereoRig
+    health: StationHealth | None
+    scale: ScaleEvidence
+    target: TargetSighting | None
+    markers: tuple[MarkerSighting, ...]
+    reasons: tuple[Rejection, ...]
+    quality: StationQuality
+
+
+def sight_station(
+    photos: StationPhotos, rig: StereoRig, options: MeasureOptions, timer: StepTimer
+) -> Sighted | RejectedStation:
+    """Read a pair and find its target and markers; what can't be measured is a `RejectedStation` with its reasons."""
+    worked = working_rig(rig, options.most_width_px)
+    pair = read_station(photos, rig, worked)
+    if isinstance(pair, RejectedStation):
+        return pair
+    timer.done("read")
+    quality = quality_of(pair, photos.left.data, photos.right.data)
+    faults = photo_faults(quality, photos.name)
+    checked = check_rig(pair, worked)
+    if checked.rejections:
+        return RejectedStation(
+            station=photos.name, rejections=(*faults, *checked.rejections), picture=pair.left, health=checked.health
+        )
+    timer.done("check")
+    target, found = find_target(pair, options.target)
+    reasons = (*faults, *found)
+    markers = find_markers(pair, options.marker_family)
+    scale = scale_evidence(pair, target, markers, options.target)
+    timer.done("target and markers")
+    least = options.least_markers_without_target
+    refused = without_scale(photos.name, target, found, markers, required=options.target.required, least=least)
+    if refused:
+        return RejectedStation(
+            station=photos.name, rejections=(*faults, *refused), picture=pair.left, health=checked.health, scale=scale
+        )
+    return Sighted(
+        photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
+        reasons=reasons, quality=quality,
+    )  # fmt: skip

@@ -1,0 +1,168 @@
+"""A station checked on site: will it count, and what of it is doubtful. The reasons are those that a run would give."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+from typing import Literal
+
+from asbuilt_bim.codes import PHOTO_FAULTS, Note, Reason, SubjectKind, Values
+from asbuilt_bim.errors import Rejection
+from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
+from asbuilt_bim.register.markers import AHEAD_M, sigma_ahead_m
+from asbuilt_bim.register.pose import StationPose
+
+Aspect = Literal["photos", "pair", "rig", "disc", "tags", "place"]
+Grade = Literal["ok", "doubtful", "not", "unchecked"]
+ASPECTS: tuple[Aspect, ...] = ("photos", "pair", "rig", "disc", "tags", "place")
+"""In the order in which they are looked at: what follows one that failed isn't."""
+
+_OF_PHOTOS = PHOTO_FAULTS | {
+    *(Reason.PHOTO_UNUSABLE, Reason.PHOTO_TURNED, Reason.PHOTO_SIZE, Reason.PHOTO_HELD_TURNED, Reason.PHOTO_ZOOMED),
+    *(Reason.PHOTO_OF_OTHER_MODEL, Reason.PHOTO_OF_OTHER_CAMERA, Reason.PHOTOS_UNUSABLE, Reason.PHOTOS_DIFFER_IN_SIZE),
+    *(Reason.PHOTOS_SAVED_AGAIN, Reason.PHOTOS_OF_OTHER_DAY, Reason.STATION_OF_OTHER_DAY, Reason.STATION_FAILED),
+    *(Reason.STATION_MEMORY, Reason.STATION_CRASHED, Reason.STATION_WORKER_LOST, Reason.STATION_ENDLESS),
+}
+_OF_PAIR = {
+    *(Reason.PHOTO_OF_OTHER_SIDE, Reason.PHOTOS_OF_OTHER_SIDES, Reason.PHOTO_TWICE, Reason.PHOTOS_SWAPPED),
+    *(Reason.PHOTOS_UPSIDE_DOWN, Reason.PHOTOS_UPSIDE_DOWN_SWAPPED, Reason.PHOTOS_LOOK_SWAPPED),
+    *(Reason.PHOTOS_UNRELATED, Reason.PHOTOS_BEHIND_RIG, Reason.PHOTOS_OVERLAP, Reason.PHOTOS_OF_OTHER_STATION),
+}
+_OF_RIG = {
+    *(Reason.PHOTOS_ROWS_APART, Reason.RIG_KNOCKED, Reason.RIG_MOVED, Reason.RIG_UNDETERMINED, Reason.RIG_REFINED),
+    *(Reason.SCALE_WRONG, Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER),
+}
+_OF_DISC = {
+    *(Reason.DISC_NOT_TARGET, Reason.DISC_SPARE, Reason.TARGET_SIZE_DOUBTFUL, Reason.TARGET_AMBIGUOUS),
+    *(Reason.TARGET_ROWS_APART, Reason.TARGET_IN_ONE_PHOTO, Reason.TARGET_UNPAIRED, Reason.TARGET_ABSENT),
+    Reason.SCALE_UNCHECKED,
+}
+_OF_ASPECT: Mapping[Aspect, frozenset[Reason]] = {
+    "photos": frozenset(_OF_PHOTOS), "pair": frozenset(_OF_PAIR), "rig": frozenset(_OF_RIG),
+    "disc": frozenset(_OF_DISC),
+}  # fmt: skip
+_NO_DOUBT = frozenset({Reason.DISC_NOT_TARGET, Reason.DISC_SPARE, Reason.MARKER_NOT_SURVEYED})
+"""What is said of a station that it takes nothing from: another red thing, a tag that waits for its survey."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckedAspect:
+    """One thing that was looked at: its grade, the reasons against it, and the numbers that its words need."""
+
+    aspect: Aspect
+    grade: Grade
+    reasons: tuple[Rejection, ...] = ()
+    values: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CheckedStation:
+    """A station: its grade is the worst of its aspects'; `not` means that a run would leave it out."""
+
+    name: str
+    grade: Grade
+    aspects: tuple[CheckedAspect, ...]
+    picture: bytes  # a small JPEG without EXIF of the left photo, b"" where none could be read
+    pose: StationPose | None
+
+    @property
+    def counts(self) -> bool:
+        """Say whether a run would use it."""
+        return self.pose is not None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CheckedVisit:
+    """Today's stations in their order, and what is wrong with all of them together: the survey, the rig, the day."""
+
+    day: date
+    stations: tuple[CheckedStation, ...]
+    faults: tuple[Rejection, ...] = ()
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def counting(self) -> int:
+        """Return how many stations a run would use."""
+        return sum(station.counts for station in self.stations)
+
+    @property
+    def again(self) -> tuple[str, ...]:
+        """Return the stations to be taken again, by name."""
+        return tuple(station.name for station in self.stations if not station.counts)
+
+    @property
+    def doubtful(self) -> tuple[str, ...]:
+        """Return the stations that count, and of which something is doubtful."""
+        return tuple(station.name for station in self.stations if station.counts and station.grade != "ok")
+
+
+def aspect_of(reason: Rejection) -> Aspect:
+    """Return what a reason speaks against; of a code that nothing else claims, the station's place."""
+    found = next((aspect for aspect, codes in _OF_ASPECT.items() if reason.code in codes), None)
+    if found is not None:
+        return found
+    return "tags" if reason.subject.kind is SubjectKind.MARKER else "place"
+
+
+def checked_station(
+    outcome: StationMeasurement | RejectedStation,
+    reasons: Sequence[Rejection],
+    pose: StationPose | None,
+    picture: bytes,
+    rows_px: float | None,
+) -> CheckedStation:
+    """Grade a station: `reasons` are all that speak against it, its own and its place's; `rows_px` its rig's rows."""
+    by_aspect: dict[Aspect, list[Rejection]] = {aspect: [] for aspect in ASPECTS}
+    for reason in reasons:
+        by_aspect[aspect_of(reason)].append(reason)
+    aspects: list[CheckedAspect] = []
+    ended = False
+    for aspect in ASPECTS:
+        found = tuple(by_aspect[aspect])
+        against = [one for one in found if one.code not in _NO_DOUBT]
+        grade: Grade = "ok"
+        if against:
+            grade = "doubtful" if pose is not None else "not"
+        elif ended or (aspect == "place" and pose is None) or (aspect == "photos" and _unread(outcome)):
+            grade = "unchecked"
+        elif aspect == "tags" and pose is None and not _values(aspect, outcome, pose, rows_px).get("tags"):
+            grade = "not"
+        ended |= isinstance(outcome, RejectedStation) and any(one.code not in PHOTO_FAULTS for one in against)
+        values = {} if grade == "unchecked" else _values(aspect, outcome, pose, rows_px)
+        aspects.append(CheckedAspect(aspect=aspect, grade=grade, reasons=found, values=values))
+    return CheckedStation(
+        name=outcome.station, grade=_worst(aspects), aspects=tuple(aspects), picture=picture, pose=pose
+    )
+
+
+def _unread(outcome: StationMeasurement | RejectedStation) -> bool:
+    """Say whether a station was refused before anybody looked how sharp and light its photos are."""
+    return isinstance(outcome, RejectedStation) and outcome.health is None and outcome.scale is None
+
+
+def _worst(aspects: Sequence[CheckedAspect]) -> Grade:
+    grades = {aspect.grade for aspect in aspects}
+    if grades & {"not", "unchecked"}:
+        return "not"
+    return "doubtful" if "doubtful" in grades else "ok"
+
+
+def _values(
+    aspect: Aspect, outcome: StationMeasurement | RejectedStation, pose: StationPose | None, rows_px: float | None
+) -> Values:
+    """Return the numbers that tell how good an aspect is; none where it wasn't measured."""
+    if aspect == "rig":
+        return {} if rows_px is None else {"rows_px": rows_px}
+    if aspect == "place" and pose is not None:
+        return {"sigma_m": sigma_ahead_m(pose.world_from_left, pose.covariance, AHEAD_M), "ahead_m": AHEAD_M}
+    if isinstance(outcome, RejectedStation):
+        return {}
+    if aspect == "photos" and outcome.quality is not None:
+        both = outcome.quality.left, outcome.quality.right
+        return {"blur_px": max(one.sharpness.blur_px for one in both), "stops": min(one.stops for one in both)}
+    if aspect == "disc":
+        return {} if outcome.target is None else {"range_m": float(outcome.target.range_m)}
+    if aspect == "tags":
+        return {"tags": tuple(marker.marker_id for marker in outcome.markers)}
+    if aspect == "pair" and outcome.health is not None:
+        return {"matches": outcome.health.fit.matches}
+    return {}

@@ -1,0 +1,243 @@
+"""The fewest stations that see what is due: a greedy choice among places to stand and ways to look."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt_bim.bim.model import BimModel, Obstacle
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
+from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.visits.places import StandingPlaces, standing_places
+from asbuilt_bim.progress.visits.sights import (
+    TAKEN,
+    Reach,
+    RigFrames,
+    framed_patches,
+    rig_frames,
+    sighted_patches,
+    upright_pose,
+)
+from asbuilt_bim.progress.visits.squares import Squares, wanted_squares
+from asbuilt_bim.progress.visits.surroundings import Surroundings, surroundings
+
+BEARINGS = 16
+"""Ways to look from a place: a frame is 60 to 70 degrees wide, so each thing stands well inside several."""
+LEAST_GAIN_M2 = 1.0
+"""A station that adds less is not worth the walk; what it would show is listed as unseen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlannedStation:
+    """A place to stand and a way to look, and which of the visit's patches it shows: all, and those first shown here.
+
+    `patches` and `first` (P,) are of the visit's `wanted` squares.
+    """
+
+    number: int
+    storey: str  # GlobalId
+    world_from_left: FloatArray  # (4, 4), held upright
+    patches: BoolArray
+    first: BoolArray
+    gain_m2: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlannedVisit:
+    """Stations by storey, in the order of a walk; what of `wanted` they see, and what no place on a floor shows."""
+
+    wanted: Squares
+    stations: tuple[PlannedStation, ...]
+    seen: BoolArray  # (S,) squares that a station shows
+    visible: BoolArray  # (S,) squares that some place on a floor shows
+    by_hull: tuple[str, ...]  # storeys whose floor is not known from a slab
+    around: Surroundings
+    asked_m2: float  # what was wanted before today's stations were taken off
+    limited: bool = False  # more stations would have been worth it than were allowed
+
+    @property
+    def seen_m2(self) -> float:
+        """Return the area of the squares that the stations show."""
+        return float(self.wanted.area_m2[self.seen].sum())
+
+    def unseen_m2(self, *, hidden: bool) -> dict[str, float]:
+        """Return what stays unseen of each element (GlobalId): what no place shows, or what is not worth a station."""
+        left = ~self.visible if hidden else self.visible & ~self.seen
+        areas = np.bincount(self.wanted.element[left], self.wanted.area_m2[left], minlength=len(self.wanted.elements))
+        return {one.global_id: float(m2) for one, m2 in zip(self.wanted.elements, areas, strict=True) if m2 > 0.0}
+
+
+def seen_from(
+    frames: RigFrames, around: Surroundings, pose: FloatArray, squares: Squares, reach: Reach = TAKEN
+) -> BoolArray:
+    """Return which patches (P,) a station at a pose (4, 4) shows, by the design."""
+    seen = framed_patches(frames, pose, squares)
+    some = np.flatnonzero(seen)
+    seen[some] = sighted_patches(around, pose[:3, 3], squares.part(seen), reach)
+    return seen
+
+
+def of_squares(squares: Squares, patches: BoolArray) -> BoolArray:
+    """Return which squares (S,) have one of the patches (P,)."""
+    found = np.zeros(len(squares.area_m2), dtype=np.bool_)
+    found[squares.square[patches]] = True
+    return found
+
+
+def plan_visit(
+    design: BimModel,
+    floors: Sequence[Obstacle],
+    rig: StereoRig,
+    wanted: Collection[str],
+    known: Mapping[str, SurfaceState],
+    *,
+    most: int = 0,
+    taken: Sequence[FloatArray] = (),
+) -> PlannedVisit:
+    """Choose stations for the wanted elements (GlobalIds), `most` of them at most where that isn't 0.
+
+    `known` are states of faces from earlier visits, by face id: what was seen built isn't wanted again. `taken` are
+    poses (4, 4) of today's stations: what they show isn't either. What is wanted is taken to stand, and to hide.
+    """
+    standing = {*wanted, *(state.element for state in known.values() if state.built_uv_m)}
+    around = surroundings(design, standing, floors)
+    squares = wanted_squares(design, wanted, known)
+    asked_m2 = squares.total_m2
+    whole = rig_frames(rig, margin=0.0)
+    for pose in taken:
+        squares = squares.without(of_squares(squares, seen_from(whole, around, pose, squares)))
+    frames = rig_frames(rig)
+    visible = np.zeros(len(squares.area_m2), dtype=np.bool_)
+    left = np.ones(len(squares.area_m2), dtype=np.bool_)
+    chosen: list[_View] = []
+    by_hull: list[str] = []
+    for storey in dict.fromkeys(one.storey for one in squares.elements):
+        places = standing_places(design, storey, standing, floors)
+        if places is None:
+            continue
+        by_hull += [storey] if places.by_hull else []
+        views = _views(frames, around, squares, places)
+        visible |= _any_square(squares, views)
+        chosen += _needed(_greedy(squares, views, left), squares)
+    allowed = _best(chosen, squares, most)
+    seen, stations = _numbered(squares, allowed)
+    return PlannedVisit(
+        wanted=squares, stations=stations, seen=seen, visible=visible, by_hull=tuple(by_hull), around=around,
+        asked_m2=asked_m2, limited=len(allowed) < len(chosen),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _View:
+    storey: str
+    pose: FloatArray
+    patches: BoolArray  # (P,)
+    squares: BoolArray  # (S,)
+
+
+def _views(frames: RigFrames, around: Surroundings, squares: Squares, places: StandingPlaces) -> list[_View]:
+    """Return what each place of a storey shows in each direction, of the storey's own elements alone."""
+    own = np.array([one.storey == places.storey for one in squares.elements], dtype=np.bool_)
+    mine = np.flatnonzero(own[squares.element][squares.square])
+    part = squares.part(own[squares.element][squares.square])
+    bearings = frozen(np.arange(BEARINGS) * (2.0 * np.pi / BEARINGS))
+    views: list[_View] = []
+    for eye in places.eyes_m:
+        sighted = sighted_patches(around, eye, part)
+        free, visible = mine[sighted], part.part(sighted)
+        if not len(free):
+            continue
+        points = np.concatenate([visible.points_m[:, None], visible.corners_m], axis=1)
+        framed: BoolArray = np.all(frames.show_upright(eye, bearings, points), axis=2)
+        for bearing, shown in zip(bearings, framed, strict=True):
+            if shown.any():
+                patches = np.zeros(len(squares.square), dtype=np.bool_)
+                patches[free[shown]] = True
+                found = of_squares(squares, patches)
+                pose = upright_pose(eye, float(bearing))
+                views.append(_View(storey=places.storey, pose=pose, patches=patches, squares=found))
+    return views
+
+
+def _needed(chosen: Sequence[_View], squares: Squares) -> list[_View]:
+    """Return views less those whose squares the others show, too: a greedy choice begins with what it needs least."""
+    kept = list(chosen)
+    while kept:
+        times = np.sum([view.squares for view in kept], axis=0)
+        alone = [float(squares.area_m2[view.squares & (times == 1)].sum()) for view in kept]
+        least = int(np.argmin(alone))
+        if alone[least] >= LEAST_GAIN_M2:
+            break
+        del kept[least]
+    return kept
+
+
+def _any_square(squares: Squares, views: Sequence[_View]) -> BoolArray:
+    found = np.zeros(len(squares.area_m2), dtype=np.bool_)
+    for view in views:
+        found |= view.squares
+    return found
+
+
+def _greedy(squares: Squares, views: Sequence[_View], left: BoolArray) -> list[_View]:
+    """Return views, each the one that adds most, as long as one is worth it; takes what they show from `left` (S,)."""
+    if not views:
+        return []
+    shows = np.stack([view.squares for view in views])
+    chosen: list[_View] = []
+    while True:
+        gains = shows @ np.where(left, squares.area_m2, 0.0)
+        best = int(np.argmax(gains))
+        if gains[best] < LEAST_GAIN_M2:
+            return chosen
+        chosen.append(views[best])
+        left &= ~views[best].squares
+
+
+def _best(chosen: Sequence[_View], squares: Squares, most: int) -> list[_View]:
+    """Return the views that show most together, `most` of them at most, by storey in the order of a walk."""
+    left = np.ones(len(squares.area_m2), dtype=np.bool_)
+    rest, kept = list(chosen), list[_View]()
+    while rest and (not most or len(kept) < most):
+        best = max(rest, key=lambda view: float(squares.area_m2[view.squares & left].sum()))
+        left &= ~best.squares
+        rest.remove(best)
+        kept.append(best)
+    walk: list[_View] = []
+    for storey in dict.fromkeys(view.storey for view in chosen):
+        walk += _walked([view for view in kept if view.storey == storey])
+    return walk
+
+
+def _walked(views: Sequence[_View]) -> list[_View]:
+    """Return views in the order of a short walk: always on to the nearest, from the one that stands outermost."""
+    rest = sorted(views, key=lambda view: (view.pose[0, 3], view.pose[1, 3]))
+    walk = rest[:1]
+    rest = rest[1:]
+    while rest:
+        here = walk[-1].pose[:2, 3]
+        nearest = min(rest, key=lambda view: float(np.linalg.norm(view.pose[:2, 3] - here)))
+        rest = [view for view in rest if view is not nearest]
+        walk.append(nearest)
+    return walk
+
+
+def _numbered(squares: Squares, chosen: Sequence[_View]) -> tuple[BoolArray, tuple[PlannedStation, ...]]:
+    """Return which squares (S,) the views show, and the views as stations in their order."""
+    seen = np.zeros(len(squares.area_m2), dtype=np.bool_)
+    stations: list[PlannedStation] = []
+    for number, view in enumerate(chosen, start=1):
+        new = view.squares & ~seen
+        stations.append(
+            PlannedStation(
+                number=number,
+                storey=view.storey,
+                world_from_left=frozen(view.pose),
+                patches=view.patches,
+                first=view.patches & new[squares.square],
+                gain_m2=float(squares.area_m2[new].sum()),
+            )
+        )
+        seen |= view.squares
+    return seen, tuple(stations)

@@ -1,0 +1,82 @@
+"""Photos that no project file names yet: today's, as they come from the camera, made into stations."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from asbuilt_bim.errors import OptionError, PhotoError
+from asbuilt_bim.project.file import PatternsFile, StationFile
+from asbuilt_bim.project.found import pairs_in, photos_in
+from asbuilt_bim.project.paths import PathChecker
+from asbuilt_bim.project.read import Project, Station
+from asbuilt_bim.project.stations import listed_stations
+from asbuilt_bim.storage.structure import Problems
+
+
+def stations_of(photos: Sequence[Path], project: Project) -> tuple[Station, ...]:
+    """Return the stations in a folder of photos, or in photos named in pairs: left, right, left, right.
+
+    Where the project's own photos hold both eyes in one file, so do these. A photo without its partner stays a
+    station, whose other photo is missing.
+
+    Raises:
+        OptionError: what is named is no folder, and no pairs.
+        PhotoError: the folder holds no photos, or nobody can tell which camera took them.
+    """
+    known = [station for visit in project.visits for station in visit.stations]
+    side_by_side = bool(known) and all(station.side_by_side for station in known)
+    if len(photos) == 1 and photos[0].is_dir():
+        return _in_folder(photos[0], side_by_side=side_by_side)
+    folders = [path for path in photos if path.is_dir()]
+    if folders:
+        raise OptionError(f"{folders[0]}: is a folder; name one folder alone, or photos in pairs")
+    if side_by_side:
+        return _named_apart([Station(name=path.stem, left=path, right=path) for path in photos])
+    if len(photos) % 2:
+        raise OptionError(f"{len(photos)} photos are no pairs; name a folder, or left and right in turn")
+    pairs = zip(photos[::2], photos[1::2], strict=True)
+    named = [Station(name=left.stem, left=left, right=right) for left, right in pairs]
+    if twice := next((one.name for one in named if one.left == one.right), ""):
+        raise OptionError(f"{twice}: is named as left and as right photo")
+    return _named_apart(named)
+
+
+def _named_apart(stations: Sequence[Station]) -> tuple[Station, ...]:
+    """Return stations whose names differ: photos of two folders may have one name."""
+    names = [station.name for station in stations]
+    return tuple(
+        station if names.count(station.name) == 1 else replace(station, name=f"{station.name} ({number})")
+        for number, station in enumerate(stations, start=1)
+    )
+
+
+def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
+    """Return the stations in a folder, in the order that people count in.
+
+    Raises:
+        PhotoError: it holds none.
+    """
+    try:
+        found = None if side_by_side else pairs_in(folder)
+        photos = photos_in(folder)
+    except OSError as problem:
+        raise PhotoError(f"{folder}: can't be read: {problem.strerror or problem}") from problem
+    if not photos:
+        raise PhotoError(f"{folder}: holds no photos (jpg, png, tif); name the folder with today's pairs")
+    if side_by_side:
+        return tuple(Station(name=path.stem, left=path, right=path) for path in photos)
+    if found is None:
+        raise PhotoError(
+            f"{folder}: nobody can tell which camera took its {len(photos)} photos; name them left and right "
+            "(A1_left.jpg, A1_right.jpg), or name the photos in pairs"
+        )
+    checker = PathChecker(folder=folder, allow_outside=True, problems=Problems())
+    patterns = PatternsFile(left=found.left, right=found.right)
+    listed = listed_stations(patterns, "photos", checker)
+    if checker.problems.found:
+        raise PhotoError("\n".join(f"{folder}: {problem.text}" for problem in checker.problems.found))
+    return tuple(_station(one, folder) for one in listed)
+
+
+def _station(one: StationFile, folder: Path) -> Station:
+    return Station(name=one.name, left=folder / (one.left or ""), right=folder / (one.right or ""))

@@ -1,0 +1,171 @@
+"""`asbuilt-bim check`: today's photos on the notebook in the site container, before anybody leaves."""
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.errors import OutputError
+from asbuilt_bim.flow.check_visit import check_stations
+from asbuilt_bim.flow.output.folder import output_error
+from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
+from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
+from asbuilt_bim.progress.visits.expected import VisitPlan
+from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
+from asbuilt_bim.project.check import refuse_missing
+from asbuilt_bim.project.photos import stations_of
+from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
+from asbuilt_bim.report.page.visit import walk_parts
+from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page.check_words import (
+    ASPECT_NAMES,
+    GRADE_NAMES,
+    aspect_reasons,
+    aspect_words,
+    verdict_words,
+)
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.values import plain
+from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.storage.atomic_write import place_problem, replace_bytes
+from asbuilt_bim.terminal.screen import Screen
+
+INCOMPLETE = 1
+TABLE_WIDTH = 110
+_HEAD = 2048  # bytes of a page that say who made it
+_STYLES = {"ok": "green", "doubtful": "yellow", "not": "bold red", "unchecked": "dim"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckRequest:
+    """The command line of `check`, as it was given."""
+
+    photos: tuple[Path, ...]
+    project: Path
+    out: Path
+    result: Path | None = None
+    workers: int | None = None
+    strict: bool = False
+    allow_outside: bool = False
+
+
+def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
+    """Check today's photos, say what to take again, and write the page.
+
+    Raises:
+        AsBuiltError: there is nothing to check, or nothing to check it with; or the page can't be written.
+    """
+    check_page_place(request.out, MADE_BY)
+    project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
+    refuse_missing(project)
+    stations = stations_of(request.photos, project)
+    cache = Cache(folder=default_folder())
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    with screen.steps() as progress:
+        rig = rig_of(project, cache, progress).rig
+        visit = check_stations(stations, project, rig, survey, today, progress, request.workers or 0)
+        plan = _still_unseen(visit, project, rig, survey, cache, request.result)
+    if plan is not None:
+        visit = with_unread_tags(visit, rig, plan.visit.around, surveyed_tags(survey))
+    _show(visit, screen)
+    write_page(request.out, check_page(visit, project.name, plan))
+    if plan is not None:
+        screen.say(still_said(plan))
+        for row in walk_parts(plan).rows:
+            screen.say(f"  {row.number}. {row.storey}. {row.place} {row.look}")
+    screen.say(f"Page: {request.out}")
+    if not visit.counting:
+        return INCOMPLETE
+    if request.strict and visit.again:
+        screen.error("stations would be left out (see above), and --strict was given")
+        return INCOMPLETE
+    return 0
+
+
+def _still_unseen(
+    visit: CheckedVisit,
+    project: Project,
+    rig: StereoRig,
+    survey: tuple[SurveyedMarker, ...],
+    cache: Cache,
+    result: Path | None,
+) -> VisitPlan | None:
+    """Return what today's stations leave unseen of what is due; None where not one of them counts."""
+    poses = [one.pose.world_from_left for one in visit.stations if one.pose is not None]
+    if not poses:
+        return None
+    design = planned_design(project, cache)
+    return visit_plan(project, design, rig, survey, visit.day, result=result, taken=poses)
+
+
+def check_page_place(path: Path, made_by: bytes) -> None:
+    """Check that a page can be written: over an earlier page of the same command, never over anything else.
+
+    Raises:
+        OutputError: it can't.
+    """
+    if problem := place_problem(path, folder=False):
+        raise OutputError(problem)
+    if not path.exists():
+        return
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError as fault:
+        raise output_error(path, fault, stands="nothing was written") from fault
+    if made_by not in head:
+        raise OutputError(f"{path}: is there already, and is no page of this command's; name another with --out")
+
+
+def write_page(path: Path, data: bytes) -> None:
+    """Write a page whole, or not at all.
+
+    Raises:
+        OutputError: it can't be written.
+    """
+    try:
+        replace_bytes(path, data)
+    except OSError as fault:
+        raise output_error(path, fault, stands="no page was written") from fault
+
+
+def _show(visit: CheckedVisit, screen: Screen) -> None:
+    for fault in visit.faults:
+        screen.warn(plain(str(words_of(fault))))
+    for note in visit.notes:
+        screen.warn(plain(note_words(note)))
+    if screen.width >= TABLE_WIDTH:
+        screen.say(_table(visit))
+    else:
+        for station in visit.stations:
+            screen.say(f"{station.name}: {GRADE_NAMES[station.grade]}")
+    for station in visit.stations:
+        for reason in aspect_reasons(station):
+            screen.warn(f"{plain(station.name)}: {plain(reason.at_station)}")
+    (screen.warn if visit.again else screen.say)(plain(verdict_words(visit)))
+
+
+def _table(visit: CheckedVisit) -> Table:
+    table = Table()
+    table.add_column("Station", no_wrap=True)
+    for name in ASPECT_NAMES.values():
+        table.add_column(name)
+    for station in visit.stations:
+        table.add_row(*_cells(station))
+    return table
+
+
+def _cells(station: CheckedStation) -> list[Text]:
+    cells = [Text(station.name, style=_STYLES[station.grade])]
+    for aspect in station.aspects:
+        words = aspect_words(aspect)
+        text = words if aspect.grade == "ok" and words else GRADE_NAMES[aspect.grade]
+        cells.append(Text(text, style=_STYLES[aspect.grade]))
+    return cells

@@ -1,0 +1,57 @@
+"""`asbuilt-bim plan`: the fewest stations that see what is due, before the visit."""
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
+from asbuilt_bim.project.check import refuse_missing
+from asbuilt_bim.project.read import read_project
+from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.report.page.visit import MADE_BY, plan_page, walk_parts
+from asbuilt_bim.report.wording.of_page.visit_words import promise_words
+from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.terminal.check_command import check_page_place, write_page
+from asbuilt_bim.terminal.screen import Screen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRequest:
+    """The command line of `plan`, as it was given."""
+
+    project: Path
+    out: Path
+    day: date | None = None
+    stations: int | None = None
+    result: Path | None = None
+    allow_outside: bool = False
+
+
+def plan_command(request: PlanRequest, screen: Screen, today: date) -> int:
+    """Plan a visit, list its stations, and write the page.
+
+    Raises:
+        AsBuiltError: there is no plan, with the reason; or the page can't be written.
+    """
+    check_page_place(request.out, MADE_BY)
+    project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
+    refuse_missing(project)
+    cache = Cache(folder=default_folder())
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    design = planned_design(project, cache)
+    with screen.steps() as progress:
+        rig = rig_of(project, cache, progress).rig
+    day = request.day or today
+    plan = visit_plan(project, design, rig, survey, day, result=request.result, most=request.stations or 0)
+    write_page(request.out, plan_page(plan, with_result=request.result is not None))
+    parts = walk_parts(plan)
+    for row in parts.rows:
+        screen.say(f"{row.number}. {row.storey}. {row.place} {row.look} {row.sigma}; tags {row.tags}")
+    for name, words in parts.tags:
+        screen.say(f"{name}: {words}")
+    for remark in parts.remarks:
+        screen.say(remark)
+    screen.say(promise_words(len(plan.stations), plan.visit.seen_m2, plan.visit.asked_m2, day.isoformat()))
+    screen.say(f"Page: {request.out}")
+    return 0

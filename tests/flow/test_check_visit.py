@@ -1,0 +1,166 @@
+"""What a check on site says of today's photos: every fault by name, in the words of a run, and nothing of good ones."""
+
+from __future__ import annotations
+
+import shutil
+from datetime import date
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from asbuilt_bim.camera.rig_formats.reader import read_rig
+from asbuilt_bim.cli import app
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.flow.check_visit import check_stations
+from asbuilt_bim.flow.measure_visit import options_of, read_pair
+from asbuilt_bim.measure.station import StationMeasurement, StationPhotos, measure_station
+from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
+from asbuilt_bim.project.photos import stations_of
+from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.register.survey import read_survey
+from tests.photo_damage import _rewrite
+from tests.site_fixture import contents, rig_file, site, small_project, write
+
+TODAY = date(2026, 3, 20)
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    folder = tmp_path_factory.mktemp("project")
+    return read_project(write(folder, small_project(folder, rig_file(tmp_path_factory), stations=1)))
+
+
+def photos(folder: Path, *names: str) -> Path:
+    """Copy stations of the sample's last visit as a camera's folder of today."""
+    folder.mkdir()
+    for station in contents()["visits"][-1]["stations"]:
+        if station["name"] in names:
+            for side in ("left", "right"):
+                shutil.copyfile(site() / station[side], folder / f"{station['name']}_{side}.jpg")
+    return folder
+
+
+def check(project: Project, folder: Path) -> CheckedVisit:
+    rig = read_rig(project.folder / "rig.yaml")
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    return check_stations(stations_of([folder], project), project, rig, survey, TODAY, lambda *_: None, workers=1)
+
+
+def why(station: CheckedStation) -> set[Reason]:
+    return {reason.code for aspect in station.aspects for reason in aspect.reasons if aspect.grade != "ok"}
+
+
+@pytest.fixture(scope="module")
+def visit(project: Project, tmp_path_factory: pytest.TempPathFactory) -> CheckedVisit:
+    """A good station; one with exchanged photos, one whose disc is covered, one whose tags are, one out of focus."""
+    folder = photos(tmp_path_factory.mktemp("camera") / "today", "G1", "G2", "G5")
+    for side in ("left", "right"):
+        for name in ("disc", "tags", "blur"):
+            shutil.copyfile(folder / f"G5_{side}.jpg", folder / f"{name}_{side}.jpg")
+        _rewrite(folder / f"disc_{side}.jpg", without_red)
+        _rewrite(folder / f"blur_{side}.jpg", lambda image: cv2.GaussianBlur(image, (0, 0), 3.0))
+        _rewrite(folder / f"tags_{side}.jpg", without_tags)
+        (folder / f"G5_{side}.jpg").unlink()
+    left, right, held = (folder / f"G2_{side}.jpg" for side in ("left", "right", "held"))
+    left.rename(held)
+    right.rename(left)
+    held.rename(right)
+    return check(project, folder)
+
+
+def without_red(image: np.ndarray) -> np.ndarray:
+    """Hang grey cloth over all that is red."""
+    blue, green, red = (channel.astype(int) for channel in cv2.split(image))
+    mask = ((red > 90) & (red > 2 * blue) & (red > 2 * green)).astype(np.uint8)
+    changed = image.copy()
+    changed[cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0] = 110
+    return changed
+
+
+def without_tags(image: np.ndarray) -> np.ndarray:
+    """Cover all tags."""
+    finder = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11))
+    changed = image.copy()
+    for corners in finder.detectMarkers(image)[0]:
+        cv2.fillConvexPoly(changed, corners.reshape(4, 2).astype(int), (120, 120, 120))
+    return changed
+
+
+def by_name(visit: CheckedVisit, name: str) -> CheckedStation:
+    return next(station for station in visit.stations if station.name == name)
+
+
+def test_a_good_station_counts_and_nothing_is_said_of_it(visit: CheckedVisit) -> None:
+    good = by_name(visit, "G1")
+    assert good.counts and good.grade == "ok" and not why(good) and good.picture
+    assert all(aspect.grade == "ok" and aspect.values for aspect in good.aspects)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason", "aspect"),
+    [
+        ("G2", Reason.PHOTOS_OF_OTHER_SIDES, "pair"),
+        ("disc", Reason.TARGET_ABSENT, "disc"),
+        ("tags", Reason.MARKERS_TOO_FEW, "place"),
+        ("blur", Reason.PHOTO_UNSHARP, "photos"),
+    ],
+)
+def test_a_fault_of_the_photos_is_named_and_stands_with_what_it_is_of(
+    visit: CheckedVisit, name: str, reason: Reason, aspect: str
+) -> None:
+    station = by_name(visit, name)
+    assert reason in why(station)
+    assert next(one for one in station.aspects if one.aspect == aspect).grade in ("not", "doubtful")
+    assert station.grade != "ok"
+    assert name == "blur" or name in visit.again
+
+
+def test_the_day_is_that_of_the_photos_and_todays_only_where_they_tell_none(visit: CheckedVisit) -> None:
+    assert visit.day == date(2026, 3, 16)
+
+
+def test_a_check_says_of_a_station_what_its_measurement_would(project: Project, visit: CheckedVisit) -> None:
+    station = project.visits[0].stations[0]
+    pair = read_pair(station, project)
+    assert isinstance(pair, StationPhotos)
+    measured = measure_station(pair, read_rig(project.folder / "rig.yaml"), options_of(project))
+    assert isinstance(measured, StationMeasurement)
+    tags = next(one for one in by_name(visit, "G1").aspects if one.aspect == "tags")
+    assert tags.values["tags"] == tuple(marker.marker_id for marker in measured.markers)
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["check", *(str(a) for a in arguments)])
+
+
+def test_the_command_writes_a_page_and_fails_where_nothing_counts(project: Project, tmp_path: Path) -> None:
+    folder = photos(tmp_path / "today", "G1")
+    page = tmp_path / "check.html"
+    good = run(folder, "--project", project.path, "--out", page, "--workers", 1, "--strict")
+    assert good.exit_code == 0, good.output
+    assert "The station will count." in good.output and b"data:image/jpeg" in page.read_bytes()
+    (folder / "G1_right.jpg").unlink()
+    (folder / "G2_left.jpg").write_bytes(b"no photo")
+    (folder / "G2_right.jpg").write_bytes(b"no photo")
+    bad = run(folder, "--project", project.path, "--out", page, "--workers", 1)
+    assert bad.exit_code == 1 and "Not one station would count" in bad.output
+    assert "will not count" in page.read_text(encoding="utf-8"), "its own page is replaced"
+
+
+def test_a_file_of_somebody_elses_is_not_written_over(project: Project, tmp_path: Path) -> None:
+    other = tmp_path / "check.html"
+    other.write_text("mine", encoding="utf-8")
+    done = run(photos(tmp_path / "today", "G1"), "--project", project.path, "--out", other)
+    assert done.exit_code == 1 and "is no page of this command's" in done.output
+    assert other.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_folder_without_photos_is_refused_in_one_line(project: Project, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    done = run(tmp_path / "empty", "--project", project.path, "--out", tmp_path / "page.html")
+    assert done.exit_code == 1 and "holds no photos" in done.output
+    lone = run(tmp_path / "a.jpg", "--project", project.path, "--out", tmp_path / "page.html")
+    assert lone.exit_code == 2 and "are no pairs" in lone.output
