@@ -110,10 +110,17 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.argument("project", type=_FILE, metavar="[PROJECT.yaml]", required=False)
 @click.option("--out", type=_FILE, required=True, metavar="RIG.yaml", help="The rig file to write.")
 @click.option("--report", type=_FILE, metavar="PAGE.html", help="A page that says whether to trust the calibration.")
-@click.option("--left", default="", metavar="PATTERN", help='Without a project: left board photos, "cal/left_*.jpg".')
+@click.option("--left", default="", metavar="PATTERN", help='Without a project: left photos, "cal/left_*.jpg".')
 @click.option("--right", default="", metavar="PATTERN", help="The right ones.")
 @click.option("--both", default="", metavar="PATTERN", help="Instead: photos that hold both eyes side by side.")
 @click.option("--board", default="", metavar="BOARD", help=_BOARD)
+@click.option(
+    "--tags",
+    type=Metres(min=0.02, max=3.0),
+    metavar="METRES",
+    help="Instead of a board: side of the tags' black square.",
+)
+@click.option("--family", type=click.Choice(FAMILY_NAMES), default=FAMILY_NAMES[0], help="The tags' family.")
 @click.option("--lens", type=click.Choice(["five", "rational", "fisheye"]), default="five", help="The lens to fit.")
 @click.option("--format", "form", type=click.Choice(["rig", "opencv", "kalibr", "ros"]), default="rig")
 @click.option("--control-points", type=_FILE, metavar="POINTS.csv", help="Measured points, instead of boards.")
@@ -128,17 +135,20 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
 @click.pass_context
 def calibrate(context: click.Context, /, **options: Any) -> None:
-    """Calibrate the rig from the boards of PROJECT.yaml, from --left, --right and --board, or from --control-points.
+    """Calibrate the rig from PROJECT.yaml, from photos of a --board or of --tags, or from --control-points.
 
     A known length (--check-length with --check-points, or a second board) refuses a rig whose scale is off.
     """
-    pairs = ("both", "board") if options["both"] else ("left", "right", "board")
+    shown = "board" if options["tags"] is None else "tags"
+    pairs = ("both", shown) if options["both"] else ("left", "right", shown)
     groups = [("project",), pairs, ("control_points", "photo_size")]
     given = [group for group in groups if any(options[key] for key in group)]
     both_ways = options["both"] and (options["left"] or options["right"])
-    if len(given) != 1 or both_ways or not all(options[key] for key in given[0]):
+    two_kinds = bool(options["board"]) and options["tags"] is not None
+    if len(given) != 1 or both_ways or two_kinds or not all(options[key] for key in given[0]):
         raise click.UsageError(
-            "give PROJECT.yaml, or --left, --right (or --both) and --board, or --control-points and --photo-size"
+            "give PROJECT.yaml, or --left, --right (or --both) and --board or --tags, or --control-points and "
+            "--photo-size"
         )
     options["photo_size"] = options["photo_size"] or (0, 0)
     if (options["check_length"] is None) != (not options["check_points"]):

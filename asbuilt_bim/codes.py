@@ -169,6 +169,8 @@ class Reason(StrEnum):
     BOARD_PAIR_MISFIT = "board pair misfit"
     BOARD_PAIR_MOVED = "board pair moved"  # between left and right
     CONTROL_POINT_MISFIT = "control point misfit"
+    TAG_MISFIT = "tag misfit"  # of a tag that a rig is made from
+    TAGS_NOT_FOUND = "no tag found in both photos"
 
     # Notes.
 
@@ -297,6 +299,8 @@ class Reason(StrEnum):
     CALIBRATION_LENGTH = "diagonals wrong"
     CALIBRATION_SCALE = "scale known badly"
     CALIBRATION_LENS = "other lens model fits better"
+    TAGS_COVERAGE = "tags cover little"
+    TAGS_LENGTH = "tags' sides wrong"
     CONTROL_POINTS_FEW = "too few points for the lens"
     CONTROL_POINTS_REACH = "points reach over little"
     CONTROL_POINTS_HOLD_OUT = "points kept back miss"

@@ -8,12 +8,15 @@ from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.calibrate import Calibration, calibrate_stereo
 from asbuilt_bim.camera.calibration.control_file import read_control_points
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.camera.calibration.tags import Tag
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.reader import read_rig_files
-from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.measure_visit import Progress
+from asbuilt_bim.flow.tag_source import Tags, calibrate_tags
 from asbuilt_bim.project.file import BoardsFile
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.wording.reasons import reason_list
@@ -58,19 +61,41 @@ def _photo_size(project: Project) -> tuple[int, int] | None:
 
 
 def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration:
-    """Calibrate from the project's board photos or control points.
+    """Calibrate from the project's photos of boards or tags, or its control points.
 
     Raises:
-        CalibrationError: the project has neither, they can't be read, or they give no rig.
+        CalibrationError: the project has none, they can't be read, or they give no rig.
     """
     boards = project.rig.boards
     if project.rig.control_points is not None:
         return rig_from_control_points(read_control_points(project.rig.control_points), project.rig.photo_size_px)
+    if project.rig.tags is not None:
+        return _from_tags(project, cache, progress)
     if boards is None:
         raise CalibrationError(
-            f"{project.path}: rig.boards and rig.control_points are not given, so there is nothing to calibrate from"
+            f"{project.path}: rig.boards, rig.tags and rig.control_points are not given, so there is nothing to "
+            "calibrate from"
         )
     return calibrate_pairs(_photos(project), project_board(boards), boards.distortion, cache, progress)
+
+
+def _from_tags(project: Project, cache: Cache, progress: Progress) -> Calibration:
+    """Calibrate from tags; of a visit's own photos one that can't be read costs its pair alone."""
+    written = project.rig.tags
+    assert written is not None
+    tag = Tag(size_m=project.markers.size_m, flatness_m=written.flatness_m, print_share=written.print_share)
+    tags = Tags(tag=tag, family=project.markers.family, lens=written.distortion)
+    if written.has_photos:
+        return calibrate_tags(_photos(project), tags, cache, progress)
+    pairs: list[tuple[Photo, Photo]] = []
+    left_out: list[Rejection] = []
+    for left, right in project.rig.pairs:
+        try:
+            pairs.append(_pair(project, left, right))
+        except PhotoError as problem:
+            subject = about(SubjectKind.BOARD_PAIR, project.relative(left))
+            left_out.append(rejected(Reason.PHOTO_UNUSABLE, subject, detail=str(problem)))
+    return calibrate_tags(pairs, tags, cache, progress, left_out)
 
 
 def project_board(boards: BoardsFile) -> Board:
@@ -112,13 +137,20 @@ def calibrate_pairs(
 
 
 def _photos(project: Project) -> list[tuple[Photo, Photo]]:
+    try:
+        return [_pair(project, left, right) for left, right in project.rig.pairs]
+    except PhotoError as problem:
+        raise CalibrationError(f"calibration: {problem}") from problem
+
+
+def _pair(project: Project, left: Path, right: Path) -> tuple[Photo, Photo]:
+    """Read a pair; one file named twice holds both eyes.
+
+    Raises:
+        PhotoError: one can't be read.
+    """
+
     def named(path: Path) -> Photo:
         return replace(read_photo(path), name=project.relative(path))
 
-    def pair(left: Path, right: Path) -> tuple[Photo, Photo]:
-        return side_by_side(named(left)) if left == right else (named(left), named(right))
-
-    try:
-        return [pair(left, right) for left, right in project.rig.pairs]
-    except PhotoError as problem:
-        raise CalibrationError(f"calibration: {problem}") from problem
+    return side_by_side(named(left)) if left == right else (named(left), named(right))

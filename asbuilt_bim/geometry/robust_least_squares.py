@@ -65,7 +65,7 @@ def robust_sigma(residuals: FloatArray) -> float:
 
 def tukey(sigmas: FloatArray, reach: float = TUKEY) -> FloatArray:
     """Return Tukey's weights: none for what is far off."""
-    result: FloatArray = np.square(np.clip(1.0 - np.square(sigmas / reach), 0.0, None))
+    result: FloatArray = np.square(np.maximum(1.0 - np.square(sigmas / reach), 0.0))
     return result
 
 
@@ -97,18 +97,19 @@ def reweighted_linear(
     say what points count before that, 1 / sigma^2 where they aren't given. `ridge`, for all parameters or for each
     (P,), draws them to zero by that share of the weights: what points leave open stays there.
     """
-    least = np.broadcast_to(np.asarray(sigma, dtype=np.float64), target.shape)
-    own = 1.0 / np.square(least) if weights is None else weights
+    least = np.asarray(sigma, dtype=np.float64)
+    own = np.broadcast_to(1.0 / np.square(least), target.shape) if weights is None else weights
     trust, converged = np.ones(len(target)), False
-    for _ in range(rounds):
-        weighted = design * (own * trust)[:, None]
-        normal = weighted.T @ design
-        normal.flat[:: len(normal) + 1] += ridge * max(float(np.sum(own * trust)), _RIDGE)
-        parameters = np.linalg.solve(normal, weighted.T @ target)
+    for _ in range(rounds):  # asked for some five hundred lines a station: no detours
+        counted = own * trust
+        weighted = (design * counted[:, None]).T
+        normal = weighted @ design
+        normal.flat[:: len(normal) + 1] += ridge * max(float(counted.sum()), _RIDGE)
+        parameters = np.linalg.solve(normal, weighted @ target)
         residuals = target - design @ parameters
         scale = max(1.0, robust_sigma(residuals / least))
         before, trust = trust, loss(residuals / (least * scale))
-        if converged := bool(np.max(np.abs(trust - before), initial=0.0) < _SETTLED):
+        if converged := not len(trust) or bool(np.abs(trust - before).max() < _SETTLED):
             break
     return Fit(
         parameters=np.asarray(parameters, dtype=np.float64), residuals=residuals, jacobian=design,

@@ -50,9 +50,12 @@ def vector_from_rotation(rotation: FloatArray) -> FloatArray:
 
 
 def skew(vector: ArrayLike) -> FloatArray:
-    """Return the matrix (3, 3) with `skew(a) @ b == cross(a, b)`."""
-    x, y, z = np.asarray(vector, dtype=np.float64).reshape(3)
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """Return the matrices (..., 3, 3) of vectors (..., 3) with `skew(a) @ b == cross(a, b)`."""
+    array = np.asarray(vector, dtype=np.float64)
+    matrices = np.zeros((*array.shape, 3))
+    matrices[..., [2, 0, 1], [1, 2, 0]] = array
+    matrices[..., [1, 2, 0], [2, 0, 1]] = -array
+    return matrices
 
 
 def cross(a: ArrayLike, b: ArrayLike) -> FloatArray:

@@ -13,6 +13,7 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.history import STILL_M, frame_of
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, FaceRecord, ProgressReport
+from asbuilt_bim.progress.valuation.inputs import ValuationInputs
 
 
 def remapped_ids(report: ProgressReport, design: BimModel) -> dict[str, str]:
@@ -67,7 +68,7 @@ def named_again(before: ProgressReport, after: ProgressReport) -> ProgressReport
     """
     storeys = _by_name({g.key: g.name for g in before.storeys}, {g.key: g.name for g in after.storeys})
     tasks = _by_name(*({t.progress.key: t.progress.name for t in one.tasks} for one in (before, after)))
-    lines = _by_name(*({c.global_id: f"{c.identification} {c.name}" for c in r.cost_lines} for r in (before, after)))
+    lines = _lines(before, after)
     return replace(
         before,
         storeys=tuple(replace(g, key=storeys.get(g.key, g.key)) for g in before.storeys),
@@ -77,6 +78,29 @@ def named_again(before: ProgressReport, after: ProgressReport) -> ProgressReport
         ),
         cost_lines=tuple(replace(c, global_id=lines.get(c.global_id, c.global_id)) for c in before.cost_lines),
     )
+
+
+def inputs_again(
+    inputs: ValuationInputs, before: ProgressReport, after: ProgressReport, ids: Mapping[str, str]
+) -> ValuationInputs:
+    """Return what persons bring to a valuation under the keys that a later result has.
+
+    `ids` are the elements' by `remapped_ids`; cost lines are known again by name. What isn't known again stays as it
+    is: then it is told as unused.
+    """
+    lines = _lines(before, after)
+    return replace(
+        inputs,
+        overrides=tuple(
+            replace(one, element=ids.get(one.element, one.element), line=lines.get(one.line, one.line))
+            for one in inputs.overrides
+        ),
+        rates=tuple(replace(one, line=lines.get(one.line, one.line)) for one in inputs.rates),
+    )
+
+
+def _lines(before: ProgressReport, after: ProgressReport) -> dict[str, str]:
+    return _by_name(*({c.global_id: f"{c.identification} {c.name}" for c in r.cost_lines} for r in (before, after)))
 
 
 def _by_name(old: Mapping[str, str], new: Mapping[str, str]) -> dict[str, str]:

@@ -66,8 +66,37 @@ class ControlPointsFile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class TagsFile:
+    """`rig.tags`: photos of tags of `markers.size_m`; without photos of their own, those of a visit, or of all."""
+
+    visit: date | None = None
+    left: str | None = None  # a pattern with one or more *
+    right: str | None = None
+    both: str | None = None  # instead of left and right: photos that hold both eyes side by side
+    distortion: Literal["five", "rational", "fisheye"] = "five"  # the model of lens that is fitted
+    flatness_m: Annotated[float, Within(low=0.0, high=0.02, unit="m", hint=_MM)] = FLATNESS_M
+    print_share: Annotated[float, Within(low=0.0, high=0.02)] = PRINT_SHARE
+
+    def __post_init__(self) -> None:
+        """Check that photos come from one place.
+
+        Raises:
+            ValueError: they don't.
+        """
+        if self.has_photos:
+            _one_way(self.left, self.right, self.both)
+            if self.visit is not None:
+                raise ValueError("needs a visit, or left and right (or both) of photos by themselves, not all of them")
+
+    @property
+    def has_photos(self) -> bool:
+        """Say whether it names photos by themselves."""
+        return any(text is not None for text in (self.left, self.right, self.both))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RigFile:
-    """`rig`: a rig file of this program or another, photos of boards, or control points; one of the three."""
+    """`rig`: a rig file of this program or another, photos of boards or tags, or control points; one of the four."""
 
     file: str | None = None
     file_right: str | None = None  # ROS and EuRoC keep a file a camera, OpenCV's samples intrinsics and extrinsics
@@ -77,6 +106,7 @@ class RigFile:
     unit_m: Annotated[float, Within(low=0.0005, high=1.0, unit="m")] = 1.0  # of T in OpenCV's files: 0.001 for mm
     fisheye: bool = False  # four coefficients in OpenCV's files may be a fisheye's
     boards: BoardsFile | None = None
+    tags: TagsFile | None = None
     control_points: ControlPointsFile | None = None
     refine: bool = False  # where it was knocked since: measure with the rig as each visit's photos show it
 
@@ -86,9 +116,10 @@ class RigFile:
         Raises:
             ValueError: none or several are given.
         """
-        if [self.file, self.boards, self.control_points].count(None) != 2:
+        if [self.file, self.boards, self.tags, self.control_points].count(None) != 3:
             raise ValueError(
-                "needs file (a rig.yaml), boards (photos of a calibration board) or control_points, one of the three"
+                "needs file (a rig.yaml), boards (photos of a calibration board), tags or control_points, one of the "
+                "four"
             )
         if self.photo_size_px is not None and not all(1 <= side <= 100_000 for side in self.photo_size_px):
             raise ValueError(f"photo_size_px {list(self.photo_size_px)} is no width and height in pixels")

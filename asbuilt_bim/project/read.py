@@ -21,13 +21,14 @@ from asbuilt_bim.project.file import (
     RigFile,
     StationFile,
     SurveyShiftFile,
+    TagsFile,
     TargetFile,
     ValuationFile,
     VisitFile,
 )
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.project.paths import PathChecker, safe_name
+from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, safe_name
 from asbuilt_bim.project.stations import listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.strict_yaml import read_yaml
@@ -69,7 +70,7 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigSource:
-    """Where the rig comes from: `file`, photos of `boards` in pairs (left, right), or `control_points`.
+    """Where the rig comes from: `file`, photos of `boards` or `tags` in pairs (left, right), or `control_points`.
 
     Left and right of a pair are one path where the file holds both eyes side by side.
     """
@@ -80,6 +81,7 @@ class RigSource:
     file_right: Path | None = None
     file_pose: Path | None = None
     foreign: Foreign = _OWN  # what another program's file doesn't say
+    tags: TagsFile | None = None
     control_points: Path | None = None
     photo_size_px: tuple[int, int] = (0, 0)  # of the photos that the control points were marked in
     refine: bool = False  # measure with the rig as the visit's photos show it, where it was knocked
@@ -170,7 +172,6 @@ def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool
 
 
 def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited: bool) -> Project:
-    rig = _rig_source(written.rig, checker)
     if not visited:
         written = replace(written, visits=tuple(_with_photos(written, checker)))
     listed = listed_visits(written.visits, checker)
@@ -178,6 +179,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
     for index, name in enumerate(written.writers):
         if reason := safe_name(name):  # it becomes a folder's name
             checker.problems.add(f"writers[{index}]", reason)
+    rig = _rig_source(written.rig, visits, checker)
     _check_dates(listed, checker.problems, visited=visited)
     _check_photos(visits, checker.problems)
     return Project(
@@ -205,7 +207,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
     )
 
 
-def _rig_source(written: RigFile, checker: PathChecker) -> RigSource:
+def _rig_source(written: RigFile, visits: list[Visit], checker: PathChecker) -> RigSource:
     boards, control = written.boards, written.control_points
     return RigSource(
         file=checker.file(written.file, "rig.file") if written.file else None,
@@ -220,15 +222,32 @@ def _rig_source(written: RigFile, checker: PathChecker) -> RigSource:
         control_points=checker.file(control.file, "rig.control_points.file") if control else None,
         photo_size_px=control.photo_size_px if control else (0, 0),
         boards=boards,
-        pairs=_board_pairs(boards, checker) if boards else (),
+        tags=written.tags,
+        pairs=_rig_pairs(written, visits, checker),
         refine=written.refine,
     )
 
 
-def _board_pairs(boards: BoardsFile, checker: PathChecker) -> tuple[tuple[Path, Path], ...]:
-    if boards.both is not None:
-        return tuple((path, path) for path in checker.several(boards.both, "rig.boards.both"))
-    return checker.pairs(boards.left or "", boards.right or "", "rig.boards")
+def _rig_pairs(written: RigFile, visits: list[Visit], checker: PathChecker) -> tuple[tuple[Path, Path], ...]:
+    """Return the pairs of photos that the rig is made from."""
+    if written.tags is not None and not written.tags.has_photos:
+        return _visit_pairs(written.tags.visit, visits, checker.problems)
+    photos, where = (written.boards, "rig.boards") if written.boards is not None else (written.tags, "rig.tags")
+    if photos is None:
+        return ()
+    if photos.both is not None:
+        return tuple((path, path) for path in checker.several(photos.both, f"{where}.both"))
+    return checker.pairs(photos.left or "", photos.right or "", where)
+
+
+def _visit_pairs(day: date | None, visits: list[Visit], problems: Problems) -> tuple[tuple[Path, Path], ...]:
+    chosen = [visit for visit in visits if day in (None, visit.date)]
+    if day is not None and not chosen:
+        problems.add("rig.tags.visit", f"there is no visit of {day}")
+    pairs = [(station.left, station.right) for visit in chosen for station in visit.stations]
+    if len(pairs) > MAX_PAIRS:
+        problems.add("rig.tags", f"{len(pairs):,} pairs, limit {MAX_PAIRS}; name one visit: visit: {visits[0].date}")
+    return tuple(pairs[:MAX_PAIRS])
 
 
 def _accepted(written: SurveyShiftFile | None) -> Shift | None:

@@ -1,7 +1,7 @@
 """Which of the sighted things agree on one pose, and which one is wrong: found by trying small subsets."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -33,19 +33,36 @@ def largest_agreement(camera: RectifiedCamera, seen: Sequence[Sighted], subset: 
     not even one subset gives a pose that explains itself.
     """
     first: Agreement | None = None
+    trials = _Trials(camera=camera, seen=seen)
     for looser in LOOSER:
-        found = _largest(camera, seen, subset, looser)
+        found = _largest(trials, subset, looser)
         if found is not None and 2 * len(found.used) > len(seen) and not found.ambiguous:
             return found
         first = first or found
     return first
 
 
-def _largest(camera: RectifiedCamera, seen: Sequence[Sighted], subset: int, looser: float) -> Agreement | None:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Trials:
+    """The groups seen, and what was solved of them: subsets grow to the same sets again and again."""
+
+    camera: RectifiedCamera
+    seen: Sequence[Sighted]
+    solved: dict[frozenset[int], Solution | None] = field(default_factory=dict)
+
+    def of(self, chosen: frozenset[int]) -> Solution | None:
+        """Return the pose of some groups, by their places."""
+        if chosen not in self.solved:
+            self.solved[chosen] = solve_pose(self.camera, [self.seen[index] for index in sorted(chosen)])
+        return self.solved[chosen]
+
+
+def _largest(trials: _Trials, subset: int, looser: float) -> Agreement | None:
+    camera, seen = trials.camera, trials.seen
     best: tuple[frozenset[int], Solution] | None = None
     rivals: list[frozenset[int]] = []
     for chosen in (tuple(range(len(seen))), *_subsets(len(seen), subset)):
-        trial = _grow(camera, seen, frozenset(chosen), looser)
+        trial = _grow(trials, frozenset(chosen), looser)
         if trial is None:
             continue
         rivals.append(trial[0])
@@ -77,11 +94,10 @@ def _limit(count: int, looser: float) -> float:
     return float(looser**2 * (1.0 + 3.0 * np.sqrt(2.0 / count)))
 
 
-def _grow(
-    camera: RectifiedCamera, seen: Sequence[Sighted], chosen: frozenset[int], looser: float
-) -> tuple[frozenset[int], Solution] | None:
+def _grow(trials: _Trials, chosen: frozenset[int], looser: float) -> tuple[frozenset[int], Solution] | None:
     """Solve on the chosen groups, then take in what agrees, until nothing changes."""
-    solution = solve_pose(camera, [seen[index] for index in sorted(chosen)])
+    camera, seen = trials.camera, trials.seen
+    solution = trials.of(chosen)
     for _ in range(5):
         if solution is None or not _explains(camera, solution, [seen[index] for index in chosen], looser):
             return None
@@ -93,7 +109,7 @@ def _grow(
         }
         if inside == chosen:
             return chosen, solution
-        grown = solve_pose(camera, [seen[index] for index in sorted(inside)])
+        grown = trials.of(inside)
         if grown is None or not _explains(camera, grown, [seen[index] for index in inside], looser):
             return chosen, solution
         chosen, solution = inside, grown

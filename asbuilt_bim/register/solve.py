@@ -64,9 +64,15 @@ def _settled(camera: RectifiedCamera, pose: FloatArray, seen: Sequence[Sighted])
     """Return the pose nearest to all sightings, with the noise seen from `pose`; None where they don't hold it."""
     factors = [_factor(camera, pose, group) for group in seen]
 
+    last: list[tuple[bytes, FloatArray]] = []
+
     def at(step: FloatArray) -> FloatArray:
-        there = moved(pose, step)
-        return np.concatenate([whitened(camera, there, *both) for both in zip(seen, factors, strict=True)])
+        key = step.tobytes()
+        if not last or last[0][0] != key:  # residuals and Jacobian are asked for one after the other
+            there = moved(pose, step)
+            rows = np.concatenate([whitened(camera, there, *both) for both in zip(seen, factors, strict=True)])
+            last[:] = [(key, rows)]
+        return last[0][1]
 
     if not np.all(np.isfinite(at(np.zeros(6)))):
         return None
@@ -87,19 +93,16 @@ def project_both(
     turn = camera.rectified_from_left @ world_from_left[:3, :3].T
     x, y, z = ((world_m - world_from_left[:3, 3]) @ turn.T).T
     f, b = camera.f_px, camera.baseline_m
-    zero = np.zeros_like(z)
-    pixels = np.stack(
-        [f * x / z + camera.cx_px, f * y / z + camera.cy_px, f * (x - b) / z + camera.cx_px, f * y / z + camera.cy_px],
-        axis=-1,
-    )
-    row_y = np.stack([zero, f / z, -f * y / z**2], axis=-1)
-    rows = [
-        np.stack([f / z, zero, -f * x / z**2], axis=-1),
-        row_y,
-        np.stack([f / z, zero, -f * (x - b) / z**2], axis=-1),
-        row_y,
-    ]
-    return pixels, np.stack(rows, axis=1) @ turn
+    pixels, rows = np.empty((len(z), 4)), np.zeros((len(z), 4, 3))
+    for place, across in ((0, x), (2, x - b)):
+        pixels[:, place] = f * across / z + camera.cx_px
+        rows[:, place, 0] = f / z
+        rows[:, place, 2] = -f * across / z**2
+    for place in (1, 3):
+        pixels[:, place] = f * y / z + camera.cy_px
+        rows[:, place, 1] = f / z
+        rows[:, place, 2] = -f * y / z**2
+    return pixels, rows @ turn
 
 
 def residuals(camera: RectifiedCamera, world_from_left: FloatArray, group: Sighted) -> tuple[FloatArray, FloatArray]:
@@ -112,8 +115,7 @@ def residuals(camera: RectifiedCamera, world_from_left: FloatArray, group: Sight
 
 def pose_jacobian(world_from_left: FloatArray, world_m: FloatArray, by_point: FloatArray) -> FloatArray:
     """Return the Jacobian (n, k, 6) by a small motion of the camera from that (n, k, 3) by the point."""
-    arms = np.stack([skew(arm) for arm in world_m - world_from_left[:3, 3]])
-    return np.concatenate([by_point @ arms, -by_point], axis=-1)
+    return np.concatenate([by_point @ skew(world_m - world_from_left[:3, 3]), -by_point], axis=-1)
 
 
 def noise(group: Sighted, by_point: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """The rows of every table, worked out once: csv, workbook and page only write them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 
@@ -7,7 +8,7 @@ from asbuilt_bim.codes import PHOTO_FAULTS, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.wording.notes import note_words
-from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.reasons import words_of, words_of_faces
 from asbuilt_bim.report.wording.values import area_of
 from asbuilt_bim.report.wording.words import Words
 
@@ -53,7 +54,8 @@ class StationRow:
     name: str
     status: str  # "placed", "not placed", "rejected"
     reasons: tuple[Words, ...]  # of the station itself, its photos, its target and its markers
-    left_out: tuple[Words, ...]  # of its faces, and of walls and columns that gave none
+    left_out: tuple[Words, ...]  # of its faces, and of walls and columns that gave none; those alike together
+    faces_left_out: int = 0
     markers: str = ""
     residual_px: float | None = None
     target_range_m: float | None = None
@@ -134,19 +136,25 @@ def measured_words(group: GroupProgress, report: ProgressReport) -> str:
 def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:
     """Return the stations that were measured, then those rejected before that."""
     reasons: dict[str, list[Words]] = {}
-    left_out: dict[str, list[Words]] = {}
+    left_out: dict[str, list[Rejection]] = {}
     for rejection in report.rejections:
         subject = rejection.subject
         if station := station_of(rejection):
             reasons.setdefault(station, []).append(words_of(rejection))
         elif subject.kind in OF_FACES and subject.at_station:
-            left_out.setdefault(subject.at_station, []).append(words_of(rejection))
+            left_out.setdefault(subject.at_station, []).append(rejection)
     measured = [
-        _station_row(station, tuple(reasons.pop(station.name, ())), tuple(left_out.get(station.name, ())))
+        _station_row(station, tuple(reasons.pop(station.name, ())), left_out.get(station.name, ()))
         for station in report.stations
     ]
     lost = [
-        StationRow(name=name, status="rejected", reasons=tuple(found), left_out=tuple(left_out.get(name, ())))
+        StationRow(
+            name=name,
+            status="rejected",
+            reasons=tuple(found),
+            left_out=words_of_faces(name, left_out.get(name, ())),
+            faces_left_out=len(left_out.get(name, ())),
+        )
         for name, found in sorted(reasons.items())
     ]
     return (*measured, *lost)
@@ -167,7 +175,7 @@ def bad_photos(report: ProgressReport) -> tuple[Rejection, ...]:
     return tuple(one for one in report.rejections if one.code in PHOTO_FAULTS and station_of(one) in report.placed)
 
 
-def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: tuple[Words, ...]) -> StationRow:
+def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: Sequence[Rejection]) -> StationRow:
     """Lay out one measured station."""
     return StationRow(
         name=station.name,
@@ -180,7 +188,8 @@ def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: t
         faces=len(station.faces),
         matched=sum(1 for face in station.faces if face.design_faces),
         reasons=reasons,
-        left_out=left_out,
+        left_out=words_of_faces(station.name, left_out),
+        faces_left_out=len(left_out),
     )
 
 

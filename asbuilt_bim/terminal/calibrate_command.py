@@ -1,4 +1,4 @@
-"""`asbuilt-bim calibrate`: boards in, a rig file and a page out, nothing where a known length comes out wrong."""
+"""`asbuilt-bim calibrate`: boards or tags in, a rig file and a page out, nothing where a known length is off."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,12 +10,14 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
 from asbuilt_bim.camera.calibration.control_file import read_control_points
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
+from asbuilt_bim.camera.calibration.tags import Tag
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig_formats.reader import RigFormat, rig_contents, rig_files
 from asbuilt_bim.errors import CalibrationError, OptionError, OutputError
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.flow.rig_source import calibrate, calibrate_pairs, project_board
+from asbuilt_bim.flow.tag_source import Tags, calibrate_tags
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.page.calibration import calibration_page
@@ -28,7 +30,7 @@ from asbuilt_bim.terminal.summary_table import calibration_lines
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrateRequest:
-    """The command line of `calibrate`, as it was given: a project, photos with their board, or control points."""
+    """The command line of `calibrate`, as given: a project, photos with their board or tags, or control points."""
 
     out: Path
     project: Path | None = None
@@ -38,6 +40,8 @@ class CalibrateRequest:
     right: str = ""
     both: str = ""
     board: str = ""
+    tags: float | None = None  # the size of the tags that the photos show, in metres
+    family: str = "apriltag_36h11"
     lens: LensModel = "five"
     control_points: Path | None = None
     photo_size: tuple[int, int] = (0, 0)
@@ -53,7 +57,7 @@ class CalibrateRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Made:
-    """A calibration, the files that it was made from, and the board that they show (None: control points)."""
+    """A calibration, the files that it was made from, and the board that they show (None: tags or control points)."""
 
     calibration: Calibration
     sources: list[Path]
@@ -142,14 +146,18 @@ def _calibrated(request: CalibrateRequest, progress: Progress) -> _Made:
     problems = Problems()
     checker = PathChecker(folder=Path.cwd(), allow_outside=True, problems=problems)
     if request.both:
-        pairs = tuple((path, path) for path in checker.several(request.both, "board photos"))
+        pairs = tuple((path, path) for path in checker.several(request.both, "photos"))
     else:
-        pairs = checker.pairs(request.left, request.right, "board photos")
+        pairs = checker.pairs(request.left, request.right, "photos")
     if problems.found:
         raise CalibrationError("\n".join(f"{problem.path}: {problem.text}" for problem in problems.found))
-    board = board_of(request.board)
+    board = board_of(request.board) if request.tags is None else None
     photos = [_pair(left, right) for left, right in pairs]
-    made = calibrate_pairs(photos, board, request.lens, cache, progress)
+    if board is None:
+        tags = Tags(tag=Tag(size_m=request.tags or 0.0), family=request.family, lens=request.lens)
+        made = calibrate_tags(photos, tags, cache, progress)
+    else:
+        made = calibrate_pairs(photos, board, request.lens, cache, progress)
     return _Made(calibration=made, sources=[path for pair in pairs for path in pair], board=board)
 
 

@@ -96,7 +96,7 @@ def calibration_lines(calibration: Calibration, known_lengths: tuple[LengthCheck
     """
     rig = calibration.rig
     points = len(calibration.corners_left.view), len(calibration.corners_right.view)
-    seen = f"{rig.views_used} board pairs"
+    seen = f"{rig.views_used} {'sightings of tags' if calibration.from_tags else 'board pairs'}"
     if calibration.from_control_points:
         seen = f"{points[0]} and {points[1]} control points"
     lines = [

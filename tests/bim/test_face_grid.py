@@ -48,8 +48,35 @@ def test_cells_are_laid_out_once_for_an_element(tmp_path: Path, monkeypatch: pyt
         return before(element)
 
     monkeypatch.setattr(cells_module, "_cells", counted)
+    monkeypatch.setattr(cells_module, "_OF_FORM", {})
     assert element_cells(wall) is element_cells(wall)
     assert laid_out == [wall]
+
+
+def test_cells_are_laid_out_once_for_a_form_and_anew_for_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    builder = ModelBuilder(turn_deg=31.0)
+    for number, height_m in enumerate((3.0, 3.0, 2.5)):
+        builder.box("IfcColumn", f"C{number}", (4.0 * number, 0.0, 0.0), (0.4, 0.3, height_m))
+    builder.box("IfcColumn", "touched", (12.0, 0.0, 0.0), (0.4, 0.3, 3.0))
+    builder.box("IfcSlab", "S", (11.0, 0.3, 1.0), (3.0, 3.0, 0.5))
+    elements = read_design(builder.write(tmp_path / "model.ifc")).elements
+    columns = sorted(elements, key=lambda column: column.name)
+    laid_out: list[str] = []
+    before = cells_module._cells
+
+    def counted(element):  # type: ignore[no-untyped-def]
+        laid_out.append(element.name)
+        return before(element)
+
+    monkeypatch.setattr(cells_module, "_cells", counted)
+    monkeypatch.setattr(cells_module, "_OF_FORM", {})
+    found = [element_cells(column) for column in columns]
+    assert laid_out == ["C0", "C2", "touched"]
+    assert [one.element for one in found] == [column.global_id for column in columns]
+    for column, one in zip(columns, found, strict=True):
+        np.testing.assert_array_equal(one.weight, before(column).weight)
 
 
 def test_a_cell_is_real_where_a_sample_of_it_is_exposed(tmp_path: Path) -> None:

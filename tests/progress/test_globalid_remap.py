@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.completion.summary import summarise
-from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
+from asbuilt_bim.progress.globalid_remap import inputs_again, remapped_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.revision import design_changes, remap_notes
 from asbuilt_bim.progress.surface import unseen
+from asbuilt_bim.progress.valuation.inputs import Override, RateChange, ValuationInputs
 from tests.match.small_site import box, element, model, round_column
 from tests.progress.test_money_and_dates import LATER, NOTHING, report
+from tests.report.sample_report import sample_report
 
 FULL, HALF, UNSEEN = box(0, 0, 0, 0.5, 0.5, 3.0), box(3, 0, 0, 0.5, 0.5, 3.0), box(6, 0, 0, 4.0, 0.25, 3.0)
 
@@ -68,3 +72,16 @@ def test_new_ids_are_no_revision_and_are_told_once() -> None:
     (note,) = remap_notes(renamed, ids)
     assert note.code == Reason.DESIGN_NEW_IDS and note.values["count"] == 3
     assert remap_notes(report(), {}) == ()
+
+
+def test_a_surveyors_override_and_rate_count_under_the_new_ids() -> None:
+    before = sample_report()
+    line = before.cost_lines[0]
+    after = replace(before, cost_lines=(replace(line, global_id="new line"), *before.cost_lines[1:]))
+    given = Override(line=line.global_id, element="A", share=0.4, reason="plumb", by="Ann", day=LATER)
+    gone = replace(given, line="no such line", element="Q")
+    inputs = ValuationInputs(overrides=(given, gone), rates=(RateChange(line=line.global_id, rate=9.0, why="Ann"),))
+    again_ = inputs_again(inputs, before, after, {"A": "x"})
+    assert [(one.line, one.element) for one in again_.overrides] == [("new line", "x"), ("no such line", "Q")]
+    assert again_.rates[0].line == "new line"
+    assert inputs_again(inputs, before, before, {}) == inputs

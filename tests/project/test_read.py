@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from datetime import date
 from pathlib import Path
@@ -18,6 +19,7 @@ from asbuilt_bim.project.file import (
     ProjectFile,
     RigFile,
     StationFile,
+    TagsFile,
     TargetFile,
     VisitFile,
     VisitsFile,
@@ -200,6 +202,35 @@ def test_paths_written_on_windows_are_read_everywhere(tmp_path: Path) -> None:
     assert len(project.rig.pairs) == 3
 
 
+@pytest.mark.parametrize(
+    ("tags", "names"),
+    [
+        ({}, ["A1", "A2", "B1"]),
+        ({"visit": date(2026, 3, 16)}, ["B1"]),
+        ({"left": "calibration/left_*.jpg", "right": "calibration/right_*.jpg"}, ["left_01", "left_02", "left_03"]),
+    ],
+)
+def test_a_rig_of_tags_takes_a_visit_s_photos_or_all_or_its_own(
+    tmp_path: Path, tags: dict[str, Any], names: list[str]
+) -> None:
+    project = read_project(write_project(tmp_path, {**plain(), "rig": {"tags": tags}}))
+    assert sorted(left.stem.removesuffix("_left") for left, _ in project.rig.pairs) == names
+
+
+@pytest.mark.parametrize(
+    ("tags", "says"),
+    [
+        ({"visit": date(2026, 3, 17)}, "rig.tags.visit: there is no visit of 2026-03-17"),
+        ({"left": "v/*.jpg"}, "needs left and right, or both"),
+        ({"both": "calibration/left_*.jpg", "visit": date(2026, 3, 16)}, "not all of them"),
+        ({"size_m": 0.2}, "size_m"),
+    ],
+)
+def test_a_rig_of_tags_that_cannot_be_is_named(tmp_path: Path, tags: dict[str, Any], says: str) -> None:
+    with pytest.raises(ProjectError, match=re.escape(says)):
+        read_project(write_project(tmp_path, {**plain(), "rig": {"tags": tags}}))
+
+
 @pytest.mark.parametrize("name", ["A1", "Achse 3-4", "Süd_2", "北側", "N.3"])
 def test_ordinary_names_are_safe(name: str) -> None:
     assert safe_name(name) == ""
@@ -218,6 +249,7 @@ def test_names_that_no_file_can_have_are_refused(name: str) -> None:
         ([], ProjectFile),
         (["rig"], RigFile),
         (["rig", "boards"], BoardsFile),
+        (["rig", "tags"], TagsFile),
         (["rig", "control_points"], ControlPointsFile),
         (["target"], TargetFile),
         (["markers"], MarkersFile),

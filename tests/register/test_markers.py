@@ -1,17 +1,21 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.depth_reference import DepthReference
 from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.register import agree
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import ControlPoint, given_pose, register
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.solve import project_both
+from asbuilt_bim.register.solve import Sighted, Solution, project_both, solve_pose
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from tests.register.test_solve import PLACES, camera, looking_north, marker_corners
@@ -146,3 +150,18 @@ def test_control_points_place_the_station_and_a_wrong_click_is_named() -> None:
     placement = register((station,), (), RegisterOptions(), control_points={"A1": points})
     assert placement.stations[0].pose.method == "control_points"
     assert [words_of(r).what for r in placement.rejections] == ["station A1, control point P4"]
+
+
+def test_no_set_of_markers_is_solved_twice_where_one_marker_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:
+    station, survey = site(6)
+    survey[2] = replace(survey[2], corners_m=frozen(survey[2].corners_m + np.array([0.3, 0.0, 0.0])))
+    solved: list[frozenset[str]] = []
+
+    def counted(camera: RectifiedCamera, seen: Sequence[Sighted]) -> Solution | None:
+        solved.append(frozenset(one.name for one in seen))
+        return solve_pose(camera, seen)
+
+    monkeypatch.setattr(agree, "solve_pose", counted)
+    placement = register((station,), survey, RegisterOptions())
+    assert 2 not in placement.stations[0].pose.markers_used
+    assert len(solved) == len(set(solved)) > 5

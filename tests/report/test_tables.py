@@ -173,6 +173,28 @@ def test_a_face_left_out_does_not_make_its_station_look_rejected():
     assert (row.status, row.left_out) == ("placed", (words_of(left_out),))
 
 
+def test_faces_that_could_not_be_measured_are_told_together_the_nearest_by_name():
+    def uncertain(name: str, distance_m: float, share: float) -> Rejection:
+        values = {"label": "wall", "area_m2": 0.4, "distance_m": distance_m, "sigma_share": share, "limit_share": 0.2}
+        subject = Subject(kind=SubjectKind.FACE, name=f"A1/{name}", station="A1")
+        return Rejection(code=Reason.FACE_UNCERTAIN, subject=subject, values=values)
+
+    report = sample_report()
+    lost = [
+        uncertain("x1", 69.0, 26356470.46),
+        uncertain("x2", 4.5, 0.21),
+        *(uncertain("x3", 30.0 + i, 0.5) for i in (0, 1)),
+    ]
+    rows = station_rows(replace(report, rejections=(*report.rejections, *lost)))
+    row = next(row for row in rows if row.name == "A1")
+    assert row.faces_left_out == 4
+    assert [words.at_station for words in row.left_out] == [
+        "4 faces, the nearest x2 (wall at 4.5 m), x3 (wall at 30.0 m), x3 (wall at 31.0 m): seen, not measurable: too "
+        "uncertain (sigma 21 % of the area or more, limit 20 %); photograph it from nearer, or more from the front"
+    ]
+    assert "sigma over 100 % of its area" in str(words_of(lost[0]))
+
+
 def test_lines_of_two_cost_schedules_are_never_added_up() -> None:
     report = sample_report()
     twice = [replace(line, schedule=name) for name in ("budget", "tender") for line in report.cost_lines]

@@ -13,6 +13,7 @@ from asbuilt_bim.camera.calibration.adjust import Adjustment
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.corner_errors import CornerErrors, ViewSystem, corner_errors, view_system
 from asbuilt_bim.camera.calibration.parameters import CORNER_SIGMA_PX, BoardView, layout_of, view_residual
+from asbuilt_bim.camera.calibration.tags import Tag
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 
 SOURCES = ("corners", "photos", "flatness", "print")
@@ -40,6 +41,12 @@ class Knowledge:
             normal=self.normal + other.normal, single=self.single + other.single, trend=self.trend + other.trend,
             board=self.board + other.board,
         )  # fmt: skip
+
+    def times(self, count: int) -> "Knowledge":
+        """Return what so many alike say together."""
+        return Knowledge(
+            normal=count * self.normal, single=count * self.single, trend=count * self.trend, board=count * self.board
+        )
 
     def covariances(self) -> FloatArray:
         """Return the covariances (4, S, S) of the shared parameters by `SOURCES`; they add up."""
@@ -108,7 +115,7 @@ def rig_covariance(adjusted: Adjustment) -> FloatArray:
 
 def view_knowledge(
     shared: FloatArray, pose: FloatArray, view: BoardView, system: ViewSystem, errors: CornerErrors, k: int,
-    board: Board,
+    board: Board | Tag,
 ) -> Knowledge:  # fmt: skip
     """Return what one view says, whose corners err as the k-th of `errors`."""
     design, rows = system.design, len(system.residual)
@@ -119,7 +126,7 @@ def view_knowledge(
     drawn = design.T @ trends
     shapes = [
         view_residual(shared, pose, replace(view, left_points_m=left, right_points_m=right))[0] - system.residual
-        for left, right in zip(_shapes(view.left_points_m, board), _shapes(view.right_points_m, board), strict=True)
+        for left, right in zip(shapes_of(view.left_points_m, board), shapes_of(view.right_points_m, board), strict=True)
     ]
     return Knowledge(
         normal=design.T @ design, single=(design.T * own) @ design, trend=drawn @ drawn.T,
@@ -127,7 +134,7 @@ def view_knowledge(
     )  # fmt: skip
 
 
-def _shapes(points_m: FloatArray, board: Board) -> list[FloatArray]:
+def shapes_of(points_m: FloatArray, board: Board | Tag) -> list[FloatArray]:
     """Return the corners (N, 3) of a board that is bent in each way, of another scale, and stretched: a sigma each."""
     every = board.points_m[:, :2]
     middle, half = 0.5 * (every.min(axis=0) + every.max(axis=0)), 0.5 * np.ptp(every, axis=0)

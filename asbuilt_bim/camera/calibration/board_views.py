@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
 from asbuilt_bim.camera.calibration.parameters import BoardView
@@ -24,21 +25,44 @@ def read_views(
 
     Raises: CalibrationError where the photos differ in size.
     """
-    views: list[BoardView] = []
+    return read_pairs(pairs, lambda left, right: _view(left, right, board), progress)
+
+
+Seen = TypeVar("Seen")
+
+
+def read_pairs(
+    pairs: Sequence[tuple[Photo, Photo]],
+    look: Callable[[Photo, Photo], Seen | Rejection],
+    progress: Progress | None,
+) -> tuple[list[Seen], tuple[int, int], list[Rejection]]:
+    """Look at all pairs of one rig; returns what is seen, the photos' size, and the pairs left out with the reason.
+
+    A pair twice, and one of another camera, is left out unseen.
+
+    Raises: CalibrationError where the photos differ in size.
+    """
+    seen: list[Seen] = []
     left_out: list[Rejection] = []
     size = _one_size([photo for pair in pairs for photo in pair])
     usual = [Counter(_camera(pair[side]) for pair in pairs).most_common(1)[0][0] for side in (0, 1)] if pairs else []
     first: dict[tuple[str, str], int] = {}  # by index: photos of several folders may share a name
     for index, (left, right) in enumerate(pairs):
         earlier = first.setdefault((left.digest, right.digest), index)
-        view = _view(left, right, usual, board) if earlier == index else _copy(pairs[index], pairs[earlier])
-        if isinstance(view, Rejection):
-            left_out.append(view)
+        found: Seen | Rejection
+        if earlier != index:
+            found = _copy(pairs[index], pairs[earlier])
+        elif _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
+            found = _odd_camera(pair_subject(left, right), [_camera(left), _camera(right)], usual)
         else:
-            views.append(view)
+            found = look(left, right)
+        if isinstance(found, Rejection):
+            left_out.append(found)
+        else:
+            seen.append(found)
         if progress is not None:
             progress(index + 1, len(pairs))
-    return views, size, left_out
+    return seen, size, left_out
 
 
 def _one_size(photos: Sequence[Photo]) -> tuple[int, int]:
@@ -48,7 +72,7 @@ def _one_size(photos: Sequence[Photo]) -> tuple[int, int]:
     for photo, size in zip(photos, sizes, strict=True):
         if size != usual:
             raise CalibrationError(
-                f"board photo {photo.name}: {size[0]} x {size[1]} px, the others {usual[0]} x {usual[1]} px; "
+                f"photo {photo.name}: {size[0]} x {size[1]} px, the others {usual[0]} x {usual[1]} px; "
                 "use photos of one rig as the cameras stored them"
             )
     return usual
@@ -78,7 +102,7 @@ def _odd_camera(pair: Subject, found: Sequence[Camera], usual: Sequence[Camera])
 
 
 def _copy(pair: tuple[Photo, Photo], earlier: tuple[Photo, Photo]) -> Rejection:
-    return rejected(Reason.BOARD_PAIR_TWICE, _subject(*pair), other=_name(*earlier))
+    return rejected(Reason.BOARD_PAIR_TWICE, pair_subject(*pair), other=_name(*earlier))
 
 
 def _no_board(pair: Subject, board: Board) -> Rejection:
@@ -92,10 +116,8 @@ def _no_board(pair: Subject, board: Board) -> Rejection:
     )
 
 
-def _view(left: Photo, right: Photo, usual: list[Camera], board: Board) -> BoardView | Rejection:
-    pair = _subject(left, right)
-    if _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
-        return _odd_camera(pair, [_camera(left), _camera(right)], usual)
+def _view(left: Photo, right: Photo, board: Board) -> BoardView | Rejection:
+    pair = pair_subject(left, right)
     try:
         seen_left, seen_right = (find_board(decode(photo), board) for photo in (left, right))
     except PhotoError as error:
@@ -117,7 +139,8 @@ def _name(left: Photo, right: Photo) -> str:
     return f"{left.name} + {right.name}"
 
 
-def _subject(left: Photo, right: Photo) -> Subject:
+def pair_subject(left: Photo, right: Photo) -> Subject:
+    """Return a pair of photos as what a rejection is about."""
     return about(SubjectKind.BOARD_PAIR, _name(left, right))
 
 

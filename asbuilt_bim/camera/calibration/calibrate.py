@@ -56,6 +56,7 @@ class Calibration:
     corners_left: CornerFit
     corners_right: CornerFit
     from_control_points: bool = False  # in the place of boards: one view, whose corners are the points
+    from_tags: bool = False  # in the place of boards: each sighting of a tag is a view
     by_source: FloatArray | None = None  # (4, P, P): the rig's covariance by `board_sigma.SOURCES`
     advice: tuple[PhotoAdvice, ...] = ()
     corner_errors: CornerErrors | None = None
@@ -79,7 +80,7 @@ def calibrate_stereo(
     made = calibrate_views(views, size, board, lens, left_out)
     used = {view.name for view in made.views}
     left, right = next((a.exif, b.exif) for a, b in pairs if f"{a.name} + {b.name}" in used)
-    return replace(made, rig=_named(made.rig, left, right))
+    return replace(made, rig=named(made.rig, left, right))
 
 
 def calibrate_views(
@@ -201,7 +202,8 @@ def rig_of_adjustment(adjusted: Adjustment, size: tuple[int, int], covariance: F
     )
 
 
-def _named(rig: StereoRig, left: PhotoExif, right: PhotoExif) -> StereoRig:
+def named(rig: StereoRig, left: PhotoExif, right: PhotoExif) -> StereoRig:
+    """Return a rig with its cameras' names, as the photos that it was made from tell them."""
     return replace(
         rig,
         camera_model=left.model,

@@ -12,7 +12,7 @@ import numpy as np
 from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.geometry.arrays import FloatArray
 
-_CAMERAS, _DEGREES = 2, 3  # shift, slope, bend
+_CAMERAS, _DEGREES, _TRENDS = 2, 3, 6  # shift, two slopes, three bends
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,8 +62,10 @@ def view_system(residual: FloatArray, by_shared: FloatArray, by_pose: FloatArray
     )  # fmt: skip
 
 
-def corner_errors(systems: list[ViewSystem], inverse: FloatArray) -> CornerErrors:
+def corner_errors(systems: list[ViewSystem], inverse: FloatArray, *, each_photo: bool = True) -> CornerErrors:
     """Estimate the variances from the residuals of an adjustment with the inverse normal matrix (S, S).
+
+    `each_photo` gives each its own variance of single corners: for boards, whose pose takes little out of the residual.
 
     Quadratic forms of the residuals are set equal to what the variances make of them (MINQUE; Rao 1971): all that the
     adjustment took out of the residuals is counted.
@@ -85,7 +87,8 @@ def corner_errors(systems: list[ViewSystem], inverse: FloatArray) -> CornerError
         for j in range(count):
             expected[:, j] += np.add.reduceat(np.sum((drawn @ spread[j]) * drawn, axis=1), starts)
     variances = _not_negative(expected, found)
-    single = np.array([_own(system, variances[:_CAMERAS]) for system in systems])
+    pooled = variances[:_CAMERAS]
+    single = np.array([_own(system, pooled) if each_photo else pooled for system in systems])
     return CornerErrors(single=single, trend=variances[_CAMERAS:])
 
 
@@ -135,13 +138,10 @@ def trends_of(view: BoardView) -> tuple[FloatArray, ...]:
 
 def _by_degree(points_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return trends over a board's corners, rms 1 and orthogonal: a shift (N, 1), slopes (N, 2), bends (N, 3)."""
-    xy = points_m[:, :2] - points_m[:, :2].mean(axis=0) if len(points_m) else points_m[:, :2]
-    scale = max(float(np.abs(xy).max()), 1e-12) if len(xy) else 1.0
-    u, v = (xy / scale).T
-    columns = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
-    q, r = np.linalg.qr(columns)
-    good = np.abs(np.diag(r)) > 1e-6 * np.sqrt(max(len(u), 1)) if len(u) >= columns.shape[1] else np.zeros(6, bool)
-    kept = q * np.sqrt(len(u)) * np.r_[good, np.zeros(q.shape[1] - len(good))][: q.shape[1]] if len(u) else q
-    padded = np.zeros((len(u), 6))
-    padded[:, : kept.shape[1]] = kept
+    padded = np.zeros((len(points_m), _TRENDS))
+    if len(points_m) >= _TRENDS:  # a tag's four corners can't tell a trend from errors of their own
+        xy = points_m[:, :2] - points_m[:, :2].mean(axis=0)
+        u, v = (xy / max(float(np.abs(xy).max()), 1e-12)).T
+        q, r = np.linalg.qr(np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1))
+        padded = q * np.sqrt(len(u)) * (np.abs(np.diag(r)) > 1e-6 * np.sqrt(len(u)))
     return padded[:, :1], padded[:, 1:3], padded[:, 3:]

@@ -113,10 +113,12 @@ def view_residual(shared: FloatArray, pose: FloatArray, view: BoardView) -> tupl
     turn, shift, *parts = cv2.composeRT(
         pose[:3, None].copy(), pose[3:, None].copy(), shared[-6:-3, None].copy(), shared[-3:, None].copy()
     )
-    by_r1, by_t1, by_r2, by_t2, tby_r1, tby_t1, tby_r2, tby_t2 = (np.asarray(part) for part in parts)
     right_px, right_pose, right_camera = _project(view.right_points_m, _flat(turn), _flat(shift), right)
-    by_board = right_pose @ np.block([[by_r1, by_t1], [tby_r1, tby_t1]])
-    by_rig = right_pose @ np.block([[by_r2, by_t2], [tby_r2, tby_t2]])
+    composed = np.empty((2, _POSE, _POSE))  # of the board's pose and of the rig's: turn and shift of both together
+    for k, part in enumerate(parts):  # r1 t1 r2 t2 of the turn, then of the shift
+        rows, columns = 3 * (k // 4), 3 * (k % 2)
+        composed[(k // 2) % 2, rows : rows + 3, columns : columns + 3] = part
+    by_board, by_rig = right_pose @ composed[0], right_pose @ composed[1]
     n, m = len(left_px), len(right_px)
     by_shared = np.zeros((n + m, layout.shared))
     by_shared[:n, : layout.camera], by_shared[n:, layout.camera : -_POSE] = left_camera, right_camera

@@ -9,6 +9,7 @@ from asbuilt_bim.camera.calibration.board_sigma import BoardSigma, Knowledge, vi
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.corner_errors import view_system
 from asbuilt_bim.camera.calibration.parameters import BoardView, layout_of, view_residual
+from asbuilt_bim.camera.calibration.tags import Tag
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, frozen
@@ -36,14 +37,16 @@ class PhotoAdvice:
 
 
 def photo_advice(
-    shared: FloatArray, rig: StereoRig, board: Board, sigma: BoardSigma, distances_m: tuple[float, float]
-) -> tuple[PhotoAdvice, ...]:
+    shared: FloatArray, rig: StereoRig, board: Board | Tag, sigma: BoardSigma, distances_m: tuple[float, float],
+    times: int = 1,
+) -> tuple[PhotoAdvice, ...]:  # fmt: skip
     """Return up to three photo pairs that would help most, one after the other; none where none is worth it.
 
-    The boards' corners are taken to err as those of the photos that are there.
+    The boards' corners are taken to err as those of the photos that are there. `times` is how many of each are asked
+    for at once.
     """
     tried = [
-        (pose, knowledge)
+        (pose, knowledge.times(times))
         for place in PLACES
         for distance_m in distances_m
         for tilt in _TILTS
@@ -74,7 +77,7 @@ def _said(
     at: tuple[tuple[float, float], float, tuple[float, float]],
     shared: FloatArray,
     rig: StereoRig,
-    board: Board,
+    board: Board | Tag,
     sigma: BoardSigma,
 ) -> Knowledge | None:
     """Return what a pair of photos of the board there would say; None where the cameras wouldn't see it."""

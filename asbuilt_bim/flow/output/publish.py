@@ -17,7 +17,7 @@ from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
 from asbuilt_bim.ifc.apart import write_copies
 from asbuilt_bim.ifc.read.source import file_digest, files_digest
-from asbuilt_bim.progress.globalid_remap import known_again, remapped_ids, with_new_ids
+from asbuilt_bim.progress.globalid_remap import inputs_again, known_again, remapped_ids, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.valuation.notes import with_valuation
@@ -166,6 +166,8 @@ def with_persons(
 ) -> RunResult:
     """Return a run's result with what persons bring to its last visit's valuation; `before` is the current run's."""
     inputs, notes = inputs_of(project.valuation, last, before, result.past)
+    if before is not None:
+        inputs = inputs_again(inputs, before, result.reports[-1], remapped_ids(before, result.design))
     return replace(result, reports=(*result.reports[:-1], with_valuation(result.reports[-1], inputs, notes)))
 
 

@@ -153,11 +153,11 @@ def find_edge(
     if fit_left is None:
         return None
     shift, slope, sigma, contrast = fit_left
-    whole = bool(np.mean(paired) > 0.9)
-    fit_right = _subpixel(right, votes, across, along, centre, length) if whole else None
     miss, miss_sigma = np.nan, np.inf
     nx = float(line.normal[0])
-    if fit_right is not None and abs(nx) > 0.5:
+    shows_depth = abs(nx) > 0.5 and np.mean(paired) > 0.9  # an edge along the rows looks the same at any disparity
+    fit_right = _subpixel(right, votes, across, along, centre, length) if shows_depth else None
+    if fit_right is not None:
         # the right photo's edge sits nearer by e where its profile peaks e further along -x
         miss = -(fit_right[0] - shift) / nx
         miss_sigma = float(np.hypot(sigma, fit_right[2])) / abs(nx)

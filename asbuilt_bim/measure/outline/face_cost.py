@@ -23,19 +23,19 @@ def face_cost(
     off_px: Float32Array,
     difference: Float32Array,
     paired: BoolArray,
-    colour: ByteImage,
+    chroma: Float32Array,
     ended: BoolArray,
 ) -> Float32Array:
     """Return per raster pixel (h, w) what calling it the face costs: below 0 where it looks like it, above where not.
 
     `own`, `other`: labelled as this face, as something else that is not nearer. `off_px`: measured disparity less the
     face's plane, NaN where not measured. `difference`: left picture less right, `paired` where the right one shows it.
-    `ended`: beyond the left frame.
+    `chroma`: of the left picture, see `chroma_of`. `ended`: beyond the left frame.
     """
     smooth = cv2.blur(np.abs(difference), (3, 3))
     usual = float(np.median(smooth[own])) + 0.5 if own.any() else 2.0
     mismatch = np.where(paired, smooth / usual, 2.0)
-    strange = _strangeness(colour, own)
+    strange = _strangeness(chroma, own)
     cost = np.where(paired, np.clip(OPEN + 0.08 * (mismatch - 2.0), 0.5 * OPEN, 0.2), OPEN).astype(np.float32)
     known = np.isfinite(off_px)
     cost[known & (np.abs(off_px) < ON_PX)] = SAME
@@ -49,7 +49,13 @@ def face_cost(
 
 
 def bridged(
-    own: BoolArray, meets: BoolArray, other: BoolArray, off_px: Float32Array, colour: ByteImage, gap_px: int
+    own: BoolArray,
+    meets: BoolArray,
+    other: BoolArray,
+    off_px: Float32Array,
+    colour: ByteImage,
+    chroma: Float32Array,
+    gap_px: int,
 ) -> BoolArray:
     """Return the face's pixels with gaps of up to `gap_px` in their rows filled, unless something contradicts them.
 
@@ -65,17 +71,22 @@ def bridged(
     if len(pixels) < 30:
         return own
     low, high = np.quantile(pixels, [0.02, 0.98])
-    against = other | (np.nan_to_num(np.abs(off_px), nan=0.0) > OFF_PX) | (_strangeness(colour, own) > 0.1)
+    against = other | (np.nan_to_num(np.abs(off_px), nan=0.0) > OFF_PX) | (_strangeness(chroma, own) > 0.1)
     filled: BoolArray = own | (closed & ~against & (light > low - SHADE_GREY) & (light < high + SHADE_GREY))
     return filled
 
 
-def _strangeness(colour: ByteImage, own: BoolArray) -> NDArray[np.float32]:
+def chroma_of(colour: ByteImage) -> Float32Array:
+    """Return a and b of CIE Lab (2, h, w) of a picture, over 3 px."""
+    _, *chroma = cv2.split(cv2.cvtColor(cv2.blur(colour, (3, 3)), cv2.COLOR_BGR2Lab))
+    return np.array(chroma, dtype=np.float32)
+
+
+def _strangeness(chroma: Float32Array, own: BoolArray) -> NDArray[np.float32]:
     """Return 0..1: how far a pixel's chroma is from what the face's own pixels have; lightness doesn't count."""
-    lab = cv2.cvtColor(cv2.blur(colour, (3, 3)), cv2.COLOR_BGR2Lab)[..., 1:].astype(np.float32)
     if np.count_nonzero(own) < 30:
         return np.zeros(own.shape, np.float32)
-    a, b = (channel - np.float32(median(channel[own])) for channel in (lab[..., 0], lab[..., 1]))
+    a, b = (channel - np.float32(median(channel[own])) for channel in chroma)
     apart = np.sqrt(a * a + b * b)
     limit = 2.0 * robust_sigma(apart[own]) + SHADE_FREE_AB
     strange: Float32Array = np.clip((apart - limit) / limit, 0.0, 1.0).astype(np.float32)

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.measure.outline.contour import Course, Side, contours
 from asbuilt_bim.measure.outline.edges import Gradients, Line
-from asbuilt_bim.measure.outline.face_cost import FOREIGN, OFF_PX, bridged, face_cost
+from asbuilt_bim.measure.outline.face_cost import FOREIGN, OFF_PX, bridged, chroma_of, face_cost
 from asbuilt_bim.measure.outline.steps import edge_votes, straight_region
 from asbuilt_bim.measure.planes.raster import FaceRaster, face_raster
 from asbuilt_bim.vision.scene.bars import GAP_M, THIN_M
@@ -79,14 +79,15 @@ def straight_sides(
     other = (labels >= 0) & (labels != label)
     meets = np.isin(labels, around.meets)
     gap = int(np.clip(round(GAP_M / raster.step_m[0]), 3, 81))
-    own = _stout(bridged(own, meets, other, off, colour, gap), raster)
+    chroma = chroma_of(colour)
+    own = _stout(bridged(own, meets, other, off, colour, chroma, gap), raster)
     if np.count_nonzero(own) < 60:
         return None
     left = raster.lay(around.left_grey).astype(np.float32)
     right = raster.lay(around.right_grey, right=True).astype(np.float32)
     paired = raster.lay(around.valid_right.view(np.uint8), right=True, nearest=True) > 0
     ended = raster.lay(around.frame.view(np.uint8), nearest=True) > 0
-    cost = face_cost(own, other, off, left - right, paired, colour, ended)
+    cost = face_cost(own, other, off, left - right, paired, chroma, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
     if ends is not None:
         _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -OFF_PX), raster, ends)

@@ -115,7 +115,12 @@ def _gauss_newton(
     own = (r - middle) @ basis.T
     own = np.concatenate([own, np.ones((len(own), 1))], axis=1)
     hessian = np.eye(3)
-    jacobian, residual, weight = own, seen, np.ones_like(seen)
+    residual, weight = seen, np.ones_like(seen)
+    # the left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their
+    # product counts texture only. Squared, grain would pass for texture, and sigma come out too small by half.
+    jacobian = left_slope[:, None] * own
+    # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
+    steep = np.maximum(1.0, np.square(left_slope / (MOST_STEEP * usual_slope + 1e-6)))
     for _ in range(steps):
         at = x - (r @ q).astype(np.float32)
         there, right_slope = _line(right, at, y)
@@ -123,16 +128,13 @@ def _gauss_newton(
         residual = seen - gain * there - offset
         scale = max(robust_sigma(residual), 0.5)
         weight = tukey(residual / scale)
-        # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
-        weight /= np.maximum(1.0, np.square(left_slope / (MOST_STEEP * usual_slope + 1e-6)))
-        # the left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their
-        # product counts texture only. Squared, grain would pass for texture, and sigma come out too small by half.
-        jacobian = left_slope[:, None] * own
-        hessian = (jacobian * weight[:, None]).T @ (gain * right_slope[:, None] * own)
+        weight /= steep
+        weighted = (jacobian * weight[:, None]).T
+        hessian = weighted @ (gain * right_slope[:, None] * own)
         spread = np.linalg.eigvalsh(hessian + hessian.T)
         if spread[0] < 1e-10 * spread[2] or spread[2] < 1.0:
             return None
-        change = -np.linalg.solve(hessian, (jacobian * weight[:, None]).T @ residual)
+        change = -np.linalg.solve(hessian, weighted @ residual)
         moved = float(np.max(np.abs(own @ change)))
         q = q + _q_change(change / max(moved, 1.0), middle, basis)  # a px a step: beyond, the slope means nothing
         if moved < STILL_PX:

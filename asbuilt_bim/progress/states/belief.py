@@ -13,7 +13,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.colour import OF_ANOTHER, ConcreteColour, FaceTint
+from asbuilt_bim.progress.states.colour import OF_ANOTHER, ConcreteColour
 from asbuilt_bim.progress.states.outlines import may_be_concrete
 
 FORMWORK_M = 0.018, 0.12
@@ -22,15 +22,15 @@ FORMWORK_M = 0.018, 0.12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OtherColour:
-    """The faces of one element whose colour speaks against concrete, and the log-odds that they are concrete."""
+    """The tints (2,) of one element's faces whose colour speaks against concrete, and the log-odds that they are it."""
 
-    faces: Mapping[str, FaceTint]
+    faces: Mapping[str, FloatArray]
     log_odds: float
 
     @property
     def tints(self) -> FloatArray:
         """Return the faces' tints (k, 2)."""
-        return np.array([face.tint for face in self.faces.values()])
+        return np.array(list(self.faces.values()))
 
     @property
     def believed(self) -> bool:
@@ -46,7 +46,7 @@ def weigh_colour(
     Colour speaks once: the faces share it. Each station's best-known offset speaks for itself, by the share of the face
     that lies on the design face.
     """
-    against: dict[str, FaceTint] = {}
+    against: dict[str, FloatArray] = {}
     odds: list[float] = []
     best: dict[str, FaceMatch] = {}
     for match in sorted(matches, key=lambda one: one.offset_sigma_m):
@@ -54,7 +54,7 @@ def weigh_colour(
         seen = colour.faces.get(match.face_id) if colour is not None else None
         if colour is None or seen is None or not may_be_concrete(match, options):
             continue
-        own = float(colour.palette.log_odds(seen.tint[None, :])[0])
+        own = float(colour.palette.log_odds(seen[None, :])[0])
         if own < 0.0:
             against[match.face_id] = seen
             odds.append(own)

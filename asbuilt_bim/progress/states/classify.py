@@ -9,10 +9,14 @@ from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.decide import decide_element
-from asbuilt_bim.progress.states.evidence import StationView, view_of
+from asbuilt_bim.progress.states.evidence import StationView
 from asbuilt_bim.progress.states.learn_colour import visit_colours
+from asbuilt_bim.progress.states.votes import gather
 from asbuilt_bim.progress.surface import SurfaceState, knows_anything, unseen
 from asbuilt_bim.scale.share import Share, in_turn
+
+TOGETHER = 64
+"""Elements for which a station's pictures are opened once: a storey's part, whose samples take some 20 MB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,7 +63,7 @@ def _decided(
     asked: Sequence[_Question], matched: MatchResult, options: ProgressOptions, share: Share
 ) -> Sequence[list[SurfaceState]]:
     colours = visit_colours(matched, options)
-    views = [view_of(placed, colours.get(placed.pose.station)) for placed in matched.stations]
+    views = [StationView(placed=placed, colour=colours.get(placed.pose.station)) for placed in matched.stations]
     by_face: dict[str, list[FaceMatch]] = {}
     for match in matched.matches:
         by_face.setdefault(match.design_face, []).append(match)
@@ -72,5 +76,13 @@ def _decide(
     options: ProgressOptions,
     asked: Sequence[_Question],
 ) -> list[list[SurfaceState]]:
-    """Decide elements one by one; named in the module, so that a process can be given it."""
-    return [decide_element(one.element, views, by_face, one.earlier, options) for one in asked]
+    """Decide elements, a few at a time; named in the module, so that a process can be given it."""
+    states: list[list[SurfaceState]] = []
+    for start in range(0, len(asked), TOGETHER):
+        some = asked[start : start + TOGETHER]
+        votes = gather([one.element for one in some], views, by_face, options)
+        states += [
+            decide_element(one.element, own, by_face, one.earlier, options)
+            for one, own in zip(some, votes, strict=True)
+        ]
+    return states

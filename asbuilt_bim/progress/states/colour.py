@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -33,6 +34,8 @@ worth 20 to 1 against, at most."""
 BLUR_PX = 5
 """A colour is the mean over this many pixels of the picture: JPEG stores chroma at half its resolution."""
 
+_PICTURES_KEPT = 8  # at hand, 10 MB each: a visit asks for each of its stations' twice
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Palette:
@@ -63,50 +66,33 @@ class FaceTint:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConcreteColour:
-    """A station's picture as tints (h, w, 2), NaN where too dark or clipped, what concrete looks like, and its faces.
+    """What concrete looks like at a station, and the median tint (2,) of its measured faces, by id."""
 
-    `scale` is picture pixels per rectified pixel.
-    """
+    palette: Palette
+    faces: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TintedPicture:
+    """A station's picture as tints (h, w, 2), NaN where too dark or clipped, and picture pixels per rectified pixel."""
 
     tint: Float32Array
-    palette: Palette
-    faces: Mapping[str, FaceTint]
     scale: float
 
-    def fits(self, pixels: FloatArray, more: FloatArray) -> BoolArray:
-        """Say which rectified pixels (N, 2) could be concrete, of `more` tints (k, 2) as well.
-
-        Dark ones and those out of the frame could.
-        """
+    def fits(self, palette: Palette, pixels: FloatArray) -> BoolArray:
+        """Say which rectified pixels (N, 2) could be concrete; dark ones and those out of the frame could."""
         height, width = self.tint.shape[:2]
         with np.errstate(invalid="ignore"):
             at = np.floor((pixels + 0.5) * self.scale)
             inside = np.all((at >= 0) & (at < [width, height]), axis=1)
         column, row = np.where(inside[:, None], at, 0).astype(int).T
-        odds = self.palette.with_tints(more).log_odds(self.tint[row, column].astype(np.float64))
+        odds = palette.log_odds(self.tint[row, column].astype(np.float64))
         could: BoolArray = ~inside | ~(odds < 0.0)
         return could
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TintedPicture:
-    """A station's picture as tints (h, w, 2), and picture pixels per rectified pixel."""
-
-    tint: Float32Array
-    scale: float
-
-    @staticmethod
-    def of(station: StationMeasurement) -> "TintedPicture | None":
-        """Read a station's picture; None where there is none, or none with colour."""
-        data = np.frombuffer(station.thumbnail_jpeg, dtype=np.uint8)
-        image = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
-        if image is None or is_grey(np.asarray(image, dtype=np.uint8)):
-            return None
-        soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
-        light, *chroma = cv2.split(cv2.cvtColor(soft, cv2.COLOR_BGR2Lab))
-        shown = (light >= DARK) & ~clipped(np.asarray(image, dtype=np.uint8))
-        tint = cv2.merge([one / np.where(shown, light + np.float32(BLACK), np.float32(np.nan)) for one in chroma])
-        return TintedPicture(tint=np.asarray(tint, dtype=np.float32), scale=image.shape[1] / station.camera.width_px)
+    def other_share(self, palette: Palette, face: MeasuredFace) -> float:
+        """Return the share of a face's pixels that haven't the colour of concrete."""
+        return float(np.mean(palette.log_odds(self.of_faces([face])) < 0.0))
 
     def of_faces(self, faces: Iterable[MeasuredFace]) -> FloatArray:
         """Return the tints (N, 2) of all pixels of faces that are light enough."""
@@ -123,3 +109,17 @@ class TintedPicture:
             cv2.fillPoly(mask, rings, 255, offset=(-int(x0), -int(y0)))
         shown = window[mask > 0]
         return shown[np.isfinite(shown[:, 0])].astype(np.float64)
+
+
+@lru_cache(maxsize=_PICTURES_KEPT)
+def tinted_picture(station: StationMeasurement) -> TintedPicture | None:
+    """Read a station's picture; None where there is none, or none with colour."""
+    data = np.frombuffer(station.thumbnail_jpeg, dtype=np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
+    if image is None or is_grey(np.asarray(image, dtype=np.uint8)):
+        return None
+    soft = cv2.blur(image.astype(np.float32) / np.float32(255.0), (BLUR_PX, BLUR_PX))
+    light, *chroma = cv2.split(cv2.cvtColor(soft, cv2.COLOR_BGR2Lab))
+    shown = (light >= DARK) & ~clipped(np.asarray(image, dtype=np.uint8))
+    tint = cv2.merge([one / np.where(shown, light + np.float32(BLACK), np.float32(np.nan)) for one in chroma])
+    return TintedPicture(tint=np.asarray(tint, dtype=np.float32), scale=image.shape[1] / station.camera.width_px)

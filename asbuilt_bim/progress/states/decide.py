@@ -19,10 +19,9 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.as_built import as_built
 from asbuilt_bim.progress.states.cell_states import in_conflict
 from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
-from asbuilt_bim.progress.states.evidence import StationView
 from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
-from asbuilt_bim.progress.states.votes import Votes, gather
+from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 
 OVERLAP_M = 1e-6
@@ -33,18 +32,17 @@ OF_AREA = 0.05
 
 def decide_element(
     element: BimElement,
-    views: Sequence[StationView],
+    votes: Votes,
     by_face: Mapping[str, Sequence[FaceMatch]],
     earlier: Sequence[SurfaceState | None],
     options: ProgressOptions,
 ) -> list[SurfaceState]:
-    """Return the state of each face of an element, `earlier` being what earlier visits made of them.
+    """Return the state of each face of an element by its stations' votes, and by what `earlier` visits made of them.
 
     What was built stays so, with two exceptions. Where sides contradicted one another it was never settled. In cells of
     which this visit sees a good piece open, it is unknown which is right until a visit says so again.
     """
     samples = cell_samples(element, options.spacing_m)
-    votes = gather(element, samples, views, by_face, options)
     past = _past(element, samples, votes, earlier, options)
     return [
         _face_state(

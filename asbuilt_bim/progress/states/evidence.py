@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,9 @@ from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, fro
 from asbuilt_bim.geometry.transform import apply, inverse, rotate, unit
 from asbuilt_bim.match.score import point_sigma_m
 from asbuilt_bim.measure.depth_reference import unpack, unpack_occluder_free
+from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.colour import ConcreteColour
+from asbuilt_bim.progress.states.colour import ConcreteColour, TintedPicture, tinted_picture
 from asbuilt_bim.register.pose import PlacedStation, StationPose
 from asbuilt_bim.vision.stereo.occluder_free import OCCLUDER_FREE_SIGMA_PX
 
@@ -36,6 +38,8 @@ photo doesn't show it can only be taken for something farther, by a look that do
 
 NO_TINTS = frozen(np.zeros((0, 2)))
 
+_VIEWS_KEPT = 8  # open at once: as many as look at one place, mostly
+
 
 class Verdict(IntEnum):
     """What a station's depth says of one sample."""
@@ -51,9 +55,28 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StationView:
-    """A placed station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels.
+    """A placed station whose pictures are compressed still, and what concrete looks like there, where that is known."""
 
-    `occluder_free_px` (h, w) is the same with bars and other thin things taken out of the photos.
+    placed: PlacedStation
+    colour: ConcreteColour | None = None
+
+    @property
+    def pose(self) -> StationPose:
+        """Return where the station stood."""
+        return self.placed.pose
+
+    @property
+    def camera(self) -> RectifiedCamera:
+        """Return the camera that its pixels are of."""
+        return self.placed.measurement.camera
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OpenView:
+    """A station's disparity in full-size pixels, NaN not measured, 0 sky; (h, w) in reference pixels.
+
+    `occluder_free_px` (h, w) is the same with bars and other thin things taken out of the photos. `picture` is None
+    where nothing is judged by its colour. All that takes 14 MB: it is opened to be asked, and let go.
     """
 
     pose: StationPose
@@ -63,6 +86,18 @@ class StationView:
     scale: int
     occluder_free_px: Float32Array | None = None
     colour: ConcreteColour | None = None
+    picture: TintedPicture | None = None
+    faces: tuple[MeasuredFace, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Faced:
+    """Samples in a station's left frame: points and outward normals (N, 3), pixels (N, 2), and which it faces (n,)."""
+
+    points: FloatArray
+    facing: FloatArray
+    pixels: FloatArray
+    asked: NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,42 +123,48 @@ class Evidence:
     surely_through: BoolArray
 
 
-def view_of(placed: PlacedStation, colour: ConcreteColour | None = None) -> StationView:
-    """Read a placed station's depth reference; `colour` is what concrete looks like there, where that is known."""
-    disparity, sigma, scale = unpack(placed.measurement.depth_ref)
-    return StationView(
-        pose=placed.pose,
-        camera=placed.measurement.camera,
-        disparity_px=disparity,
-        sigma_px=sigma,
-        scale=scale,
-        occluder_free_px=unpack_occluder_free(placed.measurement.depth_ref),
-        colour=colour,
-    )
+@lru_cache(maxsize=_VIEWS_KEPT)
+def open_view(view: StationView) -> OpenView:
+    """Read a station's depth reference and its picture."""
+    reference = view.placed.measurement.depth_ref
+    disparity, sigma, scale = unpack(reference)
+    return OpenView(
+        pose=view.pose, camera=view.camera, disparity_px=disparity, sigma_px=sigma, scale=scale,
+        occluder_free_px=unpack_occluder_free(reference), colour=view.colour,
+        picture=tinted_picture(view.placed.measurement) if view.colour is not None else None,
+        faces=view.placed.measurement.faces,
+    )  # fmt: skip
+
+
+def faced(view: StationView, points_m: FloatArray, normals: FloatArray, options: ProgressOptions) -> Faced:
+    """Say which world points (N, 3) of design surface with outward normals (N, 3) lie before a station."""
+    left_from_world = inverse(view.pose.world_from_left)
+    points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
+    pixels = view.camera.project(points)
+    asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
+    return Faced(points=points, facing=facing, pixels=pixels, asked=asked)
 
 
 def judge(
-    view: StationView,
+    view: OpenView,
     points_m: FloatArray,
     normals: FloatArray,
+    seen: Faced,
     options: ProgressOptions,
     tints: FloatArray = NO_TINTS,
 ) -> Evidence:
-    """Ask a station about world points (N, 3) of design surface with outward normals (N, 3).
+    """Ask a station about world points (N, 3) of design surface with outward normals (N, 3), `seen` as `faced` says.
 
     `tints` (k, 2) are concrete's as well: those of faces that lie where only concrete does.
 
     Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one for each pixel
     of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose.
     """
-    left_from_world = inverse(view.pose.world_from_left)
-    points, facing = apply(left_from_world, points_m), rotate(left_from_world, normals)
+    points, facing, pixels, asked = seen.points, seen.facing, seen.pixels, seen.asked
     verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
     own = verdict.copy()
     tinted, through, even = (np.zeros(len(points), dtype=bool) for _ in range(3))
     sigma, offset, common, drop = (np.full(len(points), np.inf) for _ in range(4))
-    pixels = view.camera.project(points)
-    asked = np.flatnonzero(_faced(view, points, facing, pixels, options))
     if len(asked):
         pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
         ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
@@ -141,8 +182,8 @@ def judge(
             past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, options)
             through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
             even[asked] = past.range_px <= EVEN_PX
-        if view.colour is not None:
-            tinted[asked] = ~view.colour.fits(pixels[asked], tints)
+        if view.colour is not None and view.picture is not None:
+            tinted[asked] = ~view.picture.fits(view.colour.palette.with_tints(tints), pixels[asked])
     near = verdict == Verdict.NEAR
     verdict[near & tinted] = Verdict.OTHER
     verdict[near & ~tinted & (options.sigmas * common > options.max_blur_m)] = Verdict.NOT_MEASURED
@@ -164,7 +205,7 @@ def _faced(
     return faced
 
 
-def _on_both(view: StationView, points: FloatArray, pixels: FloatArray) -> BoolArray:
+def _on_both(view: OpenView, points: FloatArray, pixels: FloatArray) -> BoolArray:
     """Say which points (N, 3) in the left frame, at pixels (N, 2), the right photo shows as well."""
     camera = view.camera
     depth = points @ camera.rectified_from_left[2]
@@ -184,7 +225,7 @@ class _Ring:
 
 
 def _ring(
-    view: StationView,
+    view: OpenView,
     points: FloatArray,
     facing: FloatArray,
     pixels: FloatArray,

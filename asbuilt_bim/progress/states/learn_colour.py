@@ -8,7 +8,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.colour import SCATTER, ConcreteColour, FaceTint, Palette, TintedPicture
+from asbuilt_bim.progress.states.colour import SCATTER, ConcreteColour, Palette, tinted_picture
 from asbuilt_bim.progress.states.outlines import may_be_concrete
 
 MOST_TINT = 0.12
@@ -21,61 +21,62 @@ RAYLEIGH_MEDIAN = 1.177
 def visit_colours(matched: MatchResult, options: ProgressOptions) -> dict[str, ConcreteColour]:
     """Learn by station what concrete looks like; a station without a picture, or with a grey one, isn't among them.
 
-    With `tinted_share` 1 nothing is judged by its colour.
+    With `tinted_share` 1 nothing is judged by its colour. One picture after the other is looked at and let go.
     """
     if options.tinted_share >= 1.0:
         return {}
     credible = {(match.station, match.face_id) for match in matched.matches if may_be_concrete(match, options)}
     seen: dict[str, _Seen] = {}
     for placed in matched.stations:
-        picture = TintedPicture.of(placed.measurement)
+        picture = tinted_picture(placed.measurement)
         if picture is not None:
             name = placed.pose.station
-            faces = {face.face_id: picture.of_faces([face]) for face in placed.measurement.faces}
+            faces = {face.face_id: _median(picture.of_faces([face])) for face in placed.measurement.faces}
             own = [face for face in placed.measurement.faces if (name, face.face_id) in credible]
-            seen[name] = _Seen(picture=picture, faces=faces, own=picture.of_faces(own))
+            seen[name] = _Seen(faces=faces, own=_median(picture.of_faces(own)))
     visit = _visit_tint([match for match in matched.matches if may_be_concrete(match, options)], seen)
     tints = {name: _tints(one.own, visit) for name, one in seen.items()}
     sigma = _sigma(credible, seen, tints)
-    return {name: _colour(one, Palette(tints=tints[name], sigma=sigma)) for name, one in seen.items()}
+    return {
+        name: ConcreteColour(
+            palette=Palette(tints=tints[name], sigma=sigma),
+            faces={face_id: tint for face_id, tint in one.faces.items() if tint is not None},
+        )
+        for name, one in seen.items()
+    }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Seen:
-    """A station's picture, the tints (N, 2) of each of its faces, and those of all that may be concrete together."""
+    """The median tint (2,) of each of a station's faces, and of all that may be concrete; None where none is shown."""
 
-    picture: TintedPicture
-    faces: Mapping[str, FloatArray]
-    own: FloatArray
+    faces: Mapping[str, FloatArray | None]
+    own: FloatArray | None
 
 
-def _colour(seen: _Seen, palette: Palette) -> ConcreteColour:
-    faces = {
-        face_id: FaceTint(tint=np.median(tints, axis=0), other_share=float(np.mean(palette.log_odds(tints) < 0.0)))
-        for face_id, tints in seen.faces.items()
-        if len(tints)
-    }
-    return ConcreteColour(tint=seen.picture.tint, palette=palette, faces=faces, scale=seen.picture.scale)
+def _median(tints: FloatArray) -> FloatArray | None:
+    return np.asarray(np.median(tints, axis=0)) if len(tints) else None
 
 
 def _visit_tint(credible: Sequence[FaceMatch], seen: Mapping[str, _Seen]) -> FloatArray:
     """Return the visit's tint (2,): the median of its elements, with grey as one more that says nothing."""
     by_element: dict[str, list[FloatArray]] = {}
     for match in credible:
-        if match.station in seen and len(tints := seen[match.station].faces[match.face_id]):
-            by_element.setdefault(match.element, []).append(np.median(tints, axis=0))
+        tint = seen[match.station].faces[match.face_id] if match.station in seen else None
+        if tint is not None:
+            by_element.setdefault(match.element, []).append(tint)
     if not by_element:
         return np.zeros(2)
     medians = np.array([np.median(tints, axis=0) for tints in by_element.values()])
     return np.asarray(np.median(medians, axis=0) * len(medians) / (len(medians) + 1.0))
 
 
-def _tints(own: FloatArray, visit: FloatArray) -> FloatArray:
+def _tints(own: FloatArray | None, visit: FloatArray) -> FloatArray:
     """Return the tints (k, 2) of concrete at a station: its own faces', or the visit's where its own can't be.
 
     Where that is no grey in any daylight, grey is concrete as well.
     """
-    tint = np.median(own, axis=0) if len(own) else visit
+    tint = visit if own is None else own
     if np.linalg.norm(tint) > MOST_TINT and np.linalg.norm(tint - visit) > MOST_TINT:
         tint = visit
     return tint[None, :] if np.linalg.norm(tint) <= MOST_TINT else np.stack([np.zeros(2), tint])
@@ -84,8 +85,8 @@ def _tints(own: FloatArray, visit: FloatArray) -> FloatArray:
 def _sigma(credible: set[tuple[str, str]], seen: Mapping[str, _Seen], tints: Mapping[str, FloatArray]) -> float:
     """Return how faces scatter round their stations' tints: at least `SCATTER`, at most as daylight does."""
     away = [
-        float(np.linalg.norm(tints[name] - np.median(own, axis=0), axis=1).min())
+        float(np.linalg.norm(tints[name] - own, axis=1).min())
         for name, face_id in sorted(credible)
-        if name in seen and len(own := seen[name].faces[face_id])
+        if name in seen and (own := seen[name].faces[face_id]) is not None
     ]
     return float(np.clip(np.median(away) / RAYLEIGH_MEDIAN, SCATTER, MOST_TINT)) if away else SCATTER

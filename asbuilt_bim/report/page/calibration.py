@@ -12,7 +12,13 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.report.page.calibration_drawings import area_maps, arrow_scale_px, frame_drawing, view_bars
 from asbuilt_bim.report.wording.notes import note_words
-from asbuilt_bim.report.wording.of_page.calibration_sources import SOURCE_WORDS, advice_words, dominating, place_words
+from asbuilt_bim.report.wording.of_page.calibration_sources import (
+    SOURCE_WORDS,
+    TAG_SOURCE_WORDS,
+    advice_words,
+    dominating,
+    place_words,
+)
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import shown
 
@@ -36,7 +42,8 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
     """Judge a calibration by what it does to an area, and by every check that gave a warning."""
     reasons = [note_words(warning) for warning in calibration.checks.warnings]
     if not checks:
-        wrong = "points measured in another unit" if calibration.from_control_points else "a board of another size"
+        wrong = "tags of another size" if calibration.from_tags else "a board of another size"
+        wrong = "points measured in another unit" if calibration.from_control_points else wrong
         reasons.append(
             f"no known length was checked: {wrong} would show in nothing here; pass --check-length, or a second board"
         )
@@ -72,6 +79,7 @@ def _unsure(check: LengthCheck) -> str:
 def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] = ()) -> str:
     """Return the page of a calibration; `checks` are the known lengths that it was held against."""
     rig, effect = calibration.rig, area_effect(calibration.rig, calibration.by_source)
+    sources = TAG_SOURCE_WORDS if calibration.from_tags else SOURCE_WORDS
     fits = calibration.corners_left, calibration.corners_right
     scale_px = arrow_scale_px(fits)
     frames = [
@@ -98,10 +106,12 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
         frames=frames,
         bars=view_bars(calibration),
         maps=() if effect is None else area_maps(effect, rig.left),
-        sources=() if effect is None else tuple((SOURCE_WORDS[name], sigma) for name, sigma in effect.sources),
-        dominating="" if effect is None else dominating(effect.sources),
+        sources=() if effect is None else tuple((sources[name], sigma) for name, sigma in effect.sources),
+        dominating="" if effect is None else dominating(effect.sources, sources),
         worst_place="" if effect is None else place_words(effect.worst_place),
-        advice=tuple((advice_words(one), one.worst) for one in calibration.advice),
+        advice=tuple(
+            (advice_words(one, "tags" if calibration.from_tags else "board"), one.worst) for one in calibration.advice
+        ),
     )
 
 

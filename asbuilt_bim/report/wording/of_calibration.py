@@ -1,4 +1,4 @@
-"""Words for board pairs and control points that a calibration left out."""
+"""Words for board pairs, tags and control points that a calibration left out."""
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
@@ -58,5 +58,15 @@ CALIBRATION: Table = {
         value="{miss_px:.1f} px",
         limit="{limit_px:.1f} px",
         remedy="check its coordinates and its marks in both photos",
+    ),
+    Reason.TAG_MISFIT: Words(
+        reason="its corners don't fit the other tags: another size, moved between the two photos, bent, or half hidden",
+        value="{rms_px:.2f} px",
+        limit="{limit_px:.2f} px",
+        remedy="use flat tags of one size, and photos of one moment",
+    ),
+    Reason.TAGS_NOT_FOUND: Words(
+        reason="no tag of {family} was found in both photos",
+        remedy="check the family, and that both photos show tags sharply",
     ),
 }

@@ -1,15 +1,19 @@
 """Words for depth maps, masks and faces that could not be measured, and for who found a wall or column."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
-from asbuilt_bim.report.wording.words import Table, Values, Words, fill
+from asbuilt_bim.report.wording.words import Table, Values, Words, fill, filled
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
 _FACE = " ({label} at {distance_m:.1f} m)"
 _SEEN = "seen, not measurable"
 _NEARER = "photograph it from nearer, or more from the front"
+MOST_NAMED = 3
+"""Of faces that were left out for one reason, so many are named where they are told together: the nearest."""
 
 
 NOT_COUNTED_LABEL = "not counted: formwork or unclear"
@@ -57,9 +61,30 @@ def _uncertain(values: Values) -> Words:
     return Words(
         part=fill("face {name}" + _FACE, values),
         reason=f"{_SEEN}: too uncertain",
-        value=fill("sigma {sigma_share:.0%} of its area", values) if known else "sigma unknown",
+        value=f"sigma {_share(values)} of its area" if known else "sigma unknown",
         limit=fill("{limit_share:.0%}", values),
         remedy=_NEARER,
+    )
+
+
+def _share(values: Values) -> str:
+    """Return a sigma as a share of its area; past the area itself a figure says nothing."""
+    return fill("{sigma_share:.0%}", values) if float(str(values["sigma_share"])) <= 1.0 else "over 100 %"
+
+
+def together(station: str, code: Reason, faces: Sequence[tuple[str, Values]]) -> Words:
+    """Return what several faces of one station have in common that were seen and not measured, the nearest by name.
+
+    `faces` are names and values; what is far off can't be measured anyway, so it is only counted.
+    """
+    near = sorted(faces, key=lambda one: float(str(one[1].get("distance_m", math.inf))))
+    least = min(faces, key=lambda one: float(str(one[1].get("sigma_share", math.inf))))[1]
+    named = [name.removeprefix(f"{station}/") + fill(_FACE, values) for name, values in near[:MOST_NAMED]]
+    return replace(
+        filled(FACES[code], {"name": "", **least}),
+        what=f"station {station}, {len(faces)} faces",
+        part=f"{len(faces)} faces, the nearest {', '.join(named)}",
+        value=f"sigma {_share(least)} of the area or more" if "sigma_share" in least else "",
     )
 
 

@@ -1,12 +1,13 @@
 """Rejections in English: `words_of` says what was left out and why. To translate, replace the tables beside it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from asbuilt_bim.codes import Subject, SubjectKind
+from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import RejectedError, Rejection
 from asbuilt_bim.report.wording.of_calibration import CALIBRATION
 from asbuilt_bim.report.wording.of_design import DESIGN
-from asbuilt_bim.report.wording.of_faces import FACES
+from asbuilt_bim.report.wording.of_faces import FACES, together
 from asbuilt_bim.report.wording.of_photos import PHOTOS
 from asbuilt_bim.report.wording.of_places import PLACES
 from asbuilt_bim.report.wording.of_rig import RIG
@@ -16,6 +17,8 @@ from asbuilt_bim.report.wording.words import Table, Words, filled
 
 REJECTIONS: Table = {**UNSTATED, **PHOTOS, **TARGET, **RIG, **FACES, **PLACES, **DESIGN, **CALIBRATION}
 """What each code of a rejection says."""
+UNMEASURED = frozenset({Reason.FACE_UNCERTAIN, Reason.FACE_NARROW})
+"""Of faces that were seen and could not be measured: dozens at a station that looks far."""
 
 
 def words_of(rejection: Rejection) -> Words:
@@ -28,6 +31,20 @@ def words_of(rejection: Rejection) -> Words:
     station = "" if subject.kind is SubjectKind.FACE else subject.at_station  # a face's name holds its station's
     what = ", ".join(text for text in (f"station {station}" if station else "", part) if text)
     return replace(words, what=what, part=part)
+
+
+def words_of_faces(station: str, rejections: Sequence[Rejection]) -> tuple[Words, ...]:
+    """Return what was left out of one station's faces: faces that were seen and not measured are told together."""
+    alike: dict[Reason, list[Rejection]] = {}
+    for one in rejections:
+        alike.setdefault(one.code, []).append(one)
+    told: list[Words] = []
+    for code, faces in alike.items():
+        if code in UNMEASURED and len(faces) > 1:
+            told.append(together(station, code, [(one.subject.name, one.values) for one in faces]))
+        else:
+            told += map(words_of, faces)
+    return tuple(told)
 
 
 def part_words(subject: Subject) -> str:

@@ -53,6 +53,8 @@ RIG_NOTES: Mapping[Reason, Template] = {
     Reason.CALIBRATION_SCALE: "focal length and baseline are known only to {share:hundredth %}",
     Reason.CALIBRATION_LENS: "another lens model fits {left_px:px} better. Calibrate with --lens {model} "
     "(rig.boards.distortion: {model})",
+    Reason.TAGS_COVERAGE: "the tags cover only {share:%} of the frame",
+    Reason.TAGS_LENGTH: "the tags' sides come out {share:hundredth %} wrong",
     Reason.CONTROL_POINTS_FEW: "fewer than {fewest} points in a photo: the lens was taken to be straight",
     Reason.CONTROL_POINTS_REACH: "the points reach over only {share:%} of a photo. Outside them the lens is a guess",
     Reason.CONTROL_POINTS_HOLD_OUT: "points kept back miss by {hold_out_px:px}, the others by {rms_px:px}",

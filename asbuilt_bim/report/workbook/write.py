@@ -258,7 +258,7 @@ def _station(row: StationRow) -> tuple[Cell, ...]:
         row.markers,
         row.faces,
         row.matched,
-        "; ".join(str(reason) for reason in (*row.reasons, *row.left_out)),
+        "; ".join(reason.at_station for reason in (*row.reasons, *row.left_out)),
     )
 
 

@@ -19,11 +19,13 @@ _FEWEST_POINTS = 6
 _LARGEST_MOVE_PX = 3.0
 
 
-def refine_corners(grey: ByteImage, corners: FloatArray, modules: int) -> tuple[FloatArray, float]:
+def refine_corners(
+    grey: ByteImage, corners: FloatArray, modules: int, *, bowed: bool = False
+) -> tuple[FloatArray, float]:
     """Return corners (4, 2) of a marker refined on its black border's outer edges, and their sigma in pixels.
 
-    `modules` is the number of squares along a side, border included. Where an edge can't be followed the corners
-    come back as they were, with the detector's own sigma.
+    `modules` is the number of squares along a side, border included. `bowed`: a lens bends the sides. Where an edge
+    can't be followed the corners come back as they were, with the detector's own sigma.
     """
     sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
     reach = float(np.clip(0.7 * sides.min() / modules, 1.5, 6.0))
@@ -32,7 +34,7 @@ def refine_corners(grey: ByteImage, corners: FloatArray, modules: int) -> tuple[
     for _ in range(2):
         lines, sigmas = [], []
         for side in range(4):
-            line = _side(light, refined[side], refined[(side + 1) % 4], reach)
+            line = _side(light, refined[side], refined[(side + 1) % 4], reach, bowed=bowed)
             if line is None:
                 return corners, SIGMA_UNREFINED_PX
             lines.append(line[0])
@@ -51,8 +53,13 @@ def _patch(grey: ByteImage, corners: FloatArray, reach: float) -> tuple[FloatArr
     return np.array([x0, y0], dtype=np.float64), light
 
 
-def _side(light: Float32Array, start: FloatArray, end: FloatArray, reach: float) -> tuple[FloatArray, float] | None:
-    """Return a side's line (3,), a x + b y + c = 0 with a unit normal, and the sigma of its place at its ends."""
+def _side(
+    light: Float32Array, start: FloatArray, end: FloatArray, reach: float, *, bowed: bool
+) -> tuple[FloatArray, float] | None:
+    """Return a side's line (3,), a x + b y + c = 0 with a unit normal, and the sigma of its place at its ends.
+
+    That of a bowed side runs through its ends.
+    """
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
     outward = np.array([along[1], -along[0]])  # corners run clockwise in the picture (y down): out is to the left
@@ -65,15 +72,14 @@ def _side(light: Float32Array, start: FloatArray, end: FloatArray, reach: float)
     if len(seen) < max(_FEWEST_POINTS, 0.5 * count):
         return None
     height = (seen - start) @ outward
-    fit = reweighted_linear(
-        np.stack([np.ones_like(at), at], axis=-1), height, _LEAST_SCATTER_PX, loss=_CLOSE_CAUCHY, rounds=_ROUNDS
-    )
-    level, slope = fit.parameters
+    columns = [np.ones_like(at), at, *([at * at - 0.25] if bowed else [])]  # none of the bow at the ends
+    fit = reweighted_linear(np.stack(columns, axis=-1), height, _LEAST_SCATTER_PX, loss=_CLOSE_CAUCHY, rounds=_ROUNDS)
+    level, slope = fit.parameters[:2]
     ends = start + np.array([[0.0], [1.0]]) * (end - start) + (level + np.array([[-0.5], [0.5]]) * slope) * outward
     normal = np.array([ends[1, 1] - ends[0, 1], ends[0, 0] - ends[1, 0]])
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
-    # n points of spread 1/sqrt(12) give a line to twice sigma / sqrt(n) at its end; neighbours share pixels.
-    sigma = 2.0 * fit.scale * _LEAST_SCATTER_PX * np.sqrt(2.0 / len(seen))
+    # n points give a line of k numbers to k times sigma / sqrt(n) at its end; neighbours share pixels.
+    sigma = len(columns) * fit.scale * _LEAST_SCATTER_PX * np.sqrt(2.0 / len(seen))
     return np.array([*normal, -normal @ ends[0]]), float(sigma)
 
 

@@ -62,10 +62,10 @@ def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[M
     """
     if family not in FAMILIES:
         raise SurveyError(f"markers.family: {family!r} is not known; use one of {', '.join(FAMILIES)}")
-    left, left_twice = _detect(pair.left, pair.valid_left, family)
+    left, left_twice = detect(pair.left, pair.valid_left, family)
     if not left:
         return ()
-    right, right_twice = _detect(pair.right, pair.valid_right, family)
+    right, right_twice = detect(pair.right, pair.valid_right, family)
     sightings = []
     for marker_id in sorted(left.keys() - left_twice - right_twice):
         corners, sigma = left[marker_id]
@@ -84,8 +84,13 @@ def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[M
     return tuple(sightings)
 
 
-def _detect(image: ByteImage, valid: BoolArray, family: str) -> tuple[dict[int, tuple[FloatArray, float]], set[int]]:
-    """Return corners (4, 2) and sigma by id, and the ids that stand there more than once."""
+def detect(
+    image: ByteImage, valid: BoolArray, family: str, *, bowed: bool = False
+) -> tuple[dict[int, tuple[FloatArray, float]], set[int]]:
+    """Return corners (4, 2) and sigma by id, and the ids that stand there more than once.
+
+    `bowed` is for original photos, whose lens bends straight edges.
+    """
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     parameters.relativeCornerRefinmentWinSize = 0.2  # of a module: stays clear of the code's own edges
@@ -102,7 +107,7 @@ def _detect(image: ByteImage, valid: BoolArray, family: str) -> tuple[dict[int, 
         if marker_id in markers:
             twice.add(marker_id)
         elif _inside(square, valid):
-            markers[marker_id] = refine_corners(grey, square, modules)
+            markers[marker_id] = refine_corners(grey, square, modules, bowed=bowed)
     return markers, twice
 
 

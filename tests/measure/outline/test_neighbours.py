@@ -8,7 +8,7 @@ import pytest
 from asbuilt_bim.measure.outline import fit as outline
 from asbuilt_bim.measure.outline.contour import Side
 from asbuilt_bim.measure.outline.edges import EdgeFit, Line
-from asbuilt_bim.measure.outline.face_cost import bridged
+from asbuilt_bim.measure.outline.face_cost import bridged, chroma_of
 from asbuilt_bim.measure.planes.crossing import Crossing
 
 HEIGHT, WIDTH = 40, 100
@@ -25,21 +25,21 @@ def raster() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 def test_dark_concrete_between_two_faces_that_meet_belongs_to_them() -> None:
     own, other, off, colour = raster()
-    filled = bridged(own, other, other, off, colour, gap_px=31)
+    filled = bridged(own, other, other, off, colour, chroma_of(colour), gap_px=31)
     assert filled[:, 30:50].all()
     assert not filled[:, :30].any()
 
 
 def test_what_lies_between_a_face_and_a_thing_that_it_does_not_meet_is_not_filled() -> None:
     own, other, off, colour = raster()
-    filled = bridged(own, np.zeros_like(own), other, off, colour, gap_px=31)
+    filled = bridged(own, np.zeros_like(own), other, off, colour, chroma_of(colour), gap_px=31)
     assert not filled[:, 30:50].any()
 
 
 def test_a_gap_that_is_measured_behind_the_faces_stays_open() -> None:
     own, other, off, colour = raster()
     off[:, 34:46] = -9.0
-    assert not bridged(own, other, other, off, colour, gap_px=31)[:, 34:46].any()
+    assert not bridged(own, other, other, off, colour, chroma_of(colour), gap_px=31)[:, 34:46].any()
 
 
 @pytest.mark.parametrize(("strength", "at_px", "sigma_px"), [(0.25, 50.5, 0.5), (0.8, 51.0, 0.12)])

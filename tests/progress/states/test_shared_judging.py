@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import date
 from typing import Any
 
@@ -15,7 +17,10 @@ from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.states import votes
 from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.progress.states.evidence import OpenView, StationView, open_view
+from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.share import AmongProcesses, Share, in_turn
 from tests.match.small_site import box, element, looking, measured, model, placement, station
@@ -63,3 +68,33 @@ def test_what_is_shared_is_asked_once_a_visit_and_stays_in_the_order_of_the_desi
     surfaces = classify_surface(matched, DESIGN, EMPTY_HISTORY, ProgressOptions(), ["W3"], counted)
     assert asked == [4]
     assert [one.face_id for one in surfaces] == [face.face_id for one in DESIGN.elements for face in one.faces]
+
+
+def test_a_station_is_opened_only_where_it_faces_what_is_judged(
+    matched: MatchResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+
+    def counted(view: StationView) -> OpenView:
+        opened.append(view.pose.station)
+        return open_view(view)
+
+    away = station("far", looking([2.0, -500.0, 1.6], [2.0, 0.0, 1.5]), AROUND)
+    back = station("back", looking([2.0, -5.0, 1.6], [2.0, -9.0, 1.5]), AROUND)
+    monkeypatch.setattr(votes, "open_view", counted)
+    stations = placement(*matched.stations, away, back).stations
+    with_others = replace(matched, stations=stations)
+    surfaces = classify_surface(with_others, DESIGN, EMPTY_HISTORY, ProgressOptions())
+    assert set(opened) == {"A1", "A2"}
+    alone = classify_surface(matched, DESIGN, EMPTY_HISTORY, ProgressOptions())
+    assert plain_digest(surfaces, tuple[SurfaceState, ...]) == plain_digest(alone, tuple[SurfaceState, ...])
+
+
+def test_stations_wait_compressed_and_few_are_open_at_once(matched: MatchResult) -> None:
+    first = matched.stations[0]
+    many = [replace(first, pose=replace(first.pose, station=f"A1c{number}")) for number in range(40)]
+    classify_surface(replace(matched, stations=(*matched.stations, *many)), DESIGN, EMPTY_HISTORY, ProgressOptions())
+    assert open_view.cache_info().currsize <= 8
+    view = StationView(placed=first)
+    arrays = open_view(view)
+    assert len(pickle.dumps(view)) < 0.1 * (arrays.disparity_px.nbytes + arrays.sigma_px.nbytes)
