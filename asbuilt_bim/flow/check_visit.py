@@ -13,7 +13,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, rejected
 from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair
-from asbuilt_bim.flow.rig_check import Outcome, decoded, refused, watch_rig, watch_scale
+from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, decoded, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import stations_shown_before
 from asbuilt_bim.measure.options import MeasureOptions
 from asbuilt_bim.measure.sighting import sight_station
@@ -86,7 +86,13 @@ def check_stations(
     showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
     barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ())[0]
     found |= {name: refused(found[name], reason) for name, reason in barred.items()}
-    visited = checked_visit([found[one.name] for one in stations], project, rig, survey, day)
+
+    def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
+        some = [one for one in stations if one.name in names and one.name not in barred]
+        return _sighted(some, project, refined, progress, workers, {})
+
+    mended = again if project.rig.refine else None
+    visited = checked_visit([found[one.name] for one in stations], project, rig, survey, day, mended)
     return replace(visited, faults=(*other_days(visit, taken), *visited.faults))
 
 
@@ -124,10 +130,18 @@ def _sighted(
 
 
 def checked_visit(
-    outcomes: Sequence[Outcome], project: Project, rig: StereoRig, survey: tuple[SurveyedMarker, ...], day: date
+    outcomes: Sequence[Outcome],
+    project: Project,
+    rig: StereoRig,
+    survey: tuple[SurveyedMarker, ...],
+    day: date,
+    again: MeasureAgain | None = None,
 ) -> CheckedVisit:
-    """Judge rig and scale by all stations, place them, and grade each by all that speaks against it."""
-    watched = watch_scale(watch_rig(outcomes, rig), project, rig, survey)
+    """Judge rig and scale by all stations, place them, and grade each by all that speaks against it.
+
+    `again` sights stations with a rig as their photos show it, where the project asks for that.
+    """
+    watched = watch_scale(watch_rig(outcomes, rig, again), project, rig, survey)
     measured = tuple(one for one in watched.outcomes if isinstance(one, StationMeasurement))
     placement = register(measured, survey, project.options.register)
     poses = {one.pose.station: one.pose for one in placement.stations}

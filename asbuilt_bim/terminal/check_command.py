@@ -1,6 +1,6 @@
 """`asbuilt-bim check`: today's photos on the notebook in the site container, before anybody leaves."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.read import Project, Visit, read_project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
@@ -69,8 +69,11 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     cache = Cache(folder=default_folder())
     survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
     with screen.steps() as progress:
-        rig = rig_of(project, cache, progress).rig
+        shown = Visit(date=today, stations=stations)  # the photos may say what a rig's file doesn't: their size
+        source = rig_of(replace(project, visits=(*project.visits, shown)), cache, progress)
+        rig = source.rig
         visit = check_stations(stations, project, rig, survey, today, progress, request.workers or 0)
+        visit = replace(visit, faults=(*source.warnings, *visit.faults))
         plan = _still_unseen(visit, project, rig, survey, cache, request.result)
     if plan is not None:
         visit = with_unread_tags(visit, rig, plan.visit.around, surveyed_tags(survey))

@@ -61,7 +61,7 @@ def standing_places(
     bodies: list[BimElement | Obstacle] = [one for one in design.elements if one.global_id in standing]
     for body in (*bodies, *others):
         _fill(blocked, _footprint(body, floor_z), low, cell)
-    free = (_away(1 - floor, cell) > EDGE_M) & (_away(blocked, cell) > BODY_M)
+    free = (_away(1 - floor, cell) > EDGE_M + cell) & (_away(blocked, cell) > BODY_M + cell)
     spots = _spread(free, cell)
     eyes = np.column_stack([low + (spots + 0.5) * cell, np.full(len(spots), floor_z + EYE_M)])
     return StandingPlaces(storey=storey, floor_z_m=floor_z, eyes_m=frozen(eyes), by_hull=hull)

@@ -1,7 +1,7 @@
 """The fewest stations that see what is due: a greedy choice among places to stand and ways to look."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.visits.places import StandingPlaces, standing_places
 from asbuilt_bim.progress.visits.sights import (
+    EITHER,
     TAKEN,
     Reach,
     RigFrames,
@@ -73,8 +74,9 @@ def seen_from(
 ) -> BoolArray:
     """Return which patches (P,) a station at a pose (4, 4) shows, by the design."""
     seen = framed_patches(frames, pose, squares)
-    some = np.flatnonzero(seen)
-    seen[some] = sighted_patches(around, pose[:3, 3], squares.part(seen), reach)
+    for eye in (pose[:3, 3], frames.right_eye(pose)):
+        some = np.flatnonzero(seen)
+        seen[some] = sighted_patches(around, eye, squares.part(seen), reach)
     return seen
 
 
@@ -119,7 +121,7 @@ def plan_visit(
         by_hull += [storey] if places.by_hull else []
         views = _views(frames, around, squares, places)
         visible |= _any_square(squares, views)
-        chosen += _needed(_greedy(squares, views, left), squares)
+        chosen += _needed(_greedy(frames, around, squares, views, left), squares)
     allowed = _best(chosen, squares, most)
     seen, stations = _numbered(squares, allowed)
     return PlannedVisit(
@@ -180,19 +182,38 @@ def _any_square(squares: Squares, views: Sequence[_View]) -> BoolArray:
     return found
 
 
-def _greedy(squares: Squares, views: Sequence[_View], left: BoolArray) -> list[_View]:
-    """Return views, each the one that adds most, as long as one is worth it; takes what they show from `left` (S,)."""
+def _greedy(
+    frames: RigFrames, around: Surroundings, squares: Squares, views: Sequence[_View], left: BoolArray
+) -> list[_View]:
+    """Return views, each the one that adds most, as long as one is worth it; takes what they show from `left` (S,).
+
+    Places were looked from with the left eye, which doesn't move as the rig turns. Of a view that would be chosen, what
+    the right eye doesn't see is taken off first, and the choice is made anew.
+    """
     if not views:
         return []
     shows = np.stack([view.squares for view in views])
+    by_both: dict[int, _View] = {}
     chosen: list[_View] = []
     while True:
         gains = shows @ np.where(left, squares.area_m2, 0.0)
         best = int(np.argmax(gains))
         if gains[best] < LEAST_GAIN_M2:
             return chosen
-        chosen.append(views[best])
-        left &= ~views[best].squares
+        if best not in by_both:
+            by_both[best] = _by_both(frames, around, squares, views[best])
+            shows[best] = by_both[best].squares
+            continue
+        chosen.append(by_both[best])
+        left &= ~by_both[best].squares
+
+
+def _by_both(frames: RigFrames, around: Surroundings, squares: Squares, view: _View) -> _View:
+    """Return a view less the patches that the right eye doesn't see."""
+    patches = view.patches.copy()
+    eye = frames.right_eye(view.pose)
+    patches[patches] = sighted_patches(around, eye, squares.part(view.patches), EITHER)
+    return replace(view, patches=patches, squares=of_squares(squares, patches))
 
 
 def _best(chosen: Sequence[_View], squares: Squares, most: int) -> list[_View]:
