@@ -195,9 +195,8 @@ def _stored(photo: Photo, image: np.ndarray) -> Photo:
 
 
 def _without_exif(photo: Photo) -> Photo:
-    return photo_from_bytes(
-        cv2.imencode(".jpg", _pixels(photo), [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes(), photo.name
-    )
+    data = cv2.imencode(".jpg", _pixels(photo), [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    return photo_from_bytes(photo.name, data)
 
 
 def against(station: CheckedStation) -> set[Reason]:

@@ -10,7 +10,7 @@ import pytest
 from asbuilt_bim.bim.model import BimModel, Obstacle
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig, rig_of_unknown_sigma
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.arrays import FloatArray, freeze, frozen
 from asbuilt_bim.geometry.transform import apply, inverse, rigid
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.read.floors import read_floors
@@ -18,7 +18,7 @@ from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.progress.visits.expected import expected_stations
 from asbuilt_bim.progress.visits.places import BODY_M, EDGE_M, EYE_M, standing_places
 from asbuilt_bim.progress.visits.plan_visit import LEAST_GAIN_M2, PlannedVisit, of_squares, plan_visit, seen_from
-from asbuilt_bim.progress.visits.sights import FAR_M, NEAR_M, rig_frames, upright_pose
+from asbuilt_bim.progress.visits.sights import FAR_M, NEAR_M, TAKEN, rig_frames, sighted_patches, upright_pose
 from asbuilt_bim.progress.visits.squares import wanted_squares
 from asbuilt_bim.progress.visits.surroundings import surroundings
 from asbuilt_bim.progress.visits.tags import TagInPlace, helpful_tags
@@ -43,6 +43,10 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> tuple[BimModel, tuple[Obst
 
 @pytest.fixture(scope="module")
 def rig() -> StereoRig:
+    return stereo_rig()
+
+
+def stereo_rig() -> StereoRig:
     camera = Intrinsics(
         K=frozen([[1050.0, 0.0, 639.5], [0.0, 1050.0, 479.5], [0.0, 0.0, 1.0]]),
         distortion=frozen(np.zeros(5)),
@@ -113,6 +117,25 @@ def test_what_stations_promise_is_near_enough_in_both_photos_and_not_behind_the_
         west = eye[0] < 8.0
         of_wall = np.abs(points[:, 0] - 8.0) < 0.3
         assert np.all((points[of_wall][:, 0] < 8.0) == west), "each side from its own side"
+
+
+def test_what_a_column_hides_from_the_right_eye_alone_is_not_promised(
+    hall: tuple[BimModel, tuple[Obstacle, ...]], rig: StereoRig
+) -> None:
+    design, floors = hall
+    wall = next(one for one in design.elements if one.name == "Across")
+    pose, frames = upright_pose(np.array([3.0, 4.0, 1.5]), 0.0), rig_frames(rig)
+    open_view = plan_visit(design, floors, rig, {wall.global_id}, {})
+    post = Obstacle(
+        global_id="post", ifc_class="IfcMember",
+        vertices_m=frozen([[3.3, 3.76, 0.0], [3.3, 3.70, 0.0], [3.3, 3.76, 3.0], [3.3, 3.70, 3.0]]),
+        triangles=freeze(np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32)),
+    )  # fmt: skip
+    hidden = surroundings(design, {wall.global_id}, (*floors, post))
+    before = seen_from(frames, open_view.around, pose, open_view.wanted)
+    after = seen_from(frames, hidden, pose, open_view.wanted)
+    left = sighted_patches(hidden, pose[:3, 3], open_view.wanted.part(before), TAKEN)
+    assert left.sum() > after.sum() < before.sum(), "the left eye still sees more"
 
 
 def test_one_side_of_a_wall_is_enough_and_no_station_is_idle(plan: PlannedVisit) -> None:
