@@ -27,6 +27,7 @@ from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.states.undone import undone_front
+from asbuilt_bim.progress.tolerance_checks import with_tolerance
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
@@ -156,6 +157,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)
         report = replace(report, rig=seen.rig, notes=notes, observations=observed)
+        report = with_tolerance(report, design, project.tolerance)
         names = [station.name for station in visit.stations if station.name not in report.placed]
         left_out += _left_out(names, visit.date)
         history = remember(history, report)

@@ -86,6 +86,7 @@ def _match(
 ) -> FaceMatch:
     share = polygon.area(part) / whole_area
     face = seen.face
+    tilt, tilt_sigma = _tilt(seen)
     return FaceMatch(
         station=placed.pose.station,
         face_id=face.face_id,
@@ -100,13 +101,17 @@ def _match(
         offset_m=pair.offset_m,
         offset_sigma_m=pair.offset_sigma_m,
         angle_rad=pair.angle_rad,
-        tilt_rad=_tilt(seen),
+        tilt_rad=tilt,
+        tilt_sigma_rad=tilt_sigma,
         score=pair.score,
     )
 
 
-def _tilt(seen: WorldFace) -> float | None:
-    """Return how far the face leans out of plumb (positive: its top overhangs), None where that isn't known well."""
+def _tilt(seen: WorldFace) -> tuple[float | None, float | None]:
+    """Return how far the face leans out of plumb (positive: its top overhangs) with its sigma, in radians.
+
+    Both are None where that isn't known well.
+    """
     up = np.array([0.0, 0.0, 1.0])
     if isinstance(seen.frame, PlaneFrame):
         lean = -float(np.arcsin(np.clip(seen.frame.normal @ up, -1.0, 1.0)))
@@ -117,7 +122,7 @@ def _tilt(seen: WorldFace) -> float | None:
         level = seen.frame.zero
     turned = float(level @ seen.pose.covariance[:3, :3] @ level)
     sigma = float(np.sqrt(max(turned + float(seen.face.covariance[1, 1]), 0.0)))
-    return lean if sigma <= MAX_TILT_SIGMA_RAD else None
+    return (lean, sigma) if sigma <= MAX_TILT_SIGMA_RAD else (None, None)
 
 
 def _left_over(

@@ -32,6 +32,7 @@ class FaceMatch:
     angle_rad: float
     tilt_rad: float | None  # from plumb along the face's up, where the vertical is known by the markers
     score: float
+    tilt_sigma_rad: float | None = None
     adjusted: bool = False  # the design's normal has been used for the area
     past_design_m2: float = 0.0  # of the measured face, on no design face; given with its largest part
 

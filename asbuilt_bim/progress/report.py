@@ -10,6 +10,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.tolerance import Tolerance, ToleranceCheck
 from asbuilt_bim.progress.valuation.inputs import Observation, ValuationInputs
 from asbuilt_bim.vision.masks.segment import InstanceSource
 
@@ -77,6 +78,8 @@ class ElementProgress:
     accepted: bool = False  # by a person: what is said of it is of where it stands
     type_name: str = ""  # of its type in the IFC file
     as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
+    tilt_sigma_rad: float | None = None
+    tolerance: ToleranceCheck | None = None  # None where the project names none
 
     @property
     def shown_state(self) -> ShownState:
@@ -323,6 +326,7 @@ class ProgressReport:
     rig: tuple[RigRecord, ...] = ()  # a record for each stretch of stations between which the rig was knocked
     wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
     observations: tuple[Observation, ...] = ()  # what persons saw, never mixed into measured values
+    tolerance: Tolerance | None = None  # that the project asks for
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
 
     @property

@@ -39,6 +39,7 @@ class SurfaceState:
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
     whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
+    tilt_sigma_rad: float | None = None
 
 
 def unseen(face: DesignFace, again: bool = False) -> SurfaceState:

@@ -209,6 +209,29 @@ class ValuationFile:
     last: str | None = None  # the last workbook, where it lies in another folder than --out
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToleranceFile:
+    """`tolerance`: what elements may lie off their design and lean, by a standard or in own values."""
+
+    standard: Literal["en13670-1"] | None = None
+    name: str = ""  # of own values: what the contract calls them
+    offset_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
+    plumb_m: Annotated[float, Within(low=0.001, high=1.0, unit="m", hint=_MM)] | None = None
+    plumb_share: Annotated[float, Within(low=0.0, high=0.1)] = 0.0  # of the height, where that is more
+
+    def __post_init__(self) -> None:
+        """Check that there are limits, by one way.
+
+        Raises:
+            ValueError: there are none, or a standard and own values at once.
+        """
+        own = self.offset_m is not None or self.plumb_m is not None
+        if own == (self.standard is not None):
+            raise ValueError("needs standard (en13670-1), or own values: offset_m, plumb_m or both")
+        if self.plumb_share and self.plumb_m is None:
+            raise ValueError("plumb_share needs plumb_m, the limit of low elements")
+
+
 Metres = Annotated[float, Within(low=-1e7, high=1e7, unit="m")]
 
 
@@ -259,6 +282,7 @@ class ProjectFile:
     costs: str | None = None  # CSV or .xlsx
     observations: str | None = None  # CSV or .xlsx
     valuation: ValuationFile = field(default_factory=ValuationFile)
+    tolerance: ToleranceFile | None = None
     accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
     accept_survey_shift: SurveyShiftFile | None = None
     writers: tuple[str, ...] = ()  # report writers that other packages add

@@ -13,6 +13,7 @@ from asbuilt_bim.errors import NetworkError, ProjectError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
+from asbuilt_bim.progress.tolerance import EN_13670_1, PlumbLimit, Tolerance
 from asbuilt_bim.project.file import (
     BoardsFile,
     MarkersFile,
@@ -23,6 +24,7 @@ from asbuilt_bim.project.file import (
     SurveyShiftFile,
     TagsFile,
     TargetFile,
+    ToleranceFile,
     ValuationFile,
     VisitFile,
 )
@@ -113,6 +115,7 @@ class Project:
     valuation: ValuationFile = field(default_factory=ValuationFile)
     last_workbook: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
+    tolerance: Tolerance | None = None
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
     accepted_shift: Shift | None = None  # of the survey, by a person
@@ -200,11 +203,20 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
         last_workbook=checker.file(written.valuation.last, "valuation.last") if written.valuation.last else None,
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
+        tolerance=_tolerance(written.tolerance),
         accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),
         accepted_shift=_accepted(written.accept_survey_shift),
         files=checker.files,
     )
+
+
+def _tolerance(written: ToleranceFile | None) -> Tolerance | None:
+    """Return the limits that a project asks for."""
+    if written is None or written.standard is not None:
+        return None if written is None else EN_13670_1
+    plumb = () if written.plumb_m is None else (PlumbLimit(least_m=written.plumb_m, height_share=written.plumb_share),)
+    return Tolerance(name=written.name, offset_m=written.offset_m, plumb=plumb)
 
 
 def _rig_source(written: RigFile, visits: list[Visit], checker: PathChecker) -> RigSource:

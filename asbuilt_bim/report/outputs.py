@@ -8,7 +8,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.bcf.write import write_issues
 from asbuilt_bim.report.csv import write_csv
 from asbuilt_bim.report.drawings.overlay import draw_overlay
-from asbuilt_bim.report.page.write import write_page
+from asbuilt_bim.report.page.write import write_pages
 from asbuilt_bim.report.schedule.write import write_schedules
 from asbuilt_bim.report.tables import station_rows
 from asbuilt_bim.report.workbook.write import write_workbook
@@ -20,7 +20,7 @@ MAX_PICTURE_BYTES = 50_000_000  # a 1280 px JPEG has a quarter of a megabyte
 def write_outputs(
     report: ProgressReport, folder: Path, pictures_folder: Path, earlier: Sequence[ProgressReport] = ()
 ) -> tuple[Path, ...]:
-    """Write overlays, `quantities.csv`, `quantities.xlsx`, BCF and `report.html` into `folder`; return their paths.
+    """Write overlays, `quantities.csv`, `quantities.xlsx`, BCF and both pages into `folder`; return their paths.
 
     A design with tasks gets `tasks.csv`, `schedule.msp.xml` and `schedule.p6.xml` as well.
 
@@ -33,12 +33,13 @@ def write_outputs(
     """
     pictures = read_pictures(report, pictures_folder)
     written = list(write_overlays(report, pictures, folder / "overlays"))
-    table, workbook, page = folder / "quantities.csv", folder / "quantities.xlsx", folder / "report.html"
+    table, workbook = folder / "quantities.csv", folder / "quantities.xlsx"
     write_csv(report, table)
     write_workbook(report, workbook)
     issues = write_issues(report, earlier, pictures, folder)
-    write_page(report, pictures, page, earlier, read_pictures(earlier[-1], pictures_folder) if earlier else None)
-    return (*written, table, workbook, *write_schedules(report, folder), *issues, page)
+    pictures_before = read_pictures(earlier[-1], pictures_folder) if earlier else None
+    pages = write_pages(report, pictures, folder, earlier, pictures_before)
+    return (*written, table, workbook, *write_schedules(report, folder), *issues, *pages)
 
 
 def read_pictures(report: ProgressReport, pictures_folder: Path) -> dict[str, bytes]:

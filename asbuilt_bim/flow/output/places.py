@@ -18,6 +18,7 @@ COPIED = (
     "issues-2.1.bcf",
     "issues-3.0.bcf",
     CHANGES,
+    "report-interactive.html",
     "report.html",
 )
 """What people open: copied out of the current run, beside the IFC copy (`*.asbuilt.ifc`)."""

@@ -1,6 +1,7 @@
 """A mesh's lateral triangles, grouped into flat facets."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ LATERAL = 0.2
 UP = np.array([0.0, 0.0, 1.0])
 _GRID_M = 1e-6
 _HAIR_M = 1e-4
+_FORMS_KEPT = 1024  # of faces, mostly a rectangle's few hundred bytes
 _PAIRS_AT_ONCE = 65_536  # of triangles that are held against each other: bounds the memory to some 10 MB
 
 
@@ -104,8 +106,13 @@ def plane_region(mesh: Mesh, part: CoplanarRegion) -> tuple[PlaneFrame, Region]:
 
 def triangles_union(triangles_uv_m: FloatArray) -> Region:
     """Return the union of triangles (N, 3, 2) as polygons; hairlines between triangles that should touch are closed."""
-    rounded = np.round(triangles_uv_m / _GRID_M) * _GRID_M
-    region = triangles_region(rounded)
+    return _union((np.round(triangles_uv_m / _GRID_M) * _GRID_M).tobytes())
+
+
+@lru_cache(maxsize=_FORMS_KEPT)
+def _union(rounded: bytes) -> Region:
+    """Return the union of triangles on the grid; a building has faces of one form a hundred times."""
+    region = triangles_region(np.frombuffer(rounded).reshape(-1, 3, 2))
     if len(region) > 1 or any(len(rings) > 1 for rings in region):
         region = grown(grown(region, _HAIR_M), -_HAIR_M)
     return region

@@ -88,7 +88,7 @@ def progress_of(
         doubts = [_displaced(subject, displaced)]
         notes = [*doubts, *notes]
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)
-    tilts = [surface.tilt_rad for surface in surfaces if surface.tilt_rad is not None]
+    leaning = max((s for s in surfaces if s.tilt_rad is not None), key=lambda s: abs(s.tilt_rad or 0.0), default=None)
     return ElementProgress(
         global_id=element.global_id,
         ifc_class=element.ifc_class,
@@ -109,7 +109,8 @@ def progress_of(
         as_built_sigma_m2=sigma,
         offset_m=worst.offset_m if worst else None,
         offset_sigma_m=worst.offset_sigma_m if worst else None,
-        tilt_rad=max(tilts, key=abs) if tilts else None,
+        tilt_rad=leaning.tilt_rad if leaning else None,
+        tilt_sigma_rad=leaning.tilt_sigma_rad if leaning else None,
         stations=tuple(stations),
         last_seen=visit_date if stations else history.last_seen.get(element.global_id),
         notes=each_once(notes),

@@ -30,6 +30,7 @@ class AsBuilt:
     offset_m: float | None
     offset_sigma_m: float | None
     tilt_rad: float | None
+    tilt_sigma_rad: float | None = None
     notes: tuple[Note, ...] = ()
     whole: bool = False  # the area is that of stations which saw it whole, now or earlier
 
@@ -45,11 +46,13 @@ def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design:
         return _as_it_was(earlier)
     before = earlier.outline_uv_m if earlier is not None else polygon.EMPTY
     outline = polygon.union([before, *(match.outline_uv_m for match in matches)])
-    offset, offset_sigma, tilt = _offset(matches)
+    offset, offset_sigma = _offset(matches)
+    tilt, tilt_sigma = _tilt(matches)
     area, notes, whole = _area(outline, matches, earlier, design)
     return AsBuilt(
         outline_uv_m=outline, whole=whole, area_m2=area.m2, sigma_calibration_m2=area.sigma_calibration_m2,
-        sigma_image_m2=area.sigma_image_m2, offset_m=offset, offset_sigma_m=offset_sigma, tilt_rad=tilt, notes=notes,
+        sigma_image_m2=area.sigma_image_m2, offset_m=offset, offset_sigma_m=offset_sigma, tilt_rad=tilt,
+        tilt_sigma_rad=tilt_sigma, notes=notes,
     )  # fmt: skip
 
 
@@ -105,6 +108,7 @@ def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
         offset_m=earlier.offset_m,
         offset_sigma_m=earlier.offset_sigma_m,
         tilt_rad=earlier.tilt_rad,
+        tilt_sigma_rad=earlier.tilt_sigma_rad,
         whole=earlier.whole,
     )
 
@@ -146,13 +150,19 @@ def _calibration_share(matches: Sequence[FaceMatch]) -> float:
     return float(np.mean([match.area_sigma_calibration_m2 / max(match.area_m2, 1e-9) for match in matches]))
 
 
-def _offset(matches: Sequence[FaceMatch]) -> tuple[float, float, float | None]:
+def _offset(matches: Sequence[FaceMatch]) -> tuple[float, float]:
     sigmas = np.maximum([match.offset_sigma_m for match in matches], 1e-4)
     weights = 1.0 / sigmas**2
     offset = float(weights @ [match.offset_m for match in matches] / weights.sum())
-    tilted = [match for match in matches if match.tilt_rad is not None]
-    tilt = None
-    if tilted:
-        areas = np.array([match.area_m2 for match in tilted])
-        tilt = float(areas @ [match.tilt_rad or 0.0 for match in tilted] / areas.sum())
-    return offset, float(weights.sum() ** -0.5), tilt
+    return offset, float(weights.sum() ** -0.5)
+
+
+def _tilt(matches: Sequence[FaceMatch]) -> tuple[float | None, float | None]:
+    """Return the mean tilt by area with its sigma, None where no station knows it."""
+    known = [(m.area_m2, m.tilt_rad, m.tilt_sigma_rad) for m in matches if m.tilt_rad is not None]
+    if not known:
+        return None, None
+    areas = np.array([area for area, _, _ in known])
+    tilt = float(areas @ [one for _, one, _ in known] / areas.sum())
+    sigmas = np.array([sigma for _, _, sigma in known if sigma is not None])
+    return tilt, float(np.linalg.norm(areas * sigmas) / areas.sum()) if len(sigmas) == len(areas) else None

@@ -136,6 +136,7 @@ def _face_state(
         offset_m=measured.offset_m,
         offset_sigma_m=measured.offset_sigma_m,
         tilt_rad=measured.tilt_rad,
+        tilt_sigma_rad=measured.tilt_sigma_rad,
         stations={name: value for name, value in areas.items() if value > 0.0},
         conflict_area_m2=float(samples.area_m2[conflict].sum()),
         notes=(

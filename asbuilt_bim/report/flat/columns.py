@@ -71,6 +71,8 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("complete_date", "date", "First visit since which it is complete."),
         _column("last_seen_date", "date", "Last visit that decided something on it."),
         _column("doubtful", "boolean", "Whether a person should look at it before it is paid for.", always=True),
+        _column("tilt_sigma_rad", "number", "Standard deviation of the tilt."),
+        _column("tolerance", "string", "in, out or undecided; empty where the project names no tolerance."),
     ),
     "faces": (
         *_VISIT,

@@ -61,6 +61,8 @@ def _element(element: ElementProgress) -> Row:
         "offset_m": element.offset_m,
         "offset_sigma_m": element.offset_sigma_m,
         "tilt_rad": element.tilt_rad,
+        "tilt_sigma_rad": element.tilt_sigma_rad,
+        "tolerance": element.tolerance.verdict if element.tolerance is not None else None,
         "first_built_date": element.first_built,
         "complete_date": element.complete_on,
         "last_seen_date": element.last_seen,

@@ -1,16 +1,15 @@
 """The page that says whether a calibration is to be trusted: one file, without scripts and without requests."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from asbuilt_bim.camera.calibration.area_effect import AreaEffect, area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import SCALE_LIMIT, LengthCheck
 from asbuilt_bim.report.page.calibration_drawings import area_maps, arrow_scale_px, frame_drawing, view_bars
+from asbuilt_bim.report.page.environment import environment
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.calibration_sources import (
     SOURCE_WORDS,
@@ -20,9 +19,7 @@ from asbuilt_bim.report.wording.of_page.calibration_sources import (
     place_words,
 )
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.values import shown
 
-TEMPLATES = Path(__file__).parent / "templates"
 GOOD_AREA, USABLE_AREA = 0.01, 0.03
 """Of an area at 5 m in the frame's worst place, one sigma: a third of what areas are wanted to, and all of it."""
 
@@ -86,16 +83,9 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
         frame_drawing("left", rig.left, fits[0], scale_px),
         frame_drawing("right", rig.right, fits[1], scale_px),
     ]
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update({"share": _share, "fixed": _fixed, "degrees": _degrees})
-    template = environment.get_template("calibration.html.j2")
+    templates = environment()
+    templates.filters.update({"share": _share, "fixed": _fixed, "degrees": _degrees})
+    template = templates.get_template("calibration.html.j2")
     return template.render(
         calibration=calibration,
         left_out=[words_of(rejection) for rejection in calibration.left_out],

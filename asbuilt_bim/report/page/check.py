@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from asbuilt_bim.progress.visits.checked import CheckedAspect, CheckedStation, CheckedVisit
 from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.report.drawings.colours import ORDER
-from asbuilt_bim.report.page.visit import page_environment, places_of, walk_parts
+from asbuilt_bim.report.page.environment import environment
+from asbuilt_bim.report.page.visit import places_of, walk_parts
 from asbuilt_bim.report.tables import NO_STOREY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
@@ -42,7 +43,7 @@ def check_html(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = 
     """
     poses = {one.name: one.pose.world_from_left for one in visit.stations if one.pose is not None}
     return (
-        page_environment()
+        environment()
         .get_template("check.html.j2")
         .render(
             still="" if plan is None else still_said(plan),

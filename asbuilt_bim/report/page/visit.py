@@ -4,16 +4,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.report import WantedView
 from asbuilt_bim.progress.visits.expected import ExpectedStation, VisitPlan
 from asbuilt_bim.progress.visits.tags import NEEDED
 from asbuilt_bim.report.drawings.colours import ORDER
+from asbuilt_bim.report.page.environment import environment
 from asbuilt_bim.report.page.plan import PlaceMark, StoreyPlan, storey_plans, towards_on_plan
-from asbuilt_bim.report.page.write import TEMPLATES
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
 from asbuilt_bim.report.wording.of_page.visit_words import (
     BY_HULL,
@@ -31,7 +29,7 @@ from asbuilt_bim.report.wording.of_page.visit_words import (
     sigma_words,
     tag_words,
 )
-from asbuilt_bim.report.wording.values import day, plain, shown
+from asbuilt_bim.report.wording.values import plain
 
 MADE_BY = b'<meta name="generator" content="asbuilt-bim plan">'
 _LOOK_M = 2.5  # of the line on the plan that says where to look
@@ -68,7 +66,7 @@ def plan_html(plan: VisitPlan, *, with_result: bool) -> str:
     parts = walk_parts(plan)
     promise = promise_words(len(plan.stations), plan.visit.seen_m2, plan.visit.asked_m2, plan.day.isoformat())
     return (
-        page_environment()
+        environment()
         .get_template("plan.html.j2")
         .render(
             project_name=plan.known.project_name,
@@ -86,20 +84,6 @@ def plan_html(plan: VisitPlan, *, with_result: bool) -> str:
 def plan_page(plan: VisitPlan, *, with_result: bool) -> bytes:
     """Return the page as the file holds it."""
     return plan_html(plan, with_result=with_result).encode("utf-8", "replace")
-
-
-def page_environment() -> Environment:
-    """Make the template environment of a visit's pages: everything escaped, nothing undefined."""
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update({"plain": plain, "day": day})
-    return environment
 
 
 def walk_parts(plan: VisitPlan, taken: Sequence[PlaceMark] = ()) -> WalkParts:

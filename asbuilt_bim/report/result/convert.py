@@ -17,6 +17,7 @@ from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressRepo
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
 from asbuilt_bim.report.result.notes_json import note_fields, note_from_plain, with_codes, with_words
 from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection_to_plain
+from asbuilt_bim.report.result.unseen_json import nothing_known, with_unseen_among, with_unseen_apart
 from asbuilt_bim.report.wording.of_faces import source_of
 
 FORMER_NAMES = {
@@ -31,6 +32,25 @@ def report_to_plain(report: ProgressReport) -> dict[str, Any]:
     """Return the report as dictionaries, lists, strings and numbers, arrays rounded as `ARRAY_FORMS` says."""
     plain: dict[str, Any] = _converter().unstructure(report)
     return plain
+
+
+def report_to_document(report: ProgressReport) -> dict[str, Any]:
+    """Return the report as `result.json` holds it: as `report_to_plain`, the faces of unseen elements apart."""
+    return with_unseen_apart(report_to_plain(report), _nothing_known())
+
+
+def report_from_document(values: dict[str, Any]) -> ProgressReport:
+    """Build a report from what `result.json` holds; otherwise as `report_from_plain`.
+
+    Raises:
+        ValueError: as `report_from_plain`.
+    """
+    return report_from_plain(with_unseen_among(values, _nothing_known()))
+
+
+@cache
+def _nothing_known() -> dict[str, Any]:
+    return nothing_known(_converter().unstructure)
 
 
 def report_from_plain(values: dict[str, Any]) -> ProgressReport:

@@ -10,7 +10,7 @@ from typing import Any
 
 from asbuilt_bim.errors import ResultError
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.result.convert import report_from_plain, report_to_plain
+from asbuilt_bim.report.result.convert import report_from_document, report_to_document
 from asbuilt_bim.storage.atomic_write import writing
 from asbuilt_bim.storage.regular_file import open_regular
 from asbuilt_bim.storage.schemas import first_faults
@@ -18,7 +18,7 @@ from asbuilt_bim.storage.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
-MINOR = 6  # raised when keys are added
+MINOR = 7  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
@@ -56,7 +56,7 @@ def result_document(report: ProgressReport) -> dict[str, Any]:
 
 
 def _plain(report: ProgressReport) -> dict[str, Any]:
-    return {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_plain(report)}
+    return {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_document(report)}
 
 
 def _check(document: dict[str, Any]) -> None:
@@ -87,7 +87,7 @@ def read_result(path: Path | str) -> ProgressReport:
         raise ResultError(f"{path}: damaged: {'; '.join(faults)}; {REMEDY}")
     values = {key: value for key, value in document.items() if key not in ("format", "version", "minor")}
     try:
-        return report_from_plain(values)
+        return report_from_document(values)
     except ValueError as error:
         raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
 

@@ -15,14 +15,17 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.progress.report import ProgressReport, TaskProgress
+from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, TaskProgress
+from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
 from asbuilt_bim.report.result.convert import FORMER_NAMES, SHARES
 from asbuilt_bim.report.result.document import FORMAT, VERSION
 from asbuilt_bim.report.result.notes_json import CODES, note_fields
+from asbuilt_bim.report.result.unseen_json import KEY
 from asbuilt_bim.report.wording.result_terms import describe, describe_class
 from asbuilt_bim.report.wording.unstated import TEXTS
 
+UNSEEN = "UnseenFace"
 _NUMBER = {"type": "number"}
 _SHAPES: dict[tuple[int | None, ...], str] = {
     (2,): "vector2",
@@ -43,16 +46,30 @@ def result_schema() -> dict[str, Any]:
         "version": {"const": VERSION, "description": "Raised when an older program could no longer read the file."},
         "minor": {"type": "integer", "minimum": 0, "description": "Raised when keys are added."},
     }
+    definitions[UNSEEN] = _unseen_face(definitions)
+    faces = {"type": "array", "items": {"$ref": f"#/$defs/{UNSEEN}"}, "description": describe("", KEY)}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": "https://asbuilt-bim.org/schemas/result-1.json",
         "title": "asbuilt_bim result",
         "description": f"{body['description']} Lengths in metres, areas in m2, angles in radians, unless it says px.",
         "type": "object",
-        "properties": head | body["properties"],
+        "properties": head | body["properties"] | {KEY: faces},
         "required": [*head, *body["required"]],
         "additionalProperties": False,
         "$defs": dict(sorted(definitions.items())),
+    }
+
+
+def _unseen_face(definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a face of an element that nobody has seen: a design face without a state."""
+    face: dict[str, Any] = definitions[DesignFaceRecord.__name__]
+    state = definitions[SurfaceState.__name__]
+    properties = {name: part for name, part in face["properties"].items() if name != "surface"}
+    return face | {
+        "description": describe_class(UNSEEN),
+        "properties": properties | {"unknown_uv_m": state["properties"]["unknown_uv_m"]},
+        "required": [name for name in face["required"] if name != "surface"],
     }
 
 

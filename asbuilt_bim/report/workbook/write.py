@@ -207,6 +207,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.upper,
         row.coverage,
         row.offset_mm,
+        row.tolerance,
         row.last_seen or "",
         row.notes,
         row.global_id,

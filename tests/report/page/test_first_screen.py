@@ -6,7 +6,10 @@ import re
 from dataclasses import replace
 from datetime import date
 
+import numpy as np
+
 from asbuilt_bim.codes import Reason, SubjectKind, about, noted
+from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.progress.report import Completion, ProgressReport, WantedView
 from asbuilt_bim.report.page.plan import storey_plans
 from asbuilt_bim.report.page.rows import next_rows
@@ -141,3 +144,30 @@ def test_every_link_on_the_page_leads_to_something() -> None:
     page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
     ids = set(re.findall(r'id="([^"]+)"', page))
     assert {link for link in re.findall(r'href="#([^"]+)"', page)} <= ids
+
+
+def test_a_wall_that_does_not_stand_is_shown_where_it_should() -> None:
+    """Its design's outline, dashed, in a photo that decided it; what was measured keeps its own outline."""
+    report = sample_report()
+    missing = report.elements[2]  # seen open from foot to top, measured nowhere
+    station = replace(report.stations[0], faces=())
+    decided = tuple(
+        replace(face, surface=replace(face.surface, stations={station.name: 1.0}))
+        if face.element == missing.global_id
+        else face
+        for face in report.faces
+    )
+    centre = decided[[face.element for face in decided].index(missing.global_id)].frame_m[0]
+    pose = np.eye(4)
+    pose[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]  # looks along the world's y, its z up
+    pose[:3, 3] = np.add(centre, [0.0, -6.0, 1.5])
+    station = replace(station, world_from_left=frozen(pose), rectified_from_left=frozen(np.eye(3)))
+    elements = tuple(replace(e, stations=(station.name,)) if e is missing else e for e in report.elements)
+    report = replace(report, faces=decided, elements=elements, stations=(station, *report.stations[1:]))
+    page = page_html(report, {station.name: sample_picture()})
+    shown = page[page.index(f'id="e-{missing.global_id}"') :].partition("</details>")[0]
+    assert "should stand, in photo" in shown and "stroke-dasharray" in shown
+    behind = pose.copy()
+    behind[:3, 3] = np.add(centre, [0.0, 6.0, 1.5])
+    turned = replace(report, stations=(replace(station, world_from_left=frozen(behind)), *report.stations[1:]))
+    assert "should stand, in photo" not in page_html(turned, {station.name: sample_picture()})

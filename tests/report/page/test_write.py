@@ -204,6 +204,7 @@ def test_every_output_is_written_and_named(tmp_path):
         "schedule.p6.xml",
         "issues-2.1.bcf",
         "issues-3.0.bcf",
+        "report-interactive.html",
         "report.html",
     ]
     assert all(path.stat().st_size > 500 for path in written)

@@ -1,0 +1,126 @@
+"""What both pages show of a result, worked out once."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jinja2 import Environment
+from markupsafe import Markup
+
+from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.report.cost_rows import cost_groups
+from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
+from asbuilt_bim.report.page.cards import element_cards
+from asbuilt_bim.report.page.photos import photos_before, station_cards
+from asbuilt_bim.report.page.plan import MOST_VIEWS, storey_plans
+from asbuilt_bim.report.page.rows import next_rows, since_rows
+from asbuilt_bim.report.page.trend import trend_of
+from asbuilt_bim.report.tables import (
+    NO_STOREY,
+    OF_FACES,
+    group_rows,
+    lost_stations,
+    photographed_areas,
+    station_of,
+    storey_names,
+)
+from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.surface_notes import photos_disagree
+
+Context = dict[str, Any]
+
+
+def page_context(
+    report: ProgressReport,
+    pictures: Mapping[str, bytes],
+    earlier: Sequence[ProgressReport],
+    pictures_before: Mapping[str, bytes],
+) -> Context:
+    """Return what the templates show; `earlier` are the reports of the visits before, in the order of days.
+
+    Raises:
+        OutputError: a picture can't be decoded.
+    """
+    before = earlier[-1] if earlier else None
+    stations = station_cards(report, pictures)
+    now = [card.photo for card in stations if card.photo is not None]
+    then = photos_before(before, pictures_before)
+    steps = next_rows(report)
+    names = storey_names(report)
+    return {
+        "report": report,
+        "storeys": group_rows(report),
+        "elements": _by_storey(report, names),
+        "storey_names": names,
+        "no_storey": NO_STOREY,
+        "plans": storey_plans(report),
+        "cards": element_cards(report, now, earlier, then),
+        "photos": [*now, *then],
+        "photo_sizes": {photo.key: (photo.width, photo.height) for photo in (*now, *then)},
+        "photographed": photographed_areas(report),
+        "trend": trend_of(report, earlier),
+        "stations": stations,
+        "before": before,
+        "since": since_rows(before, report) if before else (),
+        "next_rows": steps,
+        "step_of": {row.element.global_id: row for row in steps[:MOST_VIEWS]},
+        "most_shown": MOST_VIEWS,
+        "in_tolerance": Counter(e.tolerance.verdict for e in report.elements if e.tolerance is not None),
+        "out_of_tolerance": [e for e in report.elements if e.tolerance and e.tolerance.verdict == "out"],
+        "order": ORDER,
+        "target_colour": TARGET_COLOUR,
+        **_to_look_at(report),
+        **_planned(report),
+    }
+
+
+def with_panels(context: Context, templates: Environment) -> Context:
+    """Return the context with each plan, element and station as markup, drawn once for both pages."""
+    panels: Any = templates.get_template("panels.html.j2").make_module(context)
+    drawn: dict[str, list[Markup]] = {
+        "plan_html": [panels.plan_of(plan) for plan in context["plans"]],
+        "card_html": [panels.card_of(card) for card in context["cards"]],
+        "station_html": [panels.station_of(card) for card in context["stations"]],
+    }
+    return {**context, **drawn}
+
+
+def _to_look_at(report: ProgressReport) -> Context:
+    """Return what is wrong or in doubt, and what counts for nothing."""
+    return {
+        "lost": lost_stations(report),
+        "other_rejections": _others(report),
+        "unmatched": [words_of(rejection) for rejection in report.unmatched],
+        "faults": [words_of(fault) for fault in report.faults],
+        "doubted": [element for element in report.elements if element.doubts],
+        "conflicts": [photos_disagree(e.kind, e.name, e.stations) for e in report.elements if e.cells_conflict > 0],
+    }
+
+
+def _planned(report: ProgressReport) -> Context:
+    """Return tasks, late elements and money."""
+    return {
+        "tasks": task_rows(report),
+        "late": late_rows(report),
+        "plan_words": plan_words(report),
+        "late_words": late_words(report),
+        "cost_groups": cost_groups(report),
+    }
+
+
+def _by_storey(report: ProgressReport, names: dict[str, str]) -> list[tuple[str, list[ElementProgress]]]:
+    """Return the elements by storey from below, within it by class and name."""
+    groups: dict[str, list[ElementProgress]] = {key: [] for key in names}
+    for element in sorted(report.elements, key=lambda e: (e.ifc_class, e.name, e.global_id)):
+        groups.setdefault(element.storey, []).append(element)
+    return [(names.get(key, NO_STOREY), elements) for key, elements in groups.items() if elements]
+
+
+def _others(report: ProgressReport) -> list[str]:
+    """Return what was left out besides stations and faults; faces and other discs stand with their stations."""
+    lost = {row.name for row in lost_stations(report)}
+    kept = [r for r in report.rejections if r.subject.kind not in {*OF_FACES, SubjectKind.DISC}]
+    rest = [r for r in kept if r not in report.faults and station_of(r) not in lost]
+    return [str(words_of(rejection)) for rejection in rest]

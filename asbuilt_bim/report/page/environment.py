@@ -1,0 +1,54 @@
+"""The pages' templates: everything escaped, nothing undefined."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from asbuilt_bim.report.tables import measured_words
+from asbuilt_bim.report.wording import completion
+from asbuilt_bim.report.wording import values as wording
+from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page import tolerance_words
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def environment() -> Environment:
+    """Make the template environment with the report's words as filters."""
+    made = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=wording.shown,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    filters: dict[str, Callable[..., str]] = {
+        "percent": wording.percent,
+        "percent_certain": wording.percent_certain,
+        "number": wording.number,
+        "rate": wording.rate,
+        "area": wording.area,
+        "metres": wording.length,
+        "millimetres": wording.millimetres,
+        "plumb": wording.millimetres_per_metre,
+        "day": wording.day,
+        "unit": wording.unit_sign,
+        "plain": wording.plain,
+        "words": note_words,
+        "at_least": completion.at_least,
+        "possibly": completion.possibly,
+        "at_most": completion.at_most,
+        "best": completion.best_words,
+        "seen": completion.seen_words,
+        "in_words": completion.in_words,
+        "counts": completion.count_words,
+        "area_of": wording.area_of,
+        "tolerance_name": tolerance_words.name_of,
+        "tolerance_limits": tolerance_words.limits_words,
+    }
+    made.filters.update(filters)
+    made.globals.update(check_words=tolerance_words.check_words)
+    made.globals.update(best_shown=completion.best_shown, measured_words=measured_words)
+    return made
