@@ -17,9 +17,17 @@ from asbuilt_bim.ifc.read.floors import read_floors
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.progress.visits.expected import expected_stations
 from asbuilt_bim.progress.visits.places import BODY_M, EDGE_M, EYE_M, standing_places
-from asbuilt_bim.progress.visits.plan_visit import LEAST_GAIN_M2, PlannedVisit, of_squares, plan_visit, seen_from
+from asbuilt_bim.progress.visits.plan_visit import (
+    LEAST_GAIN_M2,
+    PlannedVisit,
+    _needed,
+    _View,
+    of_squares,
+    plan_visit,
+    seen_from,
+)
 from asbuilt_bim.progress.visits.sights import FAR_M, NEAR_M, TAKEN, rig_frames, sighted_patches, upright_pose
-from asbuilt_bim.progress.visits.squares import wanted_squares
+from asbuilt_bim.progress.visits.squares import Squares, wanted_squares
 from asbuilt_bim.progress.visits.surroundings import surroundings
 from asbuilt_bim.progress.visits.tags import TagInPlace, helpful_tags
 from tests.ifc.models import ModelBuilder
@@ -227,3 +235,20 @@ def test_a_station_shows_by_the_design_what_its_plan_says(
     for one in plan.stations:
         seen = seen_from(rig_frames(rig, margin=0.0), plan.around, one.world_from_left, plan.wanted)
         assert np.all(seen[one.patches])
+
+
+def test_a_view_whose_squares_the_others_show_is_dropped() -> None:
+    squares = Squares(
+        elements=(), faces=(), points_m=frozen(np.zeros((4, 3))), corners_m=frozen(np.zeros((4, 4, 3))),
+        normals=frozen(np.zeros((4, 3))), face=freeze(np.zeros(4, np.int32)),
+        square=freeze(np.arange(4, dtype=np.int32)),
+        area_m2=frozen(np.full(4, 2.0)), element=freeze(np.zeros(4, np.int32)),
+    )  # fmt: skip
+
+    def view(*shown: int) -> _View:
+        seen = np.isin(np.arange(4), shown)
+        return _View(storey="", pose=np.eye(4), patches=seen, squares=seen)
+
+    middle, left, right = view(1, 2), view(0, 1), view(2, 3)
+    assert _needed([middle, left, right], squares) == [left, right]
+    assert _needed([left, right], squares) == [left, right]
