@@ -246,8 +246,8 @@ def test_a_view_whose_squares_the_others_show_is_dropped() -> None:
     )  # fmt: skip
 
     def view(*shown: int) -> _View:
-        seen = np.isin(np.arange(4), shown)
-        return _View(storey="", pose=np.eye(4), patches=seen, squares=seen)
+        numbers = np.array(shown, dtype=np.int32)
+        return _View(storey="", pose=np.eye(4), patches=numbers, squares=numbers)
 
     middle, left, right = view(1, 2), view(0, 1), view(2, 3)
     assert _needed([middle, left, right], squares) == [left, right]
