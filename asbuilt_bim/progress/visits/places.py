@@ -22,7 +22,7 @@ _LEVELS_M = (0.3, 1.0, 1.7)  # over the floor: what stands at one of them stands
 _UNDER_TOP_M = 0.1  # over every lintel
 _FOOT_M = 0.4  # a floor's top lies no further from the feet of what stands on it: screed, kickers, a raked slab
 _CELL_M, _MOST_CELLS = 0.1, 4_000_000
-_EVERY_M, _MOST_PLACES = 0.8, 260
+_EVERY_M, _MOST_PLACES = 0.8, 1500
 _UPRIGHT = 0.9  # cosine: a ramp of 25 degrees is no floor
 
 
