@@ -141,6 +141,15 @@ class Reason(StrEnum):
     CONTROL_POINTS_TOO_FEW = "control points too few"
     CONTROL_POINTS_DISAGREE = "control points disagree"
     CONTROL_POINT_CONTRADICTS = "control point contradicts the others"
+    MARKER_MOVED = "marker moved"  # since it was surveyed, or it was surveyed wrongly
+    MARKER_MOVED_SINCE = "marker moved since an earlier visit"
+    MARKERS_EXCHANGED = "markers exchanged"  # each stands where the other is known to
+    MARKER_IN_ANOTHER_PLACE = "marker in another place"  # by the other stations of its visit
+    STATION_NOT_LINKED = "station not linked"  # by any marker to a station that is placed
+    STATION_ON_ONE_MARKER = "station on one marker"  # which links it to the others, and nothing checks that one
+    STATION_CONTRADICTS = "station contradicts the others"  # of another site, whose markers have the same numbers
+    SURVEY_CONTRADICTS = "survey contradicts itself"  # most of its markers don't stand to each other as it says
+    POSE_CONTRADICTS = "given pose contradicts"  # what markers say
     POSE_RESIDUAL = "pose residual too large"
     POSE_UNCERTAIN = "pose uncertain"
     SURVEY_MIRRORED = "survey mirrored"

@@ -115,6 +115,17 @@ class CostLine:
     others: int = 0  # building elements that it pays for, too, and that are not measured here
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridLine:
+    """A straight axis of a grid, from end to end in the world's x and y."""
+
+    label: str
+    x1_m: float
+    y1_m: float
+    x2_m: float
+    y2_m: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Obstacle:
     """Any other solid of the design (slab, beam, stair) that may touch or hide an element; mesh in world metres."""
@@ -140,6 +151,8 @@ class BimModel:
     cost_lines: tuple[CostLine, ...]
     notes: tuple[Note, ...]  # what the file holds that can't be used
     schedule: ScheduleSource | None = None  # the file beside the IFC that the tasks' dates came from
+    north: tuple[float, float] | None = None  # where north points in the world's x and y; None where no file says it
+    grid_lines: tuple[GridLine, ...] = ()
 
     def element(self, global_id: str) -> BimElement:
         """Return the element of a GlobalId.

@@ -9,7 +9,9 @@ from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.bim.twins import once_each
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.ifc.apart import read_covers, read_design
+from asbuilt_bim.errors import SurveyError
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.ifc.apart import inspect_file, read_covers, read_design
 from asbuilt_bim.ifc.read.source import files_digest
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.project.tables.costs import read_costs, with_costs
@@ -64,6 +66,22 @@ def _covered(project: Project, covers: tuple[Cover, ...], measured: frozenset[st
         if key:
             cache.put(key, found, CoveredRows)
     return found
+
+
+def place_on_map(project: Project) -> tuple[FloatArray, float]:
+    """Return the move (4, 4) from the first IFC file's world to its map, and the map's scale.
+
+    Raises:
+        DesignError: the file can't be opened.
+        SurveyError: it has no map conversion.
+    """
+    found = inspect_file(project.ifc[0]).facts.georeference
+    if found is None:
+        raise SurveyError(
+            f"poses.coordinates: map, and {project.relative(project.ifc[0])} has no IfcMapConversion; give the poses "
+            "in the IFC's own coordinates, with coordinates: ifc"
+        )
+    return found.map_from_world(), found.scale
 
 
 def _key(project: Project) -> str:

@@ -1,7 +1,7 @@
 """The whole flow on one screen: photos and an IFC file in, one report a visit out."""
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from functools import reduce
@@ -11,7 +11,7 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.flow.design_source import design_of, with_costs_table
+from asbuilt_bim.flow.design_source import design_of, place_on_map, with_costs_table
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.shown_again import Shown
@@ -20,10 +20,11 @@ from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
+from asbuilt_bim.progress.completion.records import marker_records, place_of
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
-from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.progress.report import ElementProgress, MarkerRecord, ProgressReport
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.states.undone import undone_front
@@ -32,9 +33,10 @@ from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
-from asbuilt_bim.register.placement import register
-from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import check_survey, read_survey
+from asbuilt_bim.project.tables.places import known_places
+from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
+from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
+from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
 from asbuilt_bim.scale.executor import one_thread
@@ -67,16 +69,22 @@ def monitor(
     accept_shift: Shift | None = None,
     accept_moved: Collection[str] = (),
     share: Share = in_turn,
+    given: Mapping[str, StationPose] = NOTHING,
+    control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
 ) -> ProgressReport:
     """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
 
     What is known to be wrong decides nothing. Where the survey lies beside the design, or the visit would undo what
     earlier ones saw, not one station counts, and everything is as the visits before left it. Nothing is said of
     elements that stand beside their design, until a person accepts that: then they are judged where they stand. `share`
-    has the elements judged, here or in several processes: that changes nothing.
+    has stations placed and matched and elements judged, here or in several processes: that changes nothing.
     """
-    placement = register(tuple(measured), survey, options.register)
-    held = hold_against_design(placement, design, options.match, accept_shift)
+    remembered = {marker_id: place_of(record) for marker_id, record in history.markers.items()}
+    placement = register(
+        tuple(measured), survey, options.register, given=given, control_points=control_points, remembered=remembered,
+        share=share,
+    )  # fmt: skip
+    held = hold_against_design(placement, design, options.match, accept_shift, share)
     standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
     matched = adjust_with_design(standing.matched, design, options.match)
@@ -98,7 +106,14 @@ def monitor(
         unplaced=[station for station in measured if station.station not in placed],
         displaced=standing.displaced,
     )
+    report = replace(report, markers=_markers(placement, history, day, counts=bool(report.placed)))
     return _saying_why(replace(report, notes=(*held.notes, *report.notes)))
+
+
+def _markers(placement: Placement, history: VisitHistory, day: date, *, counts: bool) -> tuple[MarkerRecord, ...]:
+    """Return the markers that nobody surveyed; what a visit found that doesn't count is forgotten."""
+    moved = {int(one.subject.name) for one in placement.rejections if one.code is Reason.MARKER_MOVED_SINCE}
+    return marker_records(placement.tags if counts else {}, history.markers, day, moved)
 
 
 def _saying_why(report: ProgressReport) -> ProgressReport:
@@ -130,7 +145,8 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
     observed, unknown = read_observations(project.observations, design) if project.observations else ((), ())
-    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    known_of = known_places(project, lambda: place_on_map(project))
+    survey = known_of.survey
     stray = check_survey(survey, design)
     timer.done("read the IFC")
     source = rig_of(project, place.cache, progress)
@@ -152,8 +168,9 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         rejections = (*source.warnings, *seen.rejections, *stray)
         accepted = project.accepted_shift, project.accept_moved
         report = monitor(
-            seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share
-        )
+            seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
+            given=known_of.given(visit.date), control_points=known_of.clicked(visit.date, rig, seen.measured),
+        )  # fmt: skip
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)
         report = replace(report, rig=seen.rig, notes=notes, observations=observed)

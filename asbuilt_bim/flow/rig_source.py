@@ -82,7 +82,7 @@ def calibrate(project: Project, cache: Cache, progress: Progress) -> Calibration
 def _from_tags(project: Project, cache: Cache, progress: Progress) -> Calibration:
     """Calibrate from tags; of a visit's own photos one that can't be read costs its pair alone."""
     written = project.rig.tags
-    assert written is not None
+    assert written is not None and project.markers.size_m is not None  # asked for when the project was read
     tag = Tag(size_m=project.markers.size_m, flatness_m=written.flatness_m, print_share=written.print_share)
     tags = Tags(tag=tag, family=project.markers.family, lens=written.distortion)
     if written.has_photos:

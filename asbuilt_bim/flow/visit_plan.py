@@ -26,6 +26,9 @@ from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.schedule.read import scheduled
 
+PLANNED_TAG_M = 0.25
+"""What `asbuilt-bim print tags` prints, where the project gives no size."""
+
 
 def planned_design(project: Project, cache: Cache) -> BimModel:
     """Return the project's design with its planned dates.
@@ -60,7 +63,7 @@ def visit_plan(
     due = tuple(one for one in design.elements if one.global_id in wanted)
     states = known_states(known, design, project)
     visit = plan_visit(design, read_floors(project.ifc), rig, wanted, states, most=most, taken=taken)
-    tags, size_m = surveyed_tags(survey), project.markers.size_m
+    tags, size_m = surveyed_tags(survey), project.markers.size_m or PLANNED_TAG_M
     return VisitPlan(
         day=day,
         known=known,

@@ -1,12 +1,13 @@
 """Gives each measured face to the design faces that it lies on; what fits none is named with the nearest miss."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from asbuilt_bim.bim.candidates import candidates
-from asbuilt_bim.bim.model import BimElement, BimModel
+from asbuilt_bim.bim.model import BimModel, DesignFace, ElementClass
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry import polygon
@@ -17,7 +18,9 @@ from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import to_frame
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.match.score import Comparison, WorldFace, compare, in_world
-from asbuilt_bim.register.pose import PlacedStation, Placement
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.register.pose import Placement, StationPose
+from asbuilt_bim.scale.share import Share, in_turn
 
 WHOLE_SHARE = 0.9
 """A face lies on one design face alone when no more than a tenth of it, its mask's noise, lies elsewhere."""
@@ -29,36 +32,70 @@ MAX_TILT_SIGMA_RAD = float(np.radians(0.5))
 """Tilt from plumb is given where it is better known than half a degree (2.5 cm over a storey)."""
 
 
-def match_faces(placement: Placement, design: BimModel, options: MatchOptions) -> MatchResult:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Station:
+    """A station's measured faces, and the design faces that it could see, with kind and name of their elements."""
+
+    pose: StationPose
+    faces: tuple[MeasuredFace, ...]
+    nearby: tuple[DesignFace, ...]
+    elements: Mapping[str, tuple[ElementClass, str]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Found:
+    """What became of one station's faces."""
+
+    matches: tuple[FaceMatch, ...]
+    unmatched: tuple[Rejection, ...]
+
+
+def match_faces(placement: Placement, design: BimModel, options: MatchOptions, share: Share = in_turn) -> MatchResult:
     """Match every measured face of the placed stations to the design, nothing lost.
 
     A face that runs over several design faces is divided along their borders. Where two design faces claim the same
-    region of an outline, the one that fits better has it. `unobserved` are the design faces that no station faces.
+    region of an outline, the one that fits better has it. `unobserved` are the design faces that no station faces. The
+    stations are matched each on its own, in as many processes as `share` has.
     """
     elements = {element.global_id: element for element in design.elements}
-    matches: list[FaceMatch] = []
-    unmatched: list[Rejection] = []
+    stations: list[_Station] = []
     in_view: set[str] = set()
     for placed in placement.stations:
-        pose = placed.pose
-        nearby = candidates(design, pose.world_from_left, placed.measurement.camera, options.max_distance_m)
+        pose, measurement = placed.pose, placed.measurement
+        nearby = candidates(design, pose.world_from_left, measurement.camera, options.max_distance_m)
         in_view.update(face.face_id for face in nearby)
-        for face in placed.measurement.faces:
-            seen = in_world(face, pose)
-            pairs = [compare(seen, one, elements[one.element].kind, options) for one in nearby]
-            compared = [pair for pair in pairs if pair is not None]
-            found = _divide(placed, seen, [pair for pair in compared if pair.fault is None], options)
-            matches.extend(found)
-            unmatched.extend(_left_over(seen, found, compared, elements))
+        own = {face.element: elements[face.element] for face in nearby}
+        named = {global_id: (one.kind, one.name or global_id) for global_id, one in own.items()}
+        stations.append(_Station(pose=pose, faces=measurement.faces, nearby=nearby, elements=named))
+    found = share(partial(_matched, options), stations)
     unobserved = [face.face_id for e in design.elements for face in e.faces if face.face_id not in in_view]
     return MatchResult(
-        stations=placement.stations, matches=tuple(matches), unmatched=tuple(unmatched), unobserved=tuple(unobserved)
+        stations=placement.stations,
+        matches=tuple(match for one in found for match in one.matches),
+        unmatched=tuple(rejection for one in found for rejection in one.unmatched),
+        unobserved=tuple(unobserved),
     )
 
 
-def _divide(
-    placed: PlacedStation, seen: WorldFace, fitting: Sequence[Comparison], options: MatchOptions
-) -> list[FaceMatch]:
+def _matched(options: MatchOptions, stations: Sequence[_Station]) -> list[_Found]:
+    """Match stations one by one; named in the module, so that a process can be given it."""
+    return [_of_station(one, options) for one in stations]
+
+
+def _of_station(station: _Station, options: MatchOptions) -> _Found:
+    matches: list[FaceMatch] = []
+    unmatched: list[Rejection] = []
+    for face in station.faces:
+        seen = in_world(face, station.pose)
+        pairs = [compare(seen, one, station.elements[one.element][0], options) for one in station.nearby]
+        compared = [pair for pair in pairs if pair is not None]
+        found = _divide(seen, [pair for pair in compared if pair.fault is None], options)
+        matches.extend(found)
+        unmatched.extend(_left_over(seen, found, compared, station.elements))
+    return _Found(matches=tuple(matches), unmatched=tuple(unmatched))
+
+
+def _divide(seen: WorldFace, fitting: Sequence[Comparison], options: MatchOptions) -> list[FaceMatch]:
     """Give each region of an outline to the best design face there: first inside the borders, then what passes them."""
     ranked = sorted(fitting, key=lambda pair: (-pair.score, pair.design.face_id))
     parts: list[Region] = []
@@ -75,20 +112,18 @@ def _divide(
     whole_area = max(polygon.area(seen.outline), 1e-9)
     least = max(options.min_area_m2, options.min_share * whole_area)
     kept = [(pair, part) for pair, part in zip(ranked, parts, strict=True) if polygon.area(part) > least]
-    found = [_match(placed, seen, pair, part, whole_area, len(kept) == 1) for pair, part in kept]
+    found = [_match(seen, pair, part, whole_area, len(kept) == 1) for pair, part in kept]
     stray = max(0.0, 1.0 - sum(match.overlap for match in found))
     largest = max(found, key=lambda match: match.overlap, default=None)
     return [replace(m, past_design_m2=stray * seen.face.area_m2) if m is largest else m for m in found]
 
 
-def _match(
-    placed: PlacedStation, seen: WorldFace, pair: Comparison, part: Region, whole_area: float, alone: bool
-) -> FaceMatch:
+def _match(seen: WorldFace, pair: Comparison, part: Region, whole_area: float, alone: bool) -> FaceMatch:
     share = polygon.area(part) / whole_area
     face = seen.face
     tilt, tilt_sigma = _tilt(seen)
     return FaceMatch(
-        station=placed.pose.station,
+        station=seen.pose.station,
         face_id=face.face_id,
         design_face=pair.design.face_id,
         element=pair.design.element,
@@ -126,7 +161,10 @@ def _tilt(seen: WorldFace) -> tuple[float | None, float | None]:
 
 
 def _left_over(
-    seen: WorldFace, found: Sequence[FaceMatch], compared: Sequence[Comparison], elements: dict[str, BimElement]
+    seen: WorldFace,
+    found: Sequence[FaceMatch],
+    compared: Sequence[Comparison],
+    elements: Mapping[str, tuple[ElementClass, str]],
 ) -> list[Rejection]:
     face, subject = seen.face, about(SubjectKind.FACE, seen.face.face_id, seen.pose.station)
     if found:
@@ -138,5 +176,5 @@ def _left_over(
     if not failed:
         return [rejected(Reason.FACE_WITHOUT_DESIGN, subject)]
     fault, nearest = min(failed, key=lambda one: (one[1].excess, abs(one[1].offset_m)))
-    name = elements[nearest.design.element].name or nearest.design.element
+    _, name = elements[nearest.design.element]
     return [rejected(fault, subject, nearest=name, **nearest.values)]

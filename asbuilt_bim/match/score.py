@@ -12,6 +12,7 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.geometry.transform import cross
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import Frame, design_region
 from asbuilt_bim.measure.faces import MeasuredFace
@@ -23,13 +24,17 @@ APART, TURNED = 100.0, 1000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WorldFace:
-    """A measured face carried into the world by its station's pose; `outline` in its own (u, v) metres."""
+    """A measured face carried into the world by its station's pose; `outline` in its own (u, v) metres.
+
+    `angle_sigma_rad` is how well its direction is known, by the photos and the pose.
+    """
 
     face: MeasuredFace
     frame: Frame
     outline: Region
     centroid_m: FloatArray  # (3,) world
     pose: StationPose
+    angle_sigma_rad: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,7 +62,10 @@ def in_world(face: MeasuredFace, pose: StationPose) -> WorldFace:
     frame = face.frame.moved(pose.world_from_left)
     outline = polygon.polygon(face.outline_uv_m)
     middle = polygon.centroid(outline) if outline else np.zeros(2)
-    return WorldFace(face=face, frame=frame, outline=outline, centroid_m=frame.from_uv(middle), pose=pose)
+    return WorldFace(
+        face=face, frame=frame, outline=outline, centroid_m=frame.from_uv(middle), pose=pose,
+        angle_sigma_rad=_angle_sigma(face, pose),
+    )  # fmt: skip
 
 
 def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: MatchOptions) -> Comparison | None:
@@ -71,7 +79,7 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
         return None
     if angle > np.pi / 2:
         return None
-    angle_sigma = _angle_sigma(seen)
+    angle_sigma = seen.angle_sigma_rad
     widest = np.radians(options.max_angle_deg) + min(options.sigmas * angle_sigma, np.radians(options.max_angle_deg))
     if angle > widest:
         return Comparison(
@@ -94,7 +102,7 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
 def point_sigma_m(pose: StationPose, points_m: FloatArray, directions: FloatArray) -> FloatArray:
     """Return the pose's share (...) in the sigma of world points (..., 3) along unit directions (..., 3), in metres."""
     arms = points_m - pose.world_from_left[:3, 3]
-    jacobian = np.concatenate([np.cross(arms, directions), directions], axis=-1)
+    jacobian = np.concatenate([cross(arms, directions), directions], axis=-1)
     sigma: FloatArray = np.sqrt(np.einsum("...i,ij,...j->...", jacobian, pose.covariance, jacobian))
     return sigma
 
@@ -113,12 +121,12 @@ def plane_offset_sigma_m(seen: WorldFace, at_m: FloatArray) -> float:
 
 
 def _angle(a: FloatArray, b: FloatArray) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+    return float(np.arctan2(np.linalg.norm(cross(a, b)), a @ b))
 
 
-def _angle_sigma(seen: WorldFace) -> float:
-    tilts = np.diag(seen.face.covariance)[1:]
-    turns = np.linalg.eigvalsh(seen.pose.covariance[:3, :3])
+def _angle_sigma(face: MeasuredFace, pose: StationPose) -> float:
+    tilts = np.diag(face.covariance)[1:]
+    turns = np.linalg.eigvalsh(pose.covariance[:3, :3])
     return float(np.sqrt(max(float(np.max(tilts)), 0.0) + max(float(turns[-1]), 0.0)))
 
 

@@ -14,6 +14,7 @@ from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.match.survey_shift import COARSE_M, COARSE_RAD, survey_shift
 from asbuilt_bim.register.pose import PlacedStation, Placement
+from asbuilt_bim.scale.share import Share, in_turn
 
 SHIFTS = frozenset({Reason.SURVEY_SHIFTED, Reason.SURVEY_SHIFTED_IN_HEIGHT})
 
@@ -52,14 +53,18 @@ class HeldAgainstDesign:
 
 
 def hold_against_design(
-    placement: Placement, design: BimModel, options: MatchOptions, accepted: Shift | None = None
+    placement: Placement,
+    design: BimModel,
+    options: MatchOptions,
+    accepted: Shift | None = None,
+    share: Share = in_turn,
 ) -> HeldAgainstDesign:
-    """Match what was measured, and refuse every station where all of it lies beside the design.
+    """Match what was measured, as `share` has it, and refuse every station where all of it lies beside the design.
 
     A shift that a person has accepted is taken off the stations, where it is the one that is found. Another one is
     refused as before.
     """
-    matched = match_faces(placement, design, options)
+    matched = match_faces(placement, design, options, share)
     faults = survey_shift(matched, design)
     if accepted is None:
         return _held(matched, faults, design, options)
@@ -67,7 +72,7 @@ def hold_against_design(
         return _held(matched, (), design, options, (_of_shift(Reason.SHIFT_NOT_NEEDED, accepted),))
     if all(fault.code in SHIFTS and _is_near(fault, accepted, placement.stations) for fault in faults):
         moved = replace(placement, stations=tuple(_moved(one, accepted.undo()) for one in placement.stations))
-        back = match_faces(moved, design, options)
+        back = match_faces(moved, design, options, share)
         if not survey_shift(back, design):
             return _held(back, (), design, options, (_of_shift(Reason.SHIFT_ACCEPTED, accepted),))
     subject = about(SubjectKind.SURVEY)

@@ -1,6 +1,6 @@
 """What earlier visits decided, kept on the faces and dates of the elements; made from reports alone."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import partial
 
@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport
+from asbuilt_bim.progress.report import DesignFaceRecord, MarkerRecord, ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState
 
 SAME_ANGLE_RAD = float(np.radians(5.0))
@@ -34,6 +34,7 @@ class VisitHistory:
     last_seen: dict[str, date]
     best_when_seen: dict[str, float]  # the best estimate of the last visit that had one
     moves_m: dict[str, FloatArray]  # of elements that stand beside their design
+    markers: dict[int, MarkerRecord] = field(default_factory=dict)  # those that nobody surveyed
 
     def earlier(self, element: str, face: DesignFace, options: ProgressOptions) -> SurfaceState | None:
         """Return what is known of a face: by its id where it stands where it stood, else re-projected in the world.
@@ -75,6 +76,7 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
         last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
         best_when_seen={e.global_id: e.best_when_seen for e in report.elements if e.best_when_seen is not None},
         moves_m={e.global_id: frozen(np.array(e.move_m)) for e in report.elements if e.move_m is not None},
+        markers=history.markers | {record.marker_id: record for record in report.markers},
     )
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Literal
 
+from asbuilt_bim.bim.model import GridLine
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink
 from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
@@ -230,6 +231,20 @@ class StationRecord:
         return f"overlays/{self.day.isoformat()}_{self.picture.rsplit('/', 1)[-1] or self.name + '.jpg'}"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MarkerRecord:
+    """A marker that nobody surveyed, where photos found it: the next visit starts from it.
+
+    `marker_covariance` (7, 7) is of [rotation vector (rad), centre (m)] in world axes, then of the size's logarithm.
+    """
+
+    marker_id: int
+    world_from_marker: FloatArray  # (4, 4): x right of the print, y down, z into the wall
+    size_m: float
+    marker_covariance: FloatArray
+    found_on: date  # the visit that found it there
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WantedView:
     """A side of an element to photograph next, in world metres."""
@@ -327,7 +342,10 @@ class ProgressReport:
     wanted_views: tuple[WantedView, ...] = ()  # what to photograph next, the most valuable first
     observations: tuple[Observation, ...] = ()  # what persons saw, never mixed into measured values
     tolerance: Tolerance | None = None  # that the project asks for
+    north: tuple[float, ...] | None = None  # where north points in the world's x and y
+    grid_lines: tuple[GridLine, ...] = ()
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
+    markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before
 
     @property
     def placed(self) -> frozenset[str]:

@@ -135,12 +135,29 @@ class TargetFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkersFile:
-    """`markers`: the AprilTags and their survey."""
+    """`markers`: the AprilTags and their survey; without one they link stations that are placed otherwise."""
 
-    survey: str
-    size_m: Annotated[float, Within(low=0.02, high=3.0, unit="m", hint=_MM)]
+    survey: str | None = None
+    size_m: Annotated[float, Within(low=0.02, high=3.0, unit="m", hint=_MM)] | None = None
     family: Family = "apriltag_36h11"
     sigma_m: Annotated[float, Within(low=0.0001, high=0.1, unit="m", hint=_MM)] = 0.003
+
+    def __post_init__(self) -> None:
+        """Check what only two keys together can say.
+
+        Raises:
+            ValueError: markers are surveyed, and their size isn't given.
+        """
+        if self.survey is not None and self.size_m is None:
+            raise ValueError("a survey needs size_m, the side of the markers' black square in metres")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PosesFile:
+    """`poses`: a table of where stations stood, by a total station, GNSS or the camera's own tracking."""
+
+    file: str
+    coordinates: Literal["ifc", "map"] = "ifc"  # the map's: by the IFC file's map conversion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -271,9 +288,11 @@ class ProjectFile:
     name: str
     ifc: tuple[str, ...] | str  # one file, or several that are one design
     rig: RigFile
-    markers: MarkersFile
     visits: tuple[VisitFile, ...] | VisitsFile
     target: TargetFile = field(default_factory=TargetFile)
+    markers: MarkersFile = field(default_factory=MarkersFile)
+    poses: PosesFile | None = None
+    control_points: str | None = None  # a table of points with coordinates, clicked in left photos
     networks: NetworksFile = field(default_factory=NetworksFile)
     options: Options = field(default_factory=Options)
     scope: str | None = None

@@ -105,10 +105,13 @@ class Project:
     rig: RigSource
     target: TargetFile
     markers: MarkersFile
-    survey: Path
+    survey: Path | None
     visits: tuple[Visit, ...]
     networks: NetworkChoice
     options: Options
+    poses: Path | None = None
+    poses_on_map: bool = False
+    control_points: Path | None = None
     schedule: Path | None = None
     costs: Path | None = None
     observations: Path | None = None
@@ -137,9 +140,9 @@ class Project:
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
-        named = self.schedule, self.costs, self.observations, self.last_workbook
-        tables = [file for file in named if file is not None]
-        return (self.path, *self.ifc, self.survey, *self.history, *tables, *rig, *boards, *photos)
+        named = self.schedule, self.costs, self.observations, self.last_workbook, self.survey, self.poses
+        tables = [file for file in (*named, self.control_points) if file is not None]
+        return (self.path, *self.ifc, *self.history, *tables, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
         """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
@@ -185,6 +188,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
     rig = _rig_source(written.rig, visits, checker)
     _check_dates(listed, checker.problems, visited=visited)
     _check_photos(visits, checker.problems)
+    _check_places(written, checker.problems)
     return Project(
         path=path,
         name=written.name,
@@ -193,7 +197,10 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
         rig=rig,
         target=written.target,
         markers=written.markers,
-        survey=checker.file(written.markers.survey, "markers.survey"),
+        survey=checker.file(written.markers.survey, "markers.survey") if written.markers.survey else None,
+        poses=checker.file(written.poses.file, "poses.file") if written.poses else None,
+        poses_on_map=written.poses is not None and written.poses.coordinates == "map",
+        control_points=checker.file(written.control_points, "control_points") if written.control_points else None,
         visits=tuple(sorted(visits, key=lambda visit: visit.date)),
         options=written.options,
         schedule=checker.file(written.schedule, "schedule") if written.schedule else None,
@@ -346,6 +353,15 @@ def _with_photos(written: ProjectFile, checker: PathChecker) -> Iterator[VisitFi
     for visit in listed_visits(written.visits, trial):
         if listed_stations(visit.stations, "", trial):
             yield visit
+
+
+def _check_places(written: ProjectFile, problems: Problems) -> None:
+    """Something must say where stations stand: a survey, poses, points, or the markers of an earlier result."""
+    known = written.markers.survey, written.poses, written.control_points, *written.history
+    if not any(known):
+        problems.add("markers", "is missing: stations are placed by markers.survey, by poses, or by control_points")
+    if written.rig.tags is not None and written.markers.size_m is None:
+        problems.add("markers.size_m", "is missing: a rig is calibrated from tags of a known size")
 
 
 def _check_dates(visits: tuple[VisitFile, ...], problems: Problems, *, visited: bool) -> None:

@@ -49,16 +49,9 @@ def judged_pose(
     station: str, focal_px: float, agreement: Agreement, options: RegisterOptions, method: str
 ) -> tuple[StationPose | None, tuple[Rejection, ...]]:
     """Turn an agreement into a pose, or refuse it by its residual and its sigma ahead."""
-    subject, solution = about(SubjectKind.STATION, station), agreement.solution
+    solution = agreement.solution
     covariance = solution.covariance.copy()
     covariance[:3, :3] += np.eye(3) * (options.rig_direction_px / focal_px) ** 2
-    if solution.residual_px > options.max_residual_px:
-        residual: dict[str, Value] = {"residual_px": solution.residual_px, "limit_px": options.max_residual_px}
-        return None, (rejected(Reason.POSE_RESIDUAL, subject, **residual),)
-    ahead = sigma_ahead_m(solution.world_from_left, covariance, AHEAD_M)
-    if ahead > options.max_sigma_at_5_m_m:
-        sigma: dict[str, Value] = {"sigma_m": ahead, "limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
-        return None, (rejected(Reason.POSE_UNCERTAIN, subject, **sigma),)
     used = tuple(int(group.name) for group in agreement.used) if method == "markers" else ()
     pose = StationPose(
         station=station,
@@ -68,7 +61,21 @@ def judged_pose(
         markers_used=used,
         method="markers" if method == "markers" else "control_points",
     )
-    return pose, ()
+    refused = judged(pose, options)
+    return (pose, ()) if refused is None else (None, (refused,))
+
+
+def judged(pose: StationPose, options: RegisterOptions) -> Rejection | None:
+    """Return why a pose can't be used, by its residual or its sigma ahead; None where it can."""
+    subject = about(SubjectKind.STATION, pose.station)
+    if pose.residual_px > options.max_residual_px:
+        residual: dict[str, Value] = {"residual_px": pose.residual_px, "limit_px": options.max_residual_px}
+        return rejected(Reason.POSE_RESIDUAL, subject, **residual)
+    ahead = sigma_ahead_m(pose.world_from_left, pose.covariance, AHEAD_M)
+    if ahead > options.max_sigma_at_5_m_m:
+        sigma: dict[str, Value] = {"sigma_m": ahead, "limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
+        return rejected(Reason.POSE_UNCERTAIN, subject, **sigma)
+    return None
 
 
 def sigma_ahead_m(world_from_left: FloatArray, covariance: FloatArray, distance_m: float) -> float:
@@ -89,6 +96,8 @@ def _sighted(
         if marker is None:
             notes.append(_unknown(station.station, sighting.marker_id))
             continue
+        if len(marker.corners_m) != len(sighting.left_px):
+            continue  # its centre alone: of use where the visit is placed together
         seen.append(
             Sighted(
                 name=str(sighting.marker_id),

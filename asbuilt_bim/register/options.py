@@ -12,6 +12,7 @@ class RegisterOptions:
     max_residual_px: float = 3.0  # a sound rig and survey leave under 1 px
     max_sigma_at_5_m_m: float = 0.03  # a face 5 m ahead must be known from its neighbour, and built from open
     min_corner_sigma_px: float = 0.25  # what the lens model leaves over, however sharp the corner is
+    rig_disparity_px: float = 0.1  # what a calibration leaves of the right camera's yaw: 0.2 % of 5 m, in common
     rig_direction_px: float = 0.5  # how well a calibration knows the principal point: it turns every pose in common
     control_point_sigma_m: float = 0.005  # a point measured by tape or total station on rough concrete
     control_point_sigma_px: float = 1.0  # clicked by hand

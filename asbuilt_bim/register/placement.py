@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -12,15 +13,21 @@ from numpy.typing import ArrayLike
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.measure.station import DepthReference, StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
+from asbuilt_bim.register.known import known_points
+from asbuilt_bim.register.linked import link_stations, worth_linking
 from asbuilt_bim.register.markers import judged_pose, off_values, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted
+from asbuilt_bim.register.tags import TagPlace
+from asbuilt_bim.scale.share import Share, in_turn
 
+NO_DEPTH = DepthReference(png=b"", sigma_png=b"", scale=1)
 NOTHING: Mapping[str, StationPose] = MappingProxyType({})
 NO_POINTS: Mapping[str, Sequence[ControlPoint]] = MappingProxyType({})
+NO_TAGS: Mapping[int, TagPlace] = MappingProxyType({})
 SUBSET = 4
 """Three points leave up to four poses; the fourth settles which."""
 MIRRORED_SHARE = 0.5
@@ -44,17 +51,7 @@ def pose_from_control_points(
     if len(points) < options.min_control_points:
         few = rejected(Reason.CONTROL_POINTS_TOO_FEW, subject, found=len(points), needed=options.min_control_points)
         return None, (few,)
-    seen = [
-        Sighted(
-            name=point.name,
-            world_m=point.world_m.reshape(1, 3),
-            left_px=point.left_px.reshape(1, 2),
-            right_px=None,
-            sigma_px=options.control_point_sigma_px,
-            sigma_m=options.control_point_sigma_m,
-        )
-        for point in points
-    ]
+    seen = _sighted_points(points, options)
     agreement = largest_agreement(station.camera, seen, SUBSET)
     if agreement is None or len(agreement.used) < options.min_control_points - 1 or agreement.ambiguous:
         none = rejected(
@@ -77,6 +74,20 @@ def pose_from_control_points(
     return pose, (*notes, *refused)
 
 
+def _sighted_points(points: Sequence[ControlPoint], options: RegisterOptions) -> list[Sighted]:
+    return [
+        Sighted(
+            name=point.name,
+            world_m=point.world_m.reshape(1, 3),
+            left_px=point.left_px.reshape(1, 2),
+            right_px=None,
+            sigma_px=options.control_point_sigma_px,
+            sigma_m=options.control_point_sigma_m,
+        )
+        for point in points
+    ]
+
+
 def register(
     measured: Sequence[StationMeasurement],
     survey: Sequence[SurveyedMarker],
@@ -84,30 +95,61 @@ def register(
     *,
     given: Mapping[str, StationPose] = NOTHING,
     control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
+    remembered: Mapping[int, TagPlace] = NO_TAGS,
+    share: Share = in_turn,
 ) -> Placement:
     """Place each station: by its given pose, else by its control points, else by the surveyed markers that it sees.
 
-    `given` and `control_points` are by the station's name. No station is placed by a mirrored survey.
+    Then all of them together, where prints link them that nobody surveyed, or an earlier visit `remembered`, by id.
+    `given` and `control_points` are by the station's name. No station is placed by a mirrored survey. Markers place
+    each station on its own, in as many processes as `share` has.
     """
     by_markers = [one for one in measured if one.station not in given and one.station not in control_points]
-    found = {one.station: pose_from_markers(one, survey, options) for one in by_markers}
+    alone = share(partial(_by_markers, survey, options), [_with_markers_alone(one) for one in by_markers])
+    found = {one.station: placed for one, placed in zip(by_markers, alone, strict=True)}
     mirrored = mirrored_survey(by_markers, [pose for pose, _ in found.values() if pose], survey, options)
-    if mirrored is not None:
-        found = {one: (None, (_not_placed(one),)) for one in found}
-    placed: list[PlacedStation] = []
-    rejections: list[Rejection] = [] if mirrored is None else [mirrored]
+    points = {name: _sighted_points(own, options) for name, own in control_points.items()}
     for station in measured:
-        if station.station in given:
-            pose: StationPose | None = given[station.station]
-            notes: tuple[Rejection, ...] = ()
-        elif station.station in control_points:
-            pose, notes = pose_from_control_points(station, control_points[station.station], options)
-        else:
-            pose, notes = found[station.station]
-        rejections.extend(notes)
-        if pose is not None:
-            placed.append(PlacedStation(measurement=station, pose=pose))
-    return Placement(stations=tuple(placed), rejections=tuple(rejections))
+        name = station.station
+        if name in given:
+            found[name] = given[name], ()
+        elif name in control_points:
+            found[name] = pose_from_control_points(station, control_points[name], options)
+    known = {one.marker_id: one for one in survey} if mirrored is None else {}
+    notes: tuple[Rejection, ...] = () if mirrored is None else (mirrored,)
+    if mirrored is not None:
+        found |= {one.station: (None, (_not_placed(one.station),)) for one in by_markers}
+    tags: Mapping[int, TagPlace] = {}
+    if mirrored is None and worth_linking(measured, found, known, remembered, given):
+        cameras = {one.station: one.camera for one in measured}
+        rows = {
+            name: [known_points(one.name, 0, cameras[name], one) for one in own if found[name][0] is not None]
+            for name, own in points.items() if name in cameras
+        }  # fmt: skip
+        linked = link_stations(measured, found, given, rows, known, remembered, options)
+        if linked is not None and linked.mirrored is not None:
+            notes = (linked.mirrored,)
+            found |= {one.station: (None, (_not_placed(one.station),)) for one in by_markers}
+        elif linked is not None:
+            found, tags, notes = dict(linked.stations), linked.tags, linked.rejections
+    poses = [(station, found[station.station][0]) for station in measured]
+    return Placement(
+        stations=tuple(PlacedStation(measurement=one, pose=pose) for one, pose in poses if pose is not None),
+        rejections=(*notes, *(note for station in measured for note in found[station.station][1])),
+        tags=tags,
+    )
+
+
+def _with_markers_alone(station: StationMeasurement) -> StationMeasurement:
+    """Return a station without its faces and pictures, which needn't travel."""
+    return replace(station, faces=(), depth_ref=NO_DEPTH, thumbnail_jpeg=b"")
+
+
+def _by_markers(
+    survey: Sequence[SurveyedMarker], options: RegisterOptions, stations: Sequence[StationMeasurement]
+) -> list[tuple[StationPose | None, tuple[Rejection, ...]]]:
+    """Place stations one by one; named in the module, so that a process can be given it."""
+    return [pose_from_markers(one, survey, options) for one in stations]
 
 
 def _not_placed(station: str) -> Rejection:

@@ -1,11 +1,13 @@
 """A station's place in the world, with its covariance."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.register.tags import TagPlace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,7 +24,7 @@ class StationPose:
     covariance: FloatArray
     residual_px: float
     markers_used: tuple[int, ...]
-    method: Literal["markers", "control_points", "given", "planes"]
+    method: Literal["markers", "control_points", "given", "linked", "planes"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,15 +37,19 @@ class PlacedStation:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Placement:
-    """The stations that were placed, and why others weren't."""
+    """The stations that were placed, why others weren't, and where prints are that nobody surveyed, by id."""
 
     stations: tuple[PlacedStation, ...]
     rejections: tuple[Rejection, ...]
+    tags: Mapping[int, TagPlace] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SurveyedMarker:
-    """A marker's corners (4, 3) in world metres, order top-left, top-right, bottom-right, bottom-left of the print."""
+    """A marker's corners (4, 3) in world metres, order top-left, top-right, bottom-right, bottom-left of the print.
+
+    Of one that was surveyed by its centre alone, that point (1, 3).
+    """
 
     marker_id: int
     corners_m: FloatArray

@@ -68,7 +68,7 @@ class ScaleVerdict:
 
 
 def judge_scale(
-    evidence: Sequence[ScaleEvidence], diameter_m: float | None, size_m: float, survey: Sequence[SurveyedMarker]
+    evidence: Sequence[ScaleEvidence], diameter_m: float | None, size_m: float | None, survey: Sequence[SurveyedMarker]
 ) -> ScaleVerdict | None:
     """Compare a visit's lengths with the given and surveyed ones; None where there are none."""
     kinds = [
@@ -149,7 +149,9 @@ def _diameters(evidence: Sequence[ScaleEvidence], diameter_m: float | None) -> S
     return _kind(KnownLength.TARGET_DIAMETER, np.array(found) / diameter_m, np.full(len(found), _TARGET_SIGMA))
 
 
-def _sizes(evidence: Sequence[ScaleEvidence], size_m: float) -> ScaleOfKind | None:
+def _sizes(evidence: Sequence[ScaleEvidence], size_m: float | None) -> ScaleOfKind | None:
+    if size_m is None:
+        return None
     ratios, sigmas = [], []
     for one in evidence:
         for corners, sigma in zip(one.marker_corners_m, one.marker_sigma, strict=True):

@@ -18,6 +18,8 @@ from asbuilt_bim.storage.regular_file import as_text, read_bytes
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
 
+CENTRE = "centre"
+"""In the place of a corner: the marker's middle is surveyed, and nothing else of it."""
 MAX_COORDINATE_M = 1e9
 """Beyond the moon; what is written so is no place."""
 MAX_DIGITS = 9
@@ -38,6 +40,8 @@ class _Row:
 def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMarker, ...]:
     """Read markers from a CSV table `id,corner,x_m,y_m,z_m`; comma, or semicolon with decimal comma or point.
 
+    A marker has its four corners, or one row whose corner is `centre`.
+
     `size_m` is the side of the printed black square, `sigma_m` each surveyed coordinate's standard deviation.
 
     Raises:
@@ -54,6 +58,12 @@ def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMark
     markers = []
     lacking: dict[str, list[int]] = {}
     for marker_id, corners in sorted(by_marker.items()):
+        if CENTRE in corners:
+            if len(corners) > 1:
+                problems.append(f"marker {marker_id} has its centre and corners too; keep the four corners")
+            alone = np.array([corners[CENTRE].xyz_m])
+            markers.append(SurveyedMarker(marker_id=marker_id, corners_m=frozen(alone), sigma_m=sigma_m))
+            continue
         missing = ", ".join(name for name in CORNERS if name not in corners)
         if missing:
             lacking.setdefault(missing, []).append(marker_id)
@@ -61,7 +71,8 @@ def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMark
         xyz = np.array([corners[name].xyz_m for name in CORNERS])
         markers.append(SurveyedMarker(marker_id=marker_id, corners_m=frozen(xyz), sigma_m=sigma_m))
     problems += [f"{_numbered(ids)}: {corners} missing" for corners, ids in lacking.items()]
-    problems += print_faults({marker.marker_id: marker.corners_m for marker in markers}, size_m)
+    whole = {marker.marker_id: marker.corners_m for marker in markers if len(marker.corners_m) == len(CORNERS)}
+    problems += print_faults(whole, size_m)
     if not problems and not markers:
         problems.append("it holds no marker; give four corners for each marker")
     if problems:
@@ -151,8 +162,9 @@ def _row(cells: dict[str, str], line: int, decimal_comma: bool) -> _Row | str:
     if not (marker_id.isascii() and marker_id.isdigit() and len(marker_id) <= MAX_DIGITS):
         faults.append(f"id {marker_id[:40]!r} is no whole number")
     corner = cells.get("corner", "").lower().replace("_", "-").replace(" ", "-")
-    if corner not in CORNERS:
-        faults.append(f"unknown corner {cells.get('corner', '')!r} (it is one of {', '.join(CORNERS)})")
+    corner = CENTRE if corner == "center" else corner
+    if corner not in (*CORNERS, CENTRE):
+        faults.append(f"unknown corner {cells.get('corner', '')!r} (it is one of {', '.join((*CORNERS, CENTRE))})")
     numbers = []
     for name in COLUMNS[2:]:
         text = cells.get(name, "")

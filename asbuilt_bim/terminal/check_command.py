@@ -19,8 +19,8 @@ from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import Project, Visit, read_project
+from asbuilt_bim.project.tables.places import survey_of
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
 from asbuilt_bim.report.page.visit import walk_parts
 from asbuilt_bim.report.wording.notes import note_words
@@ -67,7 +67,7 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     refuse_missing(project)
     stations = stations_of(request.photos, project)
     cache = Cache(folder=default_folder())
-    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    survey = survey_of(project)
     with screen.steps() as progress:
         shown = Visit(date=today, stations=stations)  # the photos may say what a rig's file doesn't: their size
         source = rig_of(replace(project, visits=(*project.visits, shown)), cache, progress)

@@ -8,7 +8,7 @@ from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.places import survey_of
 from asbuilt_bim.report.page.visit import MADE_BY, plan_page, walk_parts
 from asbuilt_bim.report.wording.of_page.visit_words import promise_words
 from asbuilt_bim.scale.cache import Cache, default_folder
@@ -38,7 +38,7 @@ def plan_command(request: PlanRequest, screen: Screen, today: date) -> int:
     project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
     refuse_missing(project)
     cache = Cache(folder=default_folder())
-    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    survey = survey_of(project)
     design = planned_design(project, cache)
     with screen.steps() as progress:
         rig = rig_of(project, cache, progress).rig

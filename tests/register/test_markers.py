@@ -14,9 +14,11 @@ from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register import agree
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import ControlPoint, given_pose, register
-from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted, Solution, project_both, solve_pose
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.scale.codec import plain_digest
+from asbuilt_bim.scale.share import AmongProcesses
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from tests.register.test_solve import PLACES, camera, looking_north, marker_corners
 
@@ -127,10 +129,22 @@ def test_markers_close_together_and_far_away_are_too_uncertain() -> None:
     assert unsure.code is Reason.POSE_UNCERTAIN and unsure.values["sigma_m"] > unsure.values["limit_m"]  # type: ignore
 
 
-def test_a_given_pose_is_taken_as_it_is() -> None:
+def test_a_given_pose_counts_with_its_sigma_beside_the_markers_that_it_sees() -> None:
+    station, survey = site(1)
+    true = looking_north()
+    for sigma_rad, sigma_m, moves in ((1e-6, 1e-6, False), (0.003, 0.02, True)):
+        off = true.copy()
+        off[:3, 3] += sigma_m
+        given = given_pose("A1", off, sigma_rad, sigma_m)
+        (placed,) = register((station,), survey, RegisterOptions(), given={"A1": given}).stations
+        step = np.linalg.norm(placed.pose.world_from_left[:3, 3] - off[:3, 3])
+        assert (step > 0.1 * sigma_m) if moves else step < 1e-5
+
+
+def test_a_given_pose_without_a_marker_in_view_is_taken_as_it_is() -> None:
     station, survey = site(1)
     given = given_pose("A1", looking_north(), 0.001, 0.01)
-    placement = register((station,), survey, RegisterOptions(), given={"A1": given})
+    placement = register((replace(station, markers=()),), survey, RegisterOptions(), given={"A1": given})
     assert placement.stations[0].pose is given
     assert placement.rejections == ()
 
@@ -165,3 +179,16 @@ def test_no_set_of_markers_is_solved_twice_where_one_marker_contradicts(monkeypa
     placement = register((station,), survey, RegisterOptions())
     assert 2 not in placement.stations[0].pose.markers_used
     assert len(solved) == len(set(solved)) > 5
+
+
+def test_two_processes_place_stations_as_one_does_to_the_byte() -> None:
+    first, survey = site(6)
+    survey[2] = replace(survey[2], corners_m=frozen(survey[2].corners_m + np.array([0.3, 0.0, 0.0])))
+    stations = [replace(first, station=name, markers=first.markers[n:]) for n, name in enumerate("ABC")]
+    shares = [AmongProcesses(workers=workers, least_items=0) for workers in (1, 2)]
+    alone, shared = (register(stations, survey, RegisterOptions(), share=share) for share in shares)
+    kept = [one.measurement for one in shared.stations]
+    assert kept == [one.measurement for one in alone.stations] == stations[: len(kept)] != []
+    poses = [[plain_digest(one.pose, StationPose) for one in found.stations] for found in (alone, shared)]
+    assert poses[0] == poses[1]
+    assert alone.rejections == shared.rejections != ()

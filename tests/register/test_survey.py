@@ -135,3 +135,14 @@ def test_lines_may_end_as_on_any_system_and_what_is_no_csv_is_refused_by_line(tm
 def test_numbers_beyond_any_survey_are_refused_by_line(tmp_path: Path, cell: str, put: str, says: str) -> None:
     with pytest.raises(SurveyError, match=says):
         read(tmp_path, table({7: SQUARE}).replace(cell, put, 1))
+
+
+def test_a_marker_may_be_surveyed_by_its_centre_alone(tmp_path: Path) -> None:
+    markers = read(tmp_path, table({7: SQUARE}) + "9,centre,1,2,3\n")
+    assert [len(one.corners_m) for one in markers] == [4, 1]
+    np.testing.assert_allclose(markers[1].corners_m, [[1.0, 2.0, 3.0]])
+
+
+def test_a_marker_with_its_centre_and_corners_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match="marker 7 has its centre and corners too"):
+        read(tmp_path, table({7: SQUARE}) + "7,centre,1,2,3\n")

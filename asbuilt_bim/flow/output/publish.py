@@ -173,7 +173,7 @@ def with_persons(
 
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
     """Return what a run's numbers were made from."""
-    markers = replace(project.markers, survey="")  # it has a digest of its own
+    markers = replace(project.markers, survey=None)  # it has a digest of its own
     options = (project.options, project.target, markers, project.scope)
     return Provenance(
         program_version=__version__,
@@ -182,11 +182,17 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
         ifc_name=result.design.file_name,
         ifc_digest=result.design.file_digest,
         rig_digest=plain_digest(result.rig, StereoRig),
-        survey_digest=file_digest(project.survey),
+        survey_digest=_places_digest(project),
         options_digest=digest_of([repr(options)]),
         networks=identities(project.networks),
         libraries=library_versions(),
     )
+
+
+def _places_digest(project: Project) -> str:
+    """Return the digest of what the project knows of places: of its survey alone, where there is nothing else."""
+    files = [file for file in (project.survey, project.poses, project.control_points) if file is not None]
+    return file_digest(files[0]) if len(files) == 1 else digest_of([file_digest(file) for file in files])
 
 
 def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressReport:

@@ -17,6 +17,7 @@ from asbuilt_bim.ifc.read.cost import read_cost_lines
 from asbuilt_bim.ifc.read.elements import ReadElements, read_elements
 from asbuilt_bim.ifc.read.facts import FileFacts, read_facts
 from asbuilt_bim.ifc.read.federation import Member, member, same_storeys
+from asbuilt_bim.ifc.read.orientation import read_grid_lines, read_north
 from asbuilt_bim.ifc.read.schedule import read_tasks
 from asbuilt_bim.ifc.read.source import files_digest, open_ifc
 
@@ -112,6 +113,8 @@ def _design(files: Sequence[tuple[Path, Any]], scope: str | None) -> BimModel:
             *exposure_notes,
         ),
     )
+    with _damage_named(files[0][0]):
+        design = replace(design, north=read_north(members), grid_lines=read_grid_lines(members))
     return _with_plan(members, design)
 
 

@@ -57,7 +57,7 @@ def _corner(crossing: Any) -> tuple[FloatArray, FloatArray] | None:
 
     None where one is curved, or they are parallel.
     """
-    first, second = (_line(axis) for axis in crossing.IntersectingAxes[:2])
+    first, second = (line_of(axis) for axis in crossing.IntersectingAxes[:2])
     if first is None or second is None:
         return None
     offsets = [*crossing.OffsetDistances, 0.0]
@@ -71,7 +71,7 @@ def _corner(crossing: Any) -> tuple[FloatArray, FloatArray] | None:
     return np.array([*(p + t * d), offsets[2]], dtype=np.float64), d
 
 
-def _line(axis: Any) -> tuple[FloatArray, FloatArray] | None:
+def line_of(axis: Any) -> tuple[FloatArray, FloatArray] | None:
     """Return a point (2,) and the unit direction (2,) of a straight grid axis."""
     curve = axis.AxisCurve
     if curve.is_a("IfcPolyline") and len(curve.Points) == 2:

@@ -11,9 +11,10 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.progress.report import DesignFaceRecord, FaceRecord, StationRecord
+from asbuilt_bim.progress.report import DesignFaceRecord, FaceRecord, MarkerRecord, StationRecord
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.register.pose import StationPose
+from asbuilt_bim.register.tags import TagPlace
 
 
 def station_record(
@@ -110,3 +111,27 @@ def design_face_record(face: DesignFace, surface: SurfaceState) -> DesignFaceRec
         exposed_uv_m=face.exposed_uv_m,
         surface=surface,
     )
+
+
+def marker_records(
+    found: Mapping[int, TagPlace], before: Mapping[int, MarkerRecord], day: date, moved: Collection[int]
+) -> tuple[MarkerRecord, ...]:
+    """Return the markers that nobody surveyed, each where it is known best; one that was moved where it is now."""
+    records = dict(before)
+    for marker_id, place in found.items():
+        known = before.get(marker_id)
+        if known is not None and marker_id not in moved and place_of(known).sigma_m < place.sigma_m:
+            continue
+        records[marker_id] = MarkerRecord(
+            marker_id=marker_id,
+            world_from_marker=frozen(place.world_from_tag),
+            size_m=place.size_m,
+            marker_covariance=frozen(place.covariance),
+            found_on=day,
+        )
+    return tuple(records[marker_id] for marker_id in sorted(records))
+
+
+def place_of(record: MarkerRecord) -> TagPlace:
+    """Return a marker's place as registration takes it."""
+    return TagPlace(world_from_tag=record.world_from_marker, size_m=record.size_m, covariance=record.marker_covariance)

@@ -77,6 +77,8 @@ def summarise(
         unobserved=tuple(s.face_id for s in surfaces if s.built_area_m2 + s.open_area_m2 <= 0.0),
         notes=design.notes,
         schedule=design.schedule,
+        north=design.north,
+        grid_lines=design.grid_lines,
         wanted_views=wanted_views(design, progress, by_id, stations, visit_date),
     )
 

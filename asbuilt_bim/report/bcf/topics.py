@@ -116,7 +116,10 @@ def _of_element(
 
 
 def best_station(element: ElementProgress, report: ProgressReport) -> StationRecord | None:
-    """Return the placed station of this visit whose photo shows most of an element, by its measured faces."""
+    """Return the placed station of this visit whose photo shows most of an element.
+
+    By its measured faces; where there are none, by the design's area that the photo decided.
+    """
     verdicts = verdicts_of(report)
     own = [s for s in report.stations if s.name in element.stations and s.world_from_left is not None]
 
@@ -124,7 +127,12 @@ def best_station(element: ElementProgress, report: ProgressReport) -> StationRec
         faces = [face for face in station.faces if element.global_id in verdicts.elements_of(face)]
         return sum(rings_area(face.outline_px) for face in faces)
 
-    return max(own, key=lambda station: (shown_px(station), station.name), default=None)
+    decided_m2: dict[str, float] = {}
+    for face in report.faces if own else ():
+        if face.element == element.global_id:
+            for name, area_m2 in face.surface.stations.items():
+                decided_m2[name] = decided_m2.get(name, 0.0) + area_m2
+    return max(own, key=lambda s: (shown_px(s), decided_m2.get(s.name, 0.0), s.name), default=None)
 
 
 def _not_in_model(report: ProgressReport) -> Iterator[Topic]:

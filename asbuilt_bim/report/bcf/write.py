@@ -5,9 +5,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import cv2
-
-from asbuilt_bim.progress.report import ProgressReport, StationRecord
+from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.bcf.markup import (
     SNAPSHOT,
     VIEWPOINT,
@@ -17,15 +15,12 @@ from asbuilt_bim.report.bcf.markup import (
     version_xml,
     viewpoint_xml,
 )
+from asbuilt_bim.report.bcf.snapshots import snapshots_of
 from asbuilt_bim.report.bcf.topics import Topic, all_topics
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
-from asbuilt_bim.report.drawings.overlay import decode_picture, draw_layout, narrowed
-from asbuilt_bim.report.drawings.overlay_layout import overlay_layout
 from asbuilt_bim.storage.atomic_write import writing
 
 FILES: Mapping[Version, str] = {"2.1": "issues-2.1.bcf", "3.0": "issues-3.0.bcf"}
-SNAPSHOT_WIDTH_PX, MOST_SNAPSHOTS = 640, 100
-"""A picture has half a megabyte: further topics have none, so that the file can be mailed."""
 _ALWAYS = (1980, 1, 1, 0, 0, 0)  # the same result makes the same file
 
 
@@ -38,7 +33,7 @@ def write_issues(
         OutputError: a file can't be written, or a picture can't be decoded.
     """
     topics = all_topics(report, earlier)
-    snapshots = _snapshots(report, topics, pictures)
+    snapshots = snapshots_of(report, topics, pictures)
     written = []
     for version, name in FILES.items():
         path = folder / name
@@ -52,7 +47,7 @@ def write_issues(
 def issues_bytes(
     report: ProgressReport, topics: Sequence[Topic], snapshots: Mapping[str, bytes], version: Version
 ) -> bytes:
-    """Return one file's bytes; `snapshots` maps a station's name to its picture as PNG."""
+    """Return one file's bytes; `snapshots` maps a topic's GUID to its picture as PNG."""
     colours = {element.global_id: STATE_COLOURS[element.shown_state] for element in report.elements}
     ifc_name = report.provenance.ifc_name if report.provenance else ""
     out = io.BytesIO()
@@ -60,8 +55,8 @@ def issues_bytes(
         _put(archive, "bcf.version", version_xml(version))
         if version == "3.0":
             _put(archive, "extensions.xml", extensions_xml())
-        for number, topic in enumerate(topics):
-            snapshot = snapshots.get(topic.station) if number < MOST_SNAPSHOTS else None
+        for topic in topics:
+            snapshot = snapshots.get(topic.guid)
             looks = topic.camera is not None or bool(topic.elements)
             markup = markup_xml(topic, version, looks, looks and snapshot is not None, ifc_name)
             _put(archive, f"{topic.guid}/markup.bcf", markup)
@@ -76,17 +71,3 @@ def _put(archive: zipfile.ZipFile, name: str, data: bytes, how: int = zipfile.ZI
     entry = zipfile.ZipInfo(name, _ALWAYS)
     entry.external_attr = 0o644 << 16
     archive.writestr(entry, data, how)
-
-
-def _snapshots(report: ProgressReport, topics: Sequence[Topic], pictures: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Draw the picture of each station that a topic shows."""
-    wanted = {topic.station for topic in topics}
-    stations = [one for one in report.stations if one.name in wanted and pictures.get(one.name)]
-    return {station.name: _snapshot(station, report, pictures[station.name]) for station in stations}
-
-
-def _snapshot(station: StationRecord, report: ProgressReport, picture: bytes) -> bytes:
-    image = narrowed(decode_picture(picture, f"station {station.name}"), SNAPSHOT_WIDTH_PX)
-    layout = overlay_layout(station, report, image.shape[1], image.shape[0])
-    drawn = draw_layout(image, layout, f"{station.name}   {station.day.isoformat()}")
-    return cv2.imencode(".png", drawn, [cv2.IMWRITE_PNG_COMPRESSION, 7])[1].tobytes()

@@ -12,6 +12,7 @@ from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
 from asbuilt_bim.report.page.cards import element_cards
+from asbuilt_bim.report.page.matrix import matrix_of, money_due
 from asbuilt_bim.report.page.photos import photos_before, station_cards
 from asbuilt_bim.report.page.plan import MOST_VIEWS, storey_plans
 from asbuilt_bim.report.page.rows import next_rows, since_rows
@@ -51,6 +52,7 @@ def page_context(
     names = storey_names(report)
     return {
         "report": report,
+        "interactive": False,
         "storeys": group_rows(report),
         "elements": _by_storey(report, names),
         "storey_names": names,
@@ -101,12 +103,15 @@ def _to_look_at(report: ProgressReport) -> Context:
 
 def _planned(report: ProgressReport) -> Context:
     """Return tasks, late elements and money."""
+    late = late_rows(report)
     return {
         "tasks": task_rows(report),
-        "late": late_rows(report),
+        "late": late,
         "plan_words": plan_words(report),
         "late_words": late_words(report),
         "cost_groups": cost_groups(report),
+        "money_due": money_due(report),
+        "matrix": matrix_of(report, frozenset(row.global_id for row in late)),
     }
 
 

@@ -37,16 +37,21 @@ class Photo:
         return f"data:image/jpeg;base64,{self.jpeg}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cut:
     """A piece of a photo with the element's outline, all in the photo's pixels."""
 
     photo: str
     title: str
     box: tuple[float, float, float, float]  # left, top, width, height
-    outline: str
+    rings: tuple[FloatArray, ...]  # of the outline, each (N, 2)
     colour: str
     should_stand: bool = False  # nothing of it was measured there: the outline is the design's
+
+    @property
+    def outline(self) -> str:
+        """Return the outline as SVG path data."""
+        return "".join(closed_path(ring) for ring in self.rings)
 
 
 def cuts_by_element(report: ProgressReport, photos: Sequence[Photo]) -> dict[str, list[Cut]]:
@@ -132,18 +137,22 @@ def _corners_m(face: DesignFaceRecord) -> FloatArray:
 
 
 def _cut(photo: Photo, rings: Sequence[FloatArray], element: ElementProgress, *, should_stand: bool = False) -> Cut:
-    """Cut a photo to an element, with something round it, never past the photo's border."""
-    points = np.clip(np.vstack(rings), 0.0, [photo.width, photo.height])
-    low, high = points.min(axis=0), points.max(axis=0)
-    most = np.array([photo.width, photo.height], dtype=np.float64)
-    size = np.maximum((high - low) * (1.0 + 2.0 * _ROUND), _LEAST_PX)
-    size = np.minimum(np.maximum(size, _LEAST_ASPECT * size[::-1]), most)
-    corner = np.clip((low + high - size) / 2.0, 0.0, most - size)
     return Cut(
         photo=photo.key,
         title=cut_title(element, photo.station, should_stand=should_stand),
-        box=(float(corner[0]), float(corner[1]), float(size[0]), float(size[1])),
-        outline="".join(closed_path(ring) for ring in rings),
+        box=box_round(rings, photo.width, photo.height),
+        rings=tuple(rings),
         colour=STATE_COLOURS[element.shown_state],
         should_stand=should_stand,
     )
+
+
+def box_round(rings: Sequence[FloatArray], width: int, height: int) -> tuple[float, float, float, float]:
+    """Return the box (left, top, width, height) round rings, with something round them, never past the picture."""
+    most = np.array([width, height], dtype=np.float64)
+    points = np.clip(np.vstack(rings), 0.0, most)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.maximum((high - low) * (1.0 + 2.0 * _ROUND), _LEAST_PX)
+    size = np.minimum(np.maximum(size, _LEAST_ASPECT * size[::-1]), most)
+    corner = np.clip((low + high - size) / 2.0, 0.0, most - size)
+    return float(corner[0]), float(corner[1]), float(size[0]), float(size[1])

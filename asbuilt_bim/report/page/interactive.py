@@ -38,6 +38,7 @@ def interactive_from(context: Context, templates: Environment) -> str:
     script = SCRIPT.read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     own = {
+        "interactive": True,
         "script": Markup(script),  # ours, and without a closing tag
         "script_digest": f"sha256-{digest}",
         "rows": Markup(json_in_html(element_columns(context))),

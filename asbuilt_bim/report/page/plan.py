@@ -57,6 +57,16 @@ class PlanView:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlanAxis:
+    """An axis of a grid as far as the plan reaches, and its label's place at one end."""
+
+    label: str
+    line: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceMark:
     """Something to mark on a storey's plan (GlobalId), in world metres: a tag to put up, where a photo was taken."""
 
@@ -77,7 +87,10 @@ class PlanMark:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoreyPlan:
-    """The drawing of one storey, the part of the common sheet from `top` on; `y_axis` is where the world's y points."""
+    """The drawing of one storey, the part of the common sheet from `top` on; `y_axis` is where the world's y points.
+
+    `north` is where north points on it, None where no file says that.
+    """
 
     storey: str
     top: float
@@ -88,6 +101,8 @@ class StoreyPlan:
     views: tuple[PlanView, ...]
     five_metres: float
     y_axis: tuple[float, float]
+    north: tuple[float, float] | None = None
+    axes: tuple[PlanAxis, ...] = ()
     marks: tuple[PlanMark, ...] = ()
 
 
@@ -262,6 +277,7 @@ def _plan(
     levels = [y for outline in outlines.values() for y in outline[:, 1]]
     levels += [*(station.y for station in stations), *(view.y for view in views), *(mark.y for mark in marked)]
     top = max(min(levels) - _MARGIN, 0.0)
+    north = None if report.north is None else sheet.turn @ np.array(report.north[:2])
     return StoreyPlan(
         storey=storey,
         top=top,
@@ -272,6 +288,8 @@ def _plan(
         views=views,
         five_metres=5.0 * sheet.scale,
         y_axis=(float(up[0]), float(-up[1])),
+        north=None if north is None else (float(north[0]), float(-north[1])),
+        axes=tuple(_axes(report, sheet, (0.0, top, WIDTH, max(levels) + _MARGIN))),
         marks=marked,
     )
 
@@ -291,6 +309,36 @@ def _views(inside: set[str], sheet: _Sheet, report: ProgressReport, most: int) -
         points = sheet.draw(np.array([stand, look]))
         (x, y), (to_x, to_y) = points.tolist()
         yield PlanView(number=number, x=x, y=y, line=f"M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}")
+
+
+def _axes(report: ProgressReport, sheet: _Sheet, box: tuple[float, float, float, float]) -> Iterator[PlanAxis]:
+    """Yield the grid's axes cut to a box (left, top, right, bottom), each with its label inside."""
+    for one in report.grid_lines:
+        ends = sheet.draw(np.array([[one.x1_m, one.y1_m], [one.x2_m, one.y2_m]]))
+        cut = _within(ends[0], ends[1], box)
+        if cut is not None:
+            (x1, y1), (x2, y2) = cut
+            low, high = np.array(box[:2]) + _TEXT, np.array(box[2:]) - _TEXT
+            x, y = np.clip([x1, y1], low, high)
+            yield PlanAxis(label=one.label, line=f"M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}", x=float(x), y=float(y))
+
+
+def _within(
+    start: FloatArray, end: FloatArray, box: tuple[float, float, float, float]
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return the part of a line from `start` to `end` (2,) within a box, None where there is none."""
+    along, low, high = end - start, 0.0, 1.0
+    for axis in (0, 1):
+        if abs(along[axis]) < 1e-9:
+            if not box[axis] <= start[axis] <= box[axis + 2]:
+                return None
+            continue
+        near, far = sorted((limit - start[axis]) / along[axis] for limit in (box[axis], box[axis + 2]))
+        low, high = max(low, float(near)), min(high, float(far))
+    if low >= high:
+        return None
+    first, last = start + low * along, start + high * along
+    return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
 
 
 def _bounds(outline: FloatArray) -> Box:

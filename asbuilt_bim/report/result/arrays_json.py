@@ -36,6 +36,8 @@ ARRAY_FORMS: dict[str, ArrayForm] = {
     "rectified_from_left": ArrayForm(nesting=0, shape=(3, 3), decimals=None),
     "world_from_left": ArrayForm(nesting=0, shape=(4, 4), decimals=None),
     "pose_covariance": ArrayForm(nesting=0, shape=(6, 6), decimals=None),
+    "world_from_marker": ArrayForm(nesting=0, shape=(4, 4), decimals=None),
+    "marker_covariance": ArrayForm(nesting=0, shape=(7, 7), decimals=None),
 }
 """By field name; a new array field of the result must be entered here, which a test sees to."""
 

@@ -32,6 +32,7 @@ _SHAPES: dict[tuple[int | None, ...], str] = {
     (3, 3): "matrix3",
     (4, 4): "matrix4",
     (6, 6): "matrix6",
+    (7, 7): "matrix7",
     (None, 2): "ring2",
     (None, 3): "ring3",
 }

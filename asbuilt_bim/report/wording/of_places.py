@@ -64,6 +64,50 @@ PLACES: Table = {
         remedy="check which point was clicked for which name",
     ),
     Reason.CONTROL_POINT_CONTRADICTS: _control_point,
+    Reason.MARKER_MOVED: Words(
+        reason="it doesn't stand where the survey has it, as the stations that see it agree; its survey was left out",
+        value="{away_m:.3f} m off",
+        remedy="survey it again: it was moved, or its row is mistaken",
+    ),
+    Reason.MARKER_MOVED_SINCE: Words(
+        reason="it was moved since an earlier visit; its new place counts from now on",
+        value="{away_m:.3f} m",
+        remedy="fix it where it can stay",
+    ),
+    Reason.MARKERS_EXCHANGED: Words(
+        reason="each stands where the other is known to stand: they were exchanged, on site or in the survey",
+        value="{away_m:.2f} m apart",
+        remedy="exchange the ids {one} and {other} in the survey",
+    ),
+    Reason.MARKER_IN_ANOTHER_PLACE: Words(
+        reason="the other stations see it in another place, and it was left out here",
+        remedy="see that no two prints on site have one id, and that none is moved while you take photos",
+    ),
+    Reason.STATION_NOT_LINKED: Words(
+        reason="of the {seen} markers that it sees, too few are seen by a station that is placed",
+        remedy="show two markers or more that another station shows, too, well apart in the frame",
+    ),
+    Reason.STATION_ON_ONE_MARKER: Words(
+        reason="marker {marker} alone links it to what is known, and nothing checks that one",
+        remedy="show one marker more that another station shows, too, or survey one more",
+    ),
+    Reason.STATION_CONTRADICTS: Words(
+        reason="it sees its markers where the other stations don't: {agree} of {seen} agree. It is of another site, or "
+        "of another day on which they hung elsewhere",
+        remedy="check which photos belong to this visit; give the markers of each site numbers of their own",
+    ),
+    Reason.SURVEY_CONTRADICTS: Words(
+        reason="its markers don't stand to each other as it says: {agree} of {seen} known places agree with the "
+        "photos, and nothing tells which are right",
+        value="{agree}",
+        limit="more than half",
+        remedy="survey them again; no station that needs them is used",
+    ),
+    Reason.POSE_CONTRADICTS: Words(
+        reason="its given pose contradicts its markers and was left out",
+        value="{away_m:.2f} m, of these {up_m:.2f} m in height",
+        remedy="check the pose's row: its station, its storey and its coordinates",
+    ),
     Reason.POSE_RESIDUAL: Words(
         reason="its pose leaves too large a reprojection error",
         value="{residual_px:.1f} px",

@@ -58,6 +58,18 @@ def test_two_processes_judge_as_one_does_to_the_byte(matched: MatchResult) -> No
     assert [plain_digest(one, ProgressReport) for one in shared] == [plain_digest(one, ProgressReport) for one in alone]
 
 
+def test_two_processes_match_stations_as_one_does_to_the_byte(matched: MatchResult) -> None:
+    stations = placement(*matched.stations)
+    alone, shared = (
+        match_faces(stations, DESIGN, MatchOptions(), AmongProcesses(workers=workers, least_items=0))
+        for workers in (1, 2)
+    )
+    assert len(alone.matches) == 1
+    for kind in ("matches", "unmatched", "unobserved"):
+        one, other = getattr(alone, kind), getattr(shared, kind)
+        assert [plain_digest(part, type(part)) for part in one] == [plain_digest(part, type(part)) for part in other]
+
+
 def test_what_is_shared_is_asked_once_a_visit_and_stays_in_the_order_of_the_design(matched: MatchResult) -> None:
     asked: list[int] = []
 

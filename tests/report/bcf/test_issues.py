@@ -10,11 +10,13 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
 from asbuilt_bim.codes import Reason, SubjectKind, about, noted
 from asbuilt_bim.progress.report import ProgressReport, WantedView
+from asbuilt_bim.report.bcf.snapshots import snapshots_of
 from asbuilt_bim.report.bcf.topics import all_topics
 from asbuilt_bim.report.bcf.write import FILES, write_issues
 from asbuilt_bim.report.wording.issue_words import IssueKind
@@ -60,6 +62,9 @@ def test_another_programs_reader_gets_every_topic_with_element_camera_and_pictur
     report = contradicted()
     topics = loaded(report, version, tmp_path).topics
     wanted = {topic.guid: topic for topic in all_topics(report)}
+    pictures = {station.name: sample_picture(1280, 960) for station in report.stations}
+    shown = snapshots_of(report, all_topics(report), pictures)
+    assert {wanted[guid].kind for guid in shown} >= {IssueKind.CONTRADICTION, IssueKind.NOT_IN_MODEL}
     assert topics.keys() == wanted.keys()
     kinds = {one.topic.topic_type for one in topics.values()}
     assert {IssueKind.CONTRADICTION, IssueKind.NEXT_VIEW} <= {IssueKind(kind) for kind in kinds}
@@ -70,7 +75,23 @@ def test_another_programs_reader_gets_every_topic_with_element_camera_and_pictur
         assert (
             [c.ifc_guid for c in selected.component] == list(wanted[guid].elements) if wanted[guid].elements else True
         )
-        assert (view.snapshot is not None) == bool(wanted[guid].station)
+        assert (view.snapshot is not None) == (guid in shown)
+
+
+def test_no_topic_carries_what_its_photo_shows_away_from_the_thing() -> None:
+    """Fine stripes stand for people: away from every outline none is sharp in a picture."""
+    report = contradicted()
+    report = replace(report, stations=tuple(replace(one, faces=one.faces[:2]) for one in report.stations))
+    image = np.full((960, 1280, 3), 90, np.uint8)
+    stripes = (np.arange(580)[None, :] // 4 + np.arange(960)[:, None] // 4) % 2 == 0
+    image[:, 700:][stripes] = (0, 255, 0)  # the faces lie to the left of 520
+    picture = cv2.imencode(".png", image)[1].tobytes()
+    shown = snapshots_of(report, all_topics(report), {one.name: picture for one in report.stations})
+    assert len(shown) >= 2
+    for data in shown.values():
+        piece = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).astype(int)
+        green = (piece[:, :, 1] > 250) & (piece[:, :, 0] < 5) & (piece[:, :, 2] < 5)
+        assert not green.any()
 
 
 @pytest.mark.parametrize("version", FILES)

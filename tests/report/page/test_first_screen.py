@@ -7,16 +7,22 @@ from dataclasses import replace
 from datetime import date
 
 import numpy as np
+import pytest
 
+from asbuilt_bim.bim.model import GridLine
 from asbuilt_bim.codes import Reason, SubjectKind, about, noted
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.progress.report import Completion, ProgressReport, WantedView
+from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.report.page.matrix import matrix_of
 from asbuilt_bim.report.page.plan import storey_plans
 from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
 from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR
+from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
 
 
@@ -171,3 +177,46 @@ def test_a_wall_that_does_not_stand_is_shown_where_it_should() -> None:
     behind[:3, 3] = np.add(centre, [0.0, 6.0, 1.5])
     turned = replace(report, stations=(replace(station, world_from_left=frozen(behind)), *report.stations[1:]))
     assert "should stand, in photo" not in page_html(turned, {station.name: sample_picture()})
+
+
+def test_the_plan_has_north_and_axes_and_its_y_arrow_only_where_no_file_says_north() -> None:
+    report = sample_report()
+    plan = storey_plans(report)[0]
+    assert plan.north is None and plan.axes == () and "where the y axis" in page_html(report, {})
+    x, y = (float(value) for value in report.faces[0].frame_m[0, :2])
+    line = GridLine(label="<b>7</b>", x1_m=x - 100.0, y1_m=y, x2_m=x + 100.0, y2_m=y)
+    far = GridLine(label="far", x1_m=x - 500.0, y1_m=y + 500.0, x2_m=x + 500.0, y2_m=y + 500.0)
+    page = page_html(replace(report, north=(0.0, 1.0), grid_lines=(line, far)), {})
+    plan = storey_plans(replace(report, north=(0.0, 1.0), grid_lines=(line, far)))[0]
+    assert plan.north == pytest.approx(plan.y_axis) and [axis.label for axis in plan.axes] == ["<b>7</b>"]
+    axis = plan.axes[0]
+    assert 0 <= axis.x <= plan.width and plan.top <= axis.y <= plan.top + plan.height
+    assert "<title>north</title>" in page and "where the y axis" not in page and "<b>7</b>" not in page
+
+
+def test_the_matrix_adds_up_to_the_storeys_and_names_late_work() -> None:
+    report = sample_report()
+    matrix = matrix_of(report, frozenset({report.elements[3].global_id}))
+    assert matrix is not None and matrix.classes == ("IfcColumn", "IfcWall")
+    assert [row.storey for row in matrix.rows] == ["Ground floor", "First floor", ""]
+    assert sum(cell.elements for cell in matrix.rows[-1].cells if cell) == len(report.elements)
+    assert [cell.late for cell in matrix.rows[0].cells if cell] == [0, 1]
+    areas = [sum(e.design_area_m2 for e in report.elements if e.ifc_class == one) for one in matrix.classes]
+    lower = sum(e.design_area_m2 * e.completion.lower for e in report.elements) / sum(areas)
+    cells = [cell for cell in matrix.rows[-1].cells if cell]
+    together = sum(cell.completion.lower * area for cell, area in zip(cells, areas, strict=True)) / sum(areas)
+    assert together == pytest.approx(lower, abs=0.002)  # whole cells
+
+
+def test_the_money_due_is_the_valuations_and_a_fault_stands_beside_it() -> None:
+    report = sample_report()
+    page = page_html(report, {})
+    first = text_of(page[page.index('id="progress"') : page.index("<nav")])
+    for bill in bills(report):
+        assert text_of(f"{number(bill.period.payable)} {bill.currency} for this period") in first
+    assert "Nothing should be paid" not in first
+    values = {"turn_rad": 0.0, "move_x_m": 0.0, "move_y_m": 0.0, "move_z_m": 3.1, "more": 24}
+    doubt = Rejection(code=Reason.SURVEY_SHIFTED_IN_HEIGHT, subject=about(SubjectKind.SURVEY), values=values)
+    faulty = replace(report, rejections=(doubt, *report.rejections))
+    page = page_html(faulty, {})
+    assert "Nothing should be paid" in page[page.index("Money due") : page.index("<nav")]

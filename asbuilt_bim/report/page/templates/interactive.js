@@ -247,6 +247,7 @@
     });
     for (const button of document.querySelectorAll("[data-station]")) button.addEventListener("click", () => go({ ...chosen, e: "", s: button.dataset.station }));
     document.querySelectorAll(".floor").forEach((floor, index) => floor.addEventListener("toggle", () => drawPlan(floor, index)));
+    for (const link of document.querySelectorAll(".matrix a")) link.addEventListener("click", () => byId("elements").scrollIntoView());
     window.addEventListener("hashchange", follow);
   }
 
