@@ -20,7 +20,7 @@ from asbuilt_bim.measure.station import StationMeasurement, StationPhotos, measu
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
 from tests.photo_damage import _rewrite
 from tests.site_fixture import contents, rig_file, site, small_project, write
 
@@ -45,8 +45,8 @@ def photos(folder: Path, *names: str) -> Path:
 
 def check(project: Project, folder: Path) -> CheckedVisit:
     rig = read_rig(project.folder / "rig.yaml")
-    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
-    return check_stations(stations_of([folder], project), project, rig, survey, TODAY, lambda *_: None, workers=1)
+    known = KnownPlaces(survey=survey_of(project))
+    return check_stations(stations_of([folder], project), project, rig, known, TODAY, lambda *_: None, workers=1)
 
 
 def why(station: CheckedStation) -> set[Reason]:
