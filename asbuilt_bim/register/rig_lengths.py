@@ -45,7 +45,7 @@ class KnownLengths:
     """What is known of a visit's lengths: the disc's diameter, the markers' size, and the survey."""
 
     diameter_m: float | None
-    size_m: float
+    size_m: float | None
     survey: Sequence[SurveyedMarker]
 
 
@@ -317,16 +317,19 @@ def _disc(diameter_m: float, first: int) -> _Length:
     return _Length(kind=kind, known_m=diameter_m, spans=spans, own=TARGET_SIGMA, alike={kind: KNOWN_TO[kind]})
 
 
+def _side(one: ScaleEvidence, k: int, corners: IntArray, size_m: float) -> _Length:
+    """Return the four sides of a station's marker number `k`, whose corners (4,) are points by their numbers."""
+    spans = tuple((corners[[i]], corners[[(i + 1) % 4]]) for i in range(4))
+    in_depth = 0.5 * one.marker_depth_m[k] / float(np.mean(one.marker_corners_m[k, :, 2]))
+    across = float(np.sqrt(max(one.marker_sigma[k] ** 2 - in_depth**2, _LEAST_OWN**2)))
+    kind = KnownLength.MARKER_SIZE
+    return _Length(kind=kind, known_m=size_m, spans=spans, own=across, alike={kind: KNOWN_TO[kind]})
+
+
 def _of_station(one: ScaleEvidence, known: KnownLengths, first: int) -> list[_Length]:
     """Return a station's markers' sizes, and the distances between those that were surveyed."""
-    found: list[_Length] = []
     at = first + np.arange(4 * len(one.marker_ids), dtype=np.int32).reshape(-1, 4)
-    for k, corners in enumerate(at):
-        spans = tuple((corners[[i]], corners[[(i + 1) % 4]]) for i in range(4))
-        in_depth = 0.5 * one.marker_depth_m[k] / float(np.mean(one.marker_corners_m[k, :, 2]))
-        across = float(np.sqrt(max(one.marker_sigma[k] ** 2 - in_depth**2, _LEAST_OWN**2)))
-        kind = KnownLength.MARKER_SIZE
-        found.append(_Length(kind=kind, known_m=known.size_m, spans=spans, own=across, alike={kind: KNOWN_TO[kind]}))
+    found = [_side(one, k, corners, known.size_m) for k, corners in enumerate(at)] if known.size_m is not None else []
     surveyed = {marker.marker_id: marker for marker in known.survey}
     for i, j, true_m, _ in distances_seen(one, known.survey):
         a, b = (surveyed[one.marker_ids[k]] for k in (i, j))
