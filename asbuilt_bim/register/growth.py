@@ -67,6 +67,26 @@ def grown(
             found.stations[name] = pose
 
 
+def turned_right(
+    places: Places,
+    viewpoints: Sequence[Viewpoint],
+    surveyed_m: Mapping[int, FloatArray],
+    sizes_m: Mapping[int, float],
+) -> Places:
+    """Return places with each print as its sightings together show it best.
+
+    One photo of a small square leaves two turns open. The first station that sees it can't tell them apart; all can.
+    """
+    chosen = Places(stations=dict(places.stations), tags={})
+    placed = [one for one in viewpoints if one.name in places.stations]
+    _place_tags(chosen, placed, surveyed_m, sizes_m)
+    for tag, place in places.tags.items():
+        seeing = [(one, places.stations[one.name]) for one in placed if tag in one.seen]
+        if tag not in chosen.tags or _off(place, seeing, tag) <= _off(chosen.tags[tag], seeing, tag):
+            chosen.tags[tag] = place
+    return chosen
+
+
 def _place_tags(
     found: Places,
     viewpoints: Sequence[Viewpoint],

@@ -12,7 +12,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.register.anchors import agree_freely, anchored
 from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Sightings, State, adjust
-from asbuilt_bim.register.growth import Places, Viewpoint
+from asbuilt_bim.register.growth import Places, Viewpoint, turned_right
 from asbuilt_bim.register.known import known_pose, known_size, surveyed_centre, surveyed_corners
 from asbuilt_bim.register.moved import moved_since
 from asbuilt_bim.register.options import RegisterOptions
@@ -29,6 +29,8 @@ NOISE = CommonNoise(direction_px=0.15, between_px=0.06, edge_px=0.1)
 both alike 0.25 px, most of which is the survey's. A rig that was calibrated worse shows in the variance factor."""
 LEAST_FINDER_PX = 0.05
 """No corner is found better."""
+TURNS = 3
+"""Times that all is adjusted at most, with prints turned over in between that most sightings show so."""
 MOST_LEFT_OUT = 30  # one after the other, once the coarse ones are out
 SIZE_SHARE = 0.01
 """What a print's given size errs by: printers and paper stretch."""
@@ -44,6 +46,8 @@ class Sources:
     sizes_m: Mapping[int, float]
     starts: Mapping[str, FloatArray]  # where stations are found to stand alone: a start, no knowledge
     points: Mapping[str, Sequence[Known]]  # rows of control points, by station
+    size_share: float = SIZE_SHARE
+    noise: CommonNoise = NOISE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,10 +94,17 @@ def _placed(viewpoints: Sequence[Viewpoint], sources: Sources, options: Register
         return replace(NONE_PLACED, mirrored=mirrored)
     if not places.stations:
         return NONE_PLACED
-    block = _block(viewpoints, places, sources, options)
-    done = _without_faults(block, options)
-    if done is None:
-        return NONE_PLACED
+    done = None
+    for _ in range(TURNS):
+        block = _block(viewpoints, places, sources, options)
+        done = _without_faults(block, options)
+        if done is None:
+            return NONE_PLACED
+        before = _places(block, done[0])
+        places = turned_right(before, viewpoints, _four(sources), sources.sizes_m)
+        if all(places.tags[tag] is place for tag, place in before.tags.items()):
+            break
+    assert done is not None
     found = _result(block, *done, options)
     still = {tag for tag in _corners(sources) if tag not in found.moved_m}
     sure = (sources.poses.keys() | sources.points.keys()) - found.poses_off_m.keys()
@@ -107,6 +118,10 @@ def _placed(viewpoints: Sequence[Viewpoint], sources: Sources, options: Register
     if mirrored > agree:
         return replace(NONE_PLACED, mirrored=mirrored)
     return replace(NONE_PLACED, torn=(kept, len(anchors)), shared=shared)
+
+
+def _four(sources: Sources) -> dict[int, FloatArray]:
+    return {tag: points for tag, points in _corners(sources).items() if len(points) == 4}
 
 
 def _corners(sources: Sources) -> dict[int, FloatArray]:
@@ -141,6 +156,20 @@ class _Block:
     sources: Sources
 
 
+def _places(block: _Block, made: Adjusted) -> Places:
+    """Return adjusted places in the world."""
+    back = np.eye(4)
+    back[:3, 3] = block.origin_m
+    state = made.state
+    return Places(
+        stations={name: back @ pose for name, pose in zip(block.names, state.stations, strict=True)},
+        tags={
+            tag: (back @ pose, float(size))
+            for tag, pose, size in zip(block.ids, state.tags, state.sizes_m, strict=True)
+        },
+    )
+
+
 def _block(viewpoints: Sequence[Viewpoint], places: Places, sources: Sources, options: RegisterOptions) -> _Block:
     here = [one for one in viewpoints if one.name in places.stations]
     ids = tuple(sorted({tag for one in here for tag in one.seen} & places.tags.keys()))
@@ -160,7 +189,7 @@ def _block(viewpoints: Sequence[Viewpoint], places: Places, sources: Sources, op
         tag=np.array([t for _, t, _ in pairs], dtype=np.intp),
         pixels=pixels, both=np.array([one.right_px is not None for _, _, one in pairs], dtype=bool),
         corner_px=np.array([max(one.sigma_px, LEAST_FINDER_PX) for _, _, one in pairs]),
-        noise=NOISE, cameras=[one.camera for one in here],
+        noise=sources.noise, cameras=[one.camera for one in here],
     )  # fmt: skip
     state = State(
         stations=np.array([shift @ places.stations[one.name] for one in here]),
@@ -187,7 +216,7 @@ def _known(names: Sequence[str], ids: Sequence[int], sources: Sources, origin: F
         elif tag in again:
             rows += _remembered(index, tag, sources.remembered[tag], origin, len(again))
         if tag in sources.sizes_m and tag not in again:
-            rows.append(known_size(f"size {tag}", index, sources.sizes_m[tag], SIZE_SHARE))
+            rows.append(known_size(f"size {tag}", index, sources.sizes_m[tag], sources.size_share))
     for index, name in enumerate(names):
         if name in sources.poses:
             pose, covariance = sources.poses[name]

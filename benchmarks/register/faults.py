@@ -15,7 +15,7 @@ from asbuilt_bim.register.pose import Placement, StationPose
 from asbuilt_bim.register.tags import TagPlace
 from benchmarks.register.visits import STOREY_M, Print, Visit, moved_in, simulated, surveyed
 
-STATIONS, SURVEYED = 16, 10
+STATIONS, SURVEYED = 12, 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
