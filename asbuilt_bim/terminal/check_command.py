@@ -24,7 +24,7 @@ from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import Project, Visit, read_project
 from asbuilt_bim.project.tables.places import known_places
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
+from asbuilt_bim.report.page.check import MADE_BY, check_page, unseen_words
 from asbuilt_bim.report.page.visit import walk_parts
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
@@ -86,7 +86,7 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     _show(visit, screen)
     write_page(request.out, check_page(visit, project.name, plan))
     if plan is not None:
-        screen.say(still_said(plan))
+        screen.say(unseen_words(plan))
         for row in walk_parts(plan).rows:
             screen.say(f"  {row.number}. {row.storey}. {row.place} {row.look}")
     screen.say(f"Page: {request.out}")

@@ -226,7 +226,7 @@ def test_a_nearer_face_is_expected_to_be_known_better(plan: PlannedVisit, rig: S
     stations = expected_stations(plan, rig, (), plan.wanted.elements, 2048)
     assert all(0.0005 < one.sigma < 0.2 for one in stations)
     assert all(one.distance_m + 0.5 >= NEAR_M and one.distance_m <= FAR_M for one in stations)
-    assert all(one.shown and len(one.beside) <= 2 for one in stations)
+    assert all(one.shown and len(one.nearest) <= 2 for one in stations)
 
 
 def test_a_station_shows_by_the_design_what_its_plan_says(
