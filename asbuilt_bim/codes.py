@@ -300,6 +300,7 @@ class Reason(StrEnum):
 
     # On the rig and its calibration.
     RIG_USED_REFINED = "rig used refined"
+    RIG_REFINED_BY_LENGTHS = "rig refined by known lengths"
     RIG_ROWS_APART = "rig with rows apart"
     AREAS_WIDENED = "areas widened"  # their sigma, by what known lengths say of the scale
     RIG_KNOCKED_BETWEEN = "rig knocked between stations"

@@ -56,6 +56,8 @@ CASES = (
     Case(script="networks/networks.py", slow="", packages=RENDERER),
     Case(script="site/light.py", packages=RENDERER),
     Case(script="site/subsets.py", packages=RENDERER),
+    Case(script="visit/plan.py", quick="--quick --check", packages=RENDERER),
+    Case(script="visit/check.py", quick="--quick --check"),
     Case(script="site/page.py"),
     Case(script="hold/photos.py", quick="--quick --check"),
     Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),

@@ -64,6 +64,7 @@ class BimElement:
     qto: dict[str, float]
     source: int = 0  # which of the design's files holds it
     type_name: str = ""  # of its IfcWallType or IfcColumnType, else its ObjectType
+    zones: tuple[str, ...] = ()  # names of the zones that it lies in
 
     @property
     def exposed_area_m2(self) -> float:

@@ -79,6 +79,12 @@ class StereoRig:
     camera_serial_right: str = ""  # "" where the right camera's boards carry no serial
     exif_orientation: int = 0  # of the boards; 0 where they carry none
     width: RigWidth = OTHER_PROGRAMS
+    lens_px: float = 0.0  # what the lenses leave beyond the covariance, smoothly over the frame
+
+    @property
+    def lens_left_px(self) -> float:
+        """Return what the lenses leave: beyond the covariance, or what a rig without one is trusted to."""
+        return self.lens_px if np.any(self.covariance) else self.width.lens_px
 
     @property
     def baseline_m(self) -> float:

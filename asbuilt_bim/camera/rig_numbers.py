@@ -1,14 +1,14 @@
 """The numbers that a rig's covariance is about, and where both photos' pixels point to when one of them moves."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import bend
 from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
-from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.transform import rotation_from_vector, vector_from_rotation
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, vector_from_rotation
 
 _STEP = 1e-5
 _PINHOLE = 4
@@ -22,6 +22,22 @@ def rig_numbers(rig: StereoRig) -> FloatArray:
     if rig.knows_lenses:
         numbers += [rig.left.distortion, rig.right.distortion]
     return np.concatenate(numbers)
+
+
+def with_numbers(rig: StereoRig, numbers: FloatArray) -> StereoRig:
+    """Return a rig of other numbers (P,), in the order of `rig_numbers`."""
+    cameras = []
+    lens = len(PARAMETERS)
+    for side, camera in enumerate((rig.left, rig.right)):
+        K = np.array(camera.K)
+        K[[0, 1, 0, 1], [0, 1, 2, 2]] = numbers[_PINHOLE * side : _PINHOLE * (side + 1)]
+        distortion = camera.distortion
+        if rig.knows_lenses:
+            distortion = frozen(numbers[lens : lens + len(distortion)])
+            lens += len(distortion)
+        cameras.append(replace(camera, K=frozen(K), distortion=distortion))
+    pose = rigid(numbers[len(PARAMETERS) - 6 : len(PARAMETERS) - 3], numbers[len(PARAMETERS) - 3 : len(PARAMETERS)])
+    return replace(rig, left=cameras[0], right=cameras[1], right_from_left=frozen(pose))
 
 
 def in_pixels(rig: StereoRig) -> np.ndarray:

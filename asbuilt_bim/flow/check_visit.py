@@ -3,17 +3,18 @@
 A station that passes will be measured, unless its faces show what only faces can: a survey that lies beside the design.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
 import cv2
 
+from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import AsBuiltError, rejected
+from asbuilt_bim.errors import AsBuiltError, PhotoError, rejected
 from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair
-from asbuilt_bim.flow.rig_check import Outcome, decoded, refused, watch_rig, watch_scale
+from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, decoded, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import stations_shown_before
 from asbuilt_bim.measure.options import MeasureOptions
 from asbuilt_bim.measure.sighting import sight_station
@@ -23,8 +24,9 @@ from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, checked_station
 from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.read import Project, Station, Visit
-from asbuilt_bim.register.placement import register
-from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.project.tables.places import KnownPlaces
+from asbuilt_bim.register.placement import NO_TAGS, register
+from asbuilt_bim.register.tags import TagPlace
 from asbuilt_bim.report.tables import station_of
 from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 
@@ -69,14 +71,16 @@ def check_stations(
     stations: Sequence[Station],
     project: Project,
     rig: StereoRig,
-    survey: tuple[SurveyedMarker, ...],
+    known: KnownPlaces,
     today: date,
     progress: Progress,
     workers: int = 0,
+    remembered: Mapping[int, TagPlace] = NO_TAGS,
 ) -> CheckedVisit:
     """Check today's stations as a run would: each by itself, then rig and scale by all, then their places.
 
-    `today` counts where no photo says in its EXIF when it was taken.
+    `today` counts where no photo says in its EXIF when it was taken. `remembered` are markers that nobody surveyed, by
+    id, where earlier visits found them.
     """
     taken: dict[str, date] = {}
     found = _sighted(stations, project, rig, progress, workers, taken)
@@ -86,8 +90,26 @@ def check_stations(
     showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
     barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ())[0]
     found |= {name: refused(found[name], reason) for name, reason in barred.items()}
-    visited = checked_visit([found[one.name] for one in stations], project, rig, survey, day)
+
+    def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
+        some = [one for one in stations if one.name in names and one.name not in barred]
+        return _sighted(some, project, refined, progress, workers, {})
+
+    mended = again if project.rig.refine else None
+    visited = checked_visit([found[one.name] for one in stations], project, rig, known, day, mended, remembered)
     return replace(visited, faults=(*other_days(visit, taken), *visited.faults))
+
+
+def day_of(stations: Sequence[Station], today: date) -> date:
+    """Return the day of the first station whose left photo says one, `today` where none does."""
+    for station in stations:
+        try:
+            taken = read_photo(station.left).exif.taken
+        except PhotoError:
+            continue  # it costs its station, by name
+        if taken is not None:
+            return taken
+    return today
 
 
 def _sighted(
@@ -124,12 +146,28 @@ def _sighted(
 
 
 def checked_visit(
-    outcomes: Sequence[Outcome], project: Project, rig: StereoRig, survey: tuple[SurveyedMarker, ...], day: date
+    outcomes: Sequence[Outcome],
+    project: Project,
+    rig: StereoRig,
+    known: KnownPlaces,
+    day: date,
+    again: MeasureAgain | None = None,
+    remembered: Mapping[int, TagPlace] = NO_TAGS,
 ) -> CheckedVisit:
-    """Judge rig and scale by all stations, place them, and grade each by all that speaks against it."""
-    watched = watch_scale(watch_rig(outcomes, rig), project, rig, survey)
+    """Judge rig and scale by all stations, place them, and grade each by all that speaks against it.
+
+    `again` sights stations with a rig as their photos show it, where the project asks for that.
+    """
+    watched = watch_scale(watch_rig(outcomes, rig, again), project, rig, known.survey)
     measured = tuple(one for one in watched.outcomes if isinstance(one, StationMeasurement))
-    placement = register(measured, survey, project.options.register)
+    placement = register(
+        measured,
+        known.survey,
+        project.options.register,
+        given=known.given(day),
+        control_points=known.clicked(day, rig, measured),
+        remembered=remembered,
+    )
     poses = {one.pose.station: one.pose for one in placement.stations}
     rows: dict[str, float] = {}
     for record in watched.records:

@@ -26,6 +26,7 @@ from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.rig_lengths import KnownLengths
 from asbuilt_bim.scale.apart import Limits
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.cluster import Scheduler
@@ -135,7 +136,8 @@ def measure_visit(
         return _measured(stations, f"{step} again, rig refined", project, refined, place, progress)[0]
 
     in_order = [outcomes[station.name] for station in visit.stations]
-    watched = watch_rig(in_order, rig, again if project.rig.refine else None)
+    lengths = KnownLengths(diameter_m=project.target.diameter_m, size_m=project.markers.size_m, survey=survey)
+    watched = watch_rig(in_order, rig, again if project.rig.refine else None, lengths)
     seen = _gathered(watch_scale(watched, project, rig, survey), known)
     return replace(seen, rejections=(*other_days(visit, taken), *seen.rejections), shown=all_shown)
 

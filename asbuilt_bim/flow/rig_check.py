@@ -12,10 +12,12 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import PHOTO_FAULTS, Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import ByteImage
+from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.rig_lengths import KnownLengths, LengthsFit, is_worth_it, rig_by_lengths
 from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection
 from asbuilt_bim.vision.stereo.rig_health import (
     SIGNIFICANT,
@@ -48,11 +50,17 @@ class WatchedVisit:
     notes: tuple[Note, ...]
 
 
-def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
+def watch_rig(
+    outcomes: Sequence[Outcome],
+    rig: StereoRig,
+    again: MeasureAgain | None = None,
+    lengths: KnownLengths | None = None,
+) -> WatchedVisit:
     """Judge the rig of a visit, whose stations are in the order in which they were taken.
 
     Stations taken with a knocked rig are refused. With `again` (--refine-rig) they are measured again with the rig that
-    their own matches show. They are refused only where that one is no better.
+    their own matches show, and as the visit's known `lengths` do where these know it better. They are refused only
+    where that one is no better.
     """
     healths = [health for outcome in outcomes if (health := outcome.health) is not None]
     verdicts = judge_visit(healths, rig)
@@ -61,14 +69,16 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
     records: list[RigRecord] = []
     notes: list[Note] = []
     for verdict, names in _stretches([outcome.station for outcome in outcomes], verdicts):
-        if again is not None and (mended := _mended(verdict, _camera(healths, verdict))) is not None:
-            better = refined_rig(rig, mended, _camera(healths, verdict))
-            found.update(again(names, better))
-            left, state, doubts = _still_knocked([found[name] for name in names], better)
+        evidence = [one for name in names if (one := found[name].scale) is not None]
+        better = None if again is None else _better(rig, verdict, _camera(healths, verdict), evidence, lengths)
+        if again is not None and better is not None:
+            found.update(again(names, better.rig))
+            left, state, doubts = _still_knocked([found[name] for name in names], better.rig)
             found.update(left)
-            warnings += doubts
+            warnings += doubts if better.fit is None else ()  # what matches leave open, the lengths have told
             records.append(_record(verdict, refined=state == "refined"))
-            notes.append(_refined(names, mended))
+            notes += [] if better.mended is None else [_refined(names, better.mended)]
+            notes += [] if better.fit is None else [_by_lengths(names, better.fit)]
             continue
         records.append(_record(verdict, refined=False))
         notes += _rows_told(verdict)
@@ -81,6 +91,31 @@ def watch_rig(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain |
         outcomes=tuple(found[outcome.station] for outcome in outcomes),
         warnings=tuple(warnings), records=tuple(records), notes=tuple(notes),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Better:
+    """A rig as a visit shows it: by its matches, by its known lengths, or by both."""
+
+    rig: StereoRig
+    mended: RigVerdict | None
+    fit: LengthsFit | None
+
+
+def _better(
+    rig: StereoRig,
+    verdict: RigVerdict,
+    camera: RectifiedCamera,
+    evidence: Sequence[ScaleEvidence],
+    lengths: KnownLengths | None,
+) -> _Better | None:
+    """Return the rig as matches and known lengths show it; None where neither asks for another."""
+    mended = _mended(verdict, camera)
+    found = rig if mended is None else refined_rig(rig, mended, camera)
+    fit = None if lengths is None else rig_by_lengths(found, rig, evidence, lengths, camera)
+    if fit is not None and is_worth_it(fit):
+        return _Better(rig=fit.rig, mended=mended, fit=fit)
+    return None if mended is None else _Better(rig=found, mended=mended, fit=None)
 
 
 def _mended(verdict: RigVerdict, camera: RectifiedCamera) -> RigVerdict | None:
@@ -239,6 +274,22 @@ def _refined(names: Sequence[str], verdict: RigVerdict) -> Note:
         area_effect=verdict.area_effect,
         area_effect_sigma=verdict.area_sigma,
         rows_px=verdict.rows_px,
+    )
+
+
+def _by_lengths(names: Sequence[str], fit: LengthsFit) -> Note:
+    """Say that stations were measured with the rig as known lengths show it."""
+    return noted(
+        Reason.RIG_REFINED_BY_LENGTHS,
+        about(SubjectKind.RIG),
+        stations=tuple(names),
+        lengths=fit.count,
+        yaw_rad=fit.yaw_rad,
+        yaw_sigma_rad=fit.yaw_sigma_rad,
+        scale=fit.scale,
+        scale_sigma=fit.scale_sigma,
+        area_sigma_before=fit.area_sigma_before,
+        area_sigma=fit.area_sigma,
     )
 
 

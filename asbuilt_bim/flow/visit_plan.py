@@ -13,6 +13,7 @@ from asbuilt_bim.flow.output.folder import read_current
 from asbuilt_bim.flow.pipeline import monitor
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.ifc.apart import read_floors
+from asbuilt_bim.progress.completion.records import place_of
 from asbuilt_bim.progress.completion.wanted_views import begun_by
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ProgressReport
@@ -22,6 +23,7 @@ from asbuilt_bim.progress.visits.plan_visit import plan_visit
 from asbuilt_bim.progress.visits.tags import helpful_tags, surveyed_tags
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.tags import TagPlace
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.schedule.read import scheduled
@@ -46,19 +48,18 @@ def visit_plan(
     rig: StereoRig,
     survey: tuple[SurveyedMarker, ...],
     day: date,
+    known: ProgressReport,
     *,
-    result: Path | None = None,
     most: int = 0,
     taken: Sequence[FloatArray] = (),
 ) -> VisitPlan:
-    """Plan the stations for what is due on a day, less what the result of earlier visits saw built.
+    """Plan the stations for what is due on a day, less what earlier visits saw built: `known` is the report of them.
 
     `taken` are the poses (4, 4) of stations of that day: what they show isn't wanted again.
 
     Raises:
-        AsBuiltError: the IFC files or the result can't be used.
+        AsBuiltError: the IFC files can't be used.
     """
-    known = known_report(project, design, survey, day, result)
     wanted = begun_by(design, day)
     due = tuple(one for one in design.elements if one.global_id in wanted)
     states = known_states(known, design, project)
@@ -94,6 +95,11 @@ def known_report(
     if not {one.global_id for one in report.elements} & {one.global_id for one in design.elements}:
         raise ResultError(f"{result}: is of another design: not one element is the same; name a result of this project")
     return report
+
+
+def remembered_tags(report: ProgressReport) -> dict[int, TagPlace]:
+    """Return the markers that nobody surveyed, by id, where the visits of a report found them."""
+    return {number: place_of(record) for number, record in remember(EMPTY_HISTORY, report).markers.items()}
 
 
 def known_states(report: ProgressReport, design: BimModel, project: Project) -> dict[str, SurfaceState]:

@@ -15,6 +15,7 @@ from asbuilt_bim.register.pose import PlacedStation
 Indices = NDArray[np.intp]
 UPRIGHT = 0.1  # of a normal's upward part
 PARALLEL_COS = float(np.cos(np.radians(5.0)))
+NEARLY_M = 0.1  # a face lies on its element's mesh to millimetres
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,6 +69,9 @@ def design_planes(design: BimModel, origin: FloatArray, reach_m: float) -> Uprig
     """Return the design's upright planes up to `reach_m` from an origin (2,) in the world, and from that origin."""
     planes = []
     for element in design.elements:
+        plan = element.vertices_m[:, :2] - origin
+        if np.hypot(*np.clip(0.0, plan.min(axis=0), plan.max(axis=0))) >= reach_m + NEARLY_M:
+            continue  # far off with all of its faces: most of a large design
         for face in element.faces:
             if isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT:
                 corners = face.frame.from_uv(np.concatenate([ring for region in face.rings_uv_m for ring in region]))

@@ -80,6 +80,7 @@ class ElementProgress:
     type_name: str = ""  # of its type in the IFC file
     as_far_as_seen: bool = False  # complete, and its lower bound is under `nearly_all`: not all of it was seen
     tilt_sigma_rad: float | None = None
+    zones: tuple[str, ...] = ()  # names of the zones that it lies in
     tolerance: ToleranceCheck | None = None  # None where the project names none
 
     @property

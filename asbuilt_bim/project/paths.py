@@ -102,7 +102,8 @@ class PathChecker:
         if "*" in str(base) or "**" in name:
             self.problems.add(where, f"'{pattern}': only the file's name may hold a *")
             return {}
-        files = sorted(base.iterdir()) if base.is_dir() else []
+        hidden = name.startswith(".")  # a card out of a Mac holds a hidden file beside each photo
+        files = sorted(file for file in base.iterdir() if hidden or file.name[0] != ".") if base.is_dir() else []
         found: dict[str, Path] = {}
         for file in files:
             if not (stars := stars_of(name, file.name)) or not file.is_file():

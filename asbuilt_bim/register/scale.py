@@ -38,7 +38,7 @@ _LEAST_SPACING_M = 0.5
 _UNIT_SHARE = 0.04
 _ACROSS_RAY = 0.05  # a pixel is disparity / focal length as much across the ray as along it
 _OF_MEDIAN = 1.2533  # its sigma over the mean's, of Gaussians
-_TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radius of ten
+TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radius of ten
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,7 +146,7 @@ def _diameters(evidence: Sequence[ScaleEvidence], diameter_m: float | None) -> S
     found = [one.target_diameter_m for one in evidence if one.target_diameter_m > 0.0]
     if diameter_m is None or not found:
         return None
-    return _kind(KnownLength.TARGET_DIAMETER, np.array(found) / diameter_m, np.full(len(found), _TARGET_SIGMA))
+    return _kind(KnownLength.TARGET_DIAMETER, np.array(found) / diameter_m, np.full(len(found), TARGET_SIGMA))
 
 
 def _sizes(evidence: Sequence[ScaleEvidence], size_m: float | None) -> ScaleOfKind | None:
@@ -165,14 +165,9 @@ def _distances(evidence: Sequence[ScaleEvidence], survey: Sequence[SurveyedMarke
     known = {marker.marker_id: marker for marker in survey}
     seen: dict[tuple[int, int], list[tuple[float, float]]] = {}
     for one in evidence:
-        there = [i for i, marker_id in enumerate(one.marker_ids) if marker_id in known]
-        for i, j in pairwise(there):  # each marker with the next one: all pairs would repeat errors
-            ids = (one.marker_ids[i], one.marker_ids[j])
-            true = _apart_m(known[ids[0]].corners_m, known[ids[1]].corners_m)
-            if true < _LEAST_SPACING_M:
-                continue
+        for i, j, true, own_sigma_m in distances_seen(one, survey):
             measured = _apart_m(one.marker_corners_m[i], one.marker_corners_m[j])
-            own_sigma_m = _distance_sigma_m(one.marker_corners_m[[i, j]].mean(axis=1), one.marker_sigma[[i, j]])
+            ids = one.marker_ids[i], one.marker_ids[j]
             seen.setdefault(ids, []).append((measured / true, own_sigma_m / true))
     if not seen:
         return None
@@ -185,6 +180,22 @@ def _distances(evidence: Sequence[ScaleEvidence], survey: Sequence[SurveyedMarke
         ratios.append(float(np.exp(weighted_median(np.log(ratio), weights))))
         sigmas.append(float(np.hypot(_OF_MEDIAN * weights.sum() ** -0.5, surveyed)))
     return _kind(KnownLength.MARKER_DISTANCES, np.array(ratios), np.array(sigmas))
+
+
+def distances_seen(one: ScaleEvidence, survey: Sequence[SurveyedMarker]) -> list[tuple[int, int, float, float]]:
+    """Return the surveyed distances that a station shows: two markers by place, the true metres, the photos' sigma.
+
+    Each marker with the next one: all pairs would repeat errors.
+    """
+    known = {marker.marker_id: marker for marker in survey}
+    there = [i for i, marker_id in enumerate(one.marker_ids) if marker_id in known]
+    found = []
+    for i, j in pairwise(there):
+        true_m = _apart_m(known[one.marker_ids[i]].corners_m, known[one.marker_ids[j]].corners_m)
+        if true_m >= _LEAST_SPACING_M:
+            sigma_m = _distance_sigma_m(one.marker_corners_m[[i, j]].mean(axis=1), one.marker_sigma[[i, j]])
+            found.append((i, j, true_m, sigma_m))
+    return found
 
 
 def _distance_sigma_m(centres_m: FloatArray, relative: FloatArray) -> float:

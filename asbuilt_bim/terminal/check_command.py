@@ -1,27 +1,30 @@
 """`asbuilt-bim check`: today's photos on the notebook in the site container, before anybody leaves."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
 from rich.table import Table
 from rich.text import Text
 
+from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import OutputError
-from asbuilt_bim.flow.check_visit import check_stations
+from asbuilt_bim.flow.check_visit import check_stations, day_of
+from asbuilt_bim.flow.design_source import place_on_map
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
-from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
+from asbuilt_bim.flow.visit_plan import known_report, planned_design, remembered_tags, visit_plan
+from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.project.tables.places import survey_of
+from asbuilt_bim.project.read import Project, Visit, read_project
+from asbuilt_bim.project.tables.places import known_places
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.report.page.check import MADE_BY, check_page, still_said
+from asbuilt_bim.report.page.check import MADE_BY, check_page, unseen_words
 from asbuilt_bim.report.page.visit import walk_parts
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
@@ -67,17 +70,23 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     refuse_missing(project)
     stations = stations_of(request.photos, project)
     cache = Cache(folder=default_folder())
-    survey = survey_of(project)
+    shown = Visit(date=day_of(stations, today), stations=stations)
+    today_too = replace(project, visits=(*project.visits, shown))  # its photos say their size, tables name its stations
+    places = known_places(today_too, lambda: place_on_map(project))
+    design = planned_design(project, cache)
+    known = known_report(project, design, places.survey, shown.date, request.result)
     with screen.steps() as progress:
-        rig = rig_of(project, cache, progress).rig
-        visit = check_stations(stations, project, rig, survey, today, progress, request.workers or 0)
-        plan = _still_unseen(visit, project, rig, survey, cache, request.result)
+        source = rig_of(today_too, cache, progress)
+        workers, tags = request.workers or 0, remembered_tags(known)
+        visit = check_stations(stations, project, source.rig, places, shown.date, progress, workers, tags)
+        plan = _still_unseen(visit, project, design, source.rig, places.survey, known)
+    visit = replace(visit, faults=(*source.warnings, *visit.faults))
     if plan is not None:
-        visit = with_unread_tags(visit, rig, plan.visit.around, surveyed_tags(survey))
+        visit = with_unread_tags(visit, source.rig, plan.visit.around, surveyed_tags(places.survey))
     _show(visit, screen)
     write_page(request.out, check_page(visit, project.name, plan))
     if plan is not None:
-        screen.say(still_said(plan))
+        screen.say(unseen_words(plan))
         for row in walk_parts(plan).rows:
             screen.say(f"  {row.number}. {row.storey}. {row.place} {row.look}")
     screen.say(f"Page: {request.out}")
@@ -92,17 +101,14 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
 def _still_unseen(
     visit: CheckedVisit,
     project: Project,
+    design: BimModel,
     rig: StereoRig,
     survey: tuple[SurveyedMarker, ...],
-    cache: Cache,
-    result: Path | None,
+    known: ProgressReport,
 ) -> VisitPlan | None:
     """Return what today's stations leave unseen of what is due; None where not one of them counts."""
     poses = [one.pose.world_from_left for one in visit.stations if one.pose is not None]
-    if not poses:
-        return None
-    design = planned_design(project, cache)
-    return visit_plan(project, design, rig, survey, visit.day, result=result, taken=poses)
+    return visit_plan(project, design, rig, survey, visit.day, known, taken=poses) if poses else None
 
 
 def check_page_place(path: Path, made_by: bytes) -> None:

@@ -5,7 +5,7 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.flow.rig_source import rig_of
-from asbuilt_bim.flow.visit_plan import planned_design, visit_plan
+from asbuilt_bim.flow.visit_plan import known_report, planned_design, visit_plan
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import survey_of
@@ -43,7 +43,8 @@ def plan_command(request: PlanRequest, screen: Screen, today: date) -> int:
     with screen.steps() as progress:
         rig = rig_of(project, cache, progress).rig
     day = request.day or today
-    plan = visit_plan(project, design, rig, survey, day, result=request.result, most=request.stations or 0)
+    known = known_report(project, design, survey, day, request.result)
+    plan = visit_plan(project, design, rig, survey, day, known, most=request.stations or 0)
     write_page(request.out, plan_page(plan, with_result=request.result is not None))
     parts = walk_parts(plan)
     for row in parts.rows:

@@ -36,8 +36,7 @@ from asbuilt_bim.progress.visits.checked import CheckedStation
 from asbuilt_bim.progress.visits.surroundings import surroundings
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.scale.executor import one_thread, one_thread_each
 from asbuilt_bim.vision.markers.find import FAMILIES
@@ -149,7 +148,7 @@ class Bench:
     project: Project
     rig: StereoRig
     options: MeasureOptions
-    survey: tuple[SurveyedMarker, ...]
+    known: KnownPlaces
     photos: tuple[StationPhotos, ...]
     days: tuple[date, ...]  # of each
 
@@ -157,19 +156,19 @@ class Bench:
         """Check one station by itself."""
         outcome = sighted(photos, self.rig, self.options)
         day = self.project.visits[-1].date
-        return checked_visit([outcome], self.project, self.rig, self.survey, day).stations[0]
+        return checked_visit([outcome], self.project, self.rig, self.known, day).stations[0]
 
 
 def bench() -> Bench:
     """Read the sample."""
     project = read_project(SAMPLE / "project.yaml")
     rig = rig_of(project, Cache(folder=default_folder()), lambda *_, **__: None).rig
-    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    known = KnownPlaces(survey=survey_of(project))
     found = [(visit.date, read_pair(station, project)) for visit in project.visits for station in visit.stations]
     pairs = [(day, one) for day, one in found if isinstance(one, StationPhotos)]
     days, photos = zip(*pairs, strict=True)
     return Bench(
-        project=project, rig=rig, options=options_of(project), survey=survey, photos=tuple(photos), days=tuple(days)
+        project=project, rig=rig, options=options_of(project), known=known, photos=tuple(photos), days=tuple(days)
     )
 
 
@@ -195,9 +194,8 @@ def _stored(photo: Photo, image: np.ndarray) -> Photo:
 
 
 def _without_exif(photo: Photo) -> Photo:
-    return photo_from_bytes(
-        cv2.imencode(".jpg", _pixels(photo), [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes(), photo.name
-    )
+    data = cv2.imencode(".jpg", _pixels(photo), [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    return photo_from_bytes(photo.name, data)
 
 
 def against(station: CheckedStation) -> set[Reason]:
@@ -233,14 +231,14 @@ def faultless(made: Bench) -> tuple[list[Line], dict[str, object]]:
     bad = [one for one in good if one.grade != "ok" or against(one)]
     lines.append(line("good stations of which something is said", str(len(bad)), "0", len(good), not bad, least_n=10))
     design = planned_design(made.project, Cache(folder=default_folder()))
-    floors, tags = read_floors(made.project.ifc), surveyed_tags(made.survey)
+    floors, tags = read_floors(made.project.ifc), surveyed_tags(made.known.survey)
     told_of, unread = 0, 0
     rng = np.random.default_rng([25, 99])
     for photos, day, station in zip(made.photos, made.days, good, strict=True):
         around = surroundings(design, begun_by(design, day), floors)
 
         def not_read(one: CheckedStation, around: object = around) -> tuple[int, ...]:
-            visit = checked_visit([], made.project, made.rig, made.survey, made.project.visits[-1].date)
+            visit = checked_visit([], made.project, made.rig, made.known, made.project.visits[-1].date)
             seen = with_unread_tags(replace(visit, stations=(one,)), made.rig, around, tags)  # type: ignore[arg-type]
             values = next(a.values for a in seen.stations[0].aspects if a.aspect == "tags")
             found = values.get("unread", ())

@@ -20,7 +20,7 @@ from asbuilt_bim.measure.station import StationMeasurement, StationPhotos, measu
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import Project, read_project
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
 from tests.photo_damage import _rewrite
 from tests.site_fixture import contents, rig_file, site, small_project, write
 
@@ -45,8 +45,8 @@ def photos(folder: Path, *names: str) -> Path:
 
 def check(project: Project, folder: Path) -> CheckedVisit:
     rig = read_rig(project.folder / "rig.yaml")
-    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
-    return check_stations(stations_of([folder], project), project, rig, survey, TODAY, lambda *_: None, workers=1)
+    known = KnownPlaces(survey=survey_of(project))
+    return check_stations(stations_of([folder], project), project, rig, known, TODAY, lambda *_: None, workers=1)
 
 
 def why(station: CheckedStation) -> set[Reason]:
@@ -164,3 +164,19 @@ def test_a_folder_without_photos_is_refused_in_one_line(project: Project, tmp_pa
     assert done.exit_code == 1 and "holds no photos" in done.output
     lone = run(tmp_path / "a.jpg", "--project", project.path, "--out", tmp_path / "page.html")
     assert lone.exit_code == 2 and "are no pairs" in lone.output
+
+
+def test_the_plan_command_lists_as_many_stations_as_asked_for_and_writes_the_page(
+    project: Project, tmp_path: Path
+) -> None:
+    page = tmp_path / "plan.html"
+    common = ["plan", "--project", str(project.path), "--date", "2026-03-02"]
+    done = CliRunner().invoke(app, [*common, "--stations", "2", "--out", str(page)])
+    assert done.exit_code == 0, done.output
+    assert "2. " in done.output and "3. Ground" not in done.output and "2 stations show" in done.output
+    assert b"asbuilt-bim plan" in page.read_bytes()[:2048]
+    (tmp_path / "none").mkdir()
+    no_run = CliRunner().invoke(app, [*common, "--result", str(tmp_path / "none"), "--out", str(page)])
+    assert no_run.exit_code == 1 and "holds no run" in no_run.output
+    checked = run(photos(tmp_path / "today", "G1"), "--project", project.path, "--out", page)
+    assert checked.exit_code == 1 and "is no page of this command's" in checked.output

@@ -193,7 +193,7 @@ def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(
 def test_a_station_of_another_day_is_not_measured_again_with_a_refined_rig(
     project: Project, cache: Cache, result: RunResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refining(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None = None) -> WatchedVisit:
+    def refining(outcomes: Sequence[Outcome], rig: StereoRig, again: MeasureAgain | None, _: object) -> WatchedVisit:
         assert again is not None
         assert again([outcome.station for outcome in outcomes], rig) == {}
         return watch_rig(outcomes, rig)

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rig import StereoRig
+from asbuilt_bim.camera.rig_formats.factory import FACTORY
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.rig_check import SIGNS_OF_KNOCK, Outcome, watch_rig
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import RejectedStation
+from asbuilt_bim.register.rig_lengths import known_rig
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
+from tests.register.lengths_seen import visit
+from tests.register.test_rig_lengths import area_errors, camera, standing
 from tests.vision.stereo.test_rig_health import calibrated, health, turned
 
 
@@ -125,3 +129,30 @@ def test_what_one_station_shows_of_a_knock_gives_way_to_its_visits_verdict(code:
         (rejection,) = outcome.rejections
         assert rejection.code is Reason.RIG_KNOCKED
         assert rejection.values["matches"] != -1, "the visit's, not the station's own"
+
+
+def test_known_lengths_move_a_bought_rig_and_the_stations_are_measured_again_and_told_so() -> None:
+    bought = replace(calibrated(), covariance=frozen(np.zeros((14, 14))), width=FACTORY)
+    true = standing(bought, 0.04, 0.004)
+    evidence, known = visit(true, bought, 1, stations=3)
+    given: list[Outcome] = [
+        RejectedStation(station=f"S{k}", rejections=(), health=health(f"S{k}", true, bought, k), scale=one)
+        for k, one in enumerate(evidence)
+    ]
+    asked: list[StereoRig] = []
+
+    def again(names: Sequence[str], rig: StereoRig) -> Mapping[str, Outcome]:
+        asked.append(rig)
+        return {
+            name: RejectedStation(station=name, rejections=(), health=health(name, true, rig, k))
+            for k, name in enumerate(names)
+        }
+
+    watched = watch_rig(given, bought, again, known)
+    (rig,) = asked
+    errors = [np.abs(area_errors(one, true)).max() for one in (known_rig(bought, camera(bought)), rig)]
+    assert errors[1] < 0.5 * errors[0] and rig.covariance.any()
+    (note,) = watched.notes
+    assert note.code is Reason.RIG_REFINED_BY_LENGTHS and "known lengths show it" in note_words(note)
+    assert watched.records[0].refined and not watched.warnings
+    assert watch_rig(given, bought, None, known).notes == ()

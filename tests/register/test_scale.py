@@ -40,6 +40,7 @@ def evidence(
         marker_ids=tuple(m.marker_id for m in survey),
         marker_corners_m=frozen(corners * rng.normal(1.0, 0.002, (len(survey), 1, 1))),
         marker_sigma=frozen(np.full(len(survey), 0.003)),
+        marker_depth_m=frozen(np.full(len(survey), 0.01)),
     )
 
 
@@ -82,7 +83,11 @@ def test_one_wrong_row_of_the_survey_doesnt_condemn_the_rig() -> None:
 
 def test_nothing_known_says_nothing() -> None:
     empty = ScaleEvidence(
-        target_diameter_m=0.0, marker_ids=(), marker_corners_m=frozen(np.zeros((0, 4, 3))), marker_sigma=frozen([])
+        target_diameter_m=0.0,
+        marker_ids=(),
+        marker_corners_m=frozen(np.zeros((0, 4, 3))),
+        marker_sigma=frozen([]),
+        marker_depth_m=frozen([]),
     )
     assert judge_scale([empty], None, SIZE_M, SURVEY) is None
 

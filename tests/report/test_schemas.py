@@ -79,7 +79,7 @@ def test_the_example_project_fits():
     "change",
     [
         lambda d: d.update(ifcs="x"),
-        lambda d: d.pop("markers"),
+        lambda d: d["markers"].pop("size_m"),
         lambda d: d.update(version=2),
         lambda d: d.update(visits=[]),
         lambda d: d["visits"][0].update(date="2.3.2026"),

@@ -20,6 +20,7 @@ from asbuilt_bim.ifc.read.federation import Member, member, same_storeys
 from asbuilt_bim.ifc.read.orientation import read_grid_lines, read_north
 from asbuilt_bim.ifc.read.schedule import read_tasks
 from asbuilt_bim.ifc.read.source import files_digest, open_ifc
+from asbuilt_bim.ifc.read.zones import read_zones
 
 _DAMAGE = (AssertionError, AttributeError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
 """What ifcopenshell raises where an entity outside the elements lacks what the schema says it has."""
@@ -114,8 +115,21 @@ def _design(files: Sequence[tuple[Path, Any]], scope: str | None) -> BimModel:
         ),
     )
     with _damage_named(files[0][0]):
+        design = _with_zones(members, design)
         design = replace(design, north=read_north(members), grid_lines=read_grid_lines(members))
     return _with_plan(members, design)
+
+
+def _with_zones(members: Sequence[Member], design: BimModel) -> BimModel:
+    """Return a design whose elements know the zones that any of its files puts them in."""
+    zones: dict[str, tuple[str, ...]] = {}
+    for one in members:
+        for key, names in read_zones(one.file).items():
+            zones[key] = tuple(dict.fromkeys((*zones.get(key, ()), *names)))
+    if not zones:
+        return design
+    placed = (replace(e, zones=zones[e.global_id]) if e.global_id in zones else e for e in design.elements)
+    return replace(design, elements=tuple(placed))
 
 
 def _with_plan(members: Sequence[Member], design: BimModel) -> BimModel:

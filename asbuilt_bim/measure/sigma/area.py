@@ -90,7 +90,7 @@ def calibration_sigmas_m2(
         return np.zeros(0)
     is_known = bool(np.any(rig.covariance))
     turn_rad = np.zeros(5) if is_known else np.array(rig.width.turn_rad)
-    lens_px = rows_px if is_known else max(rig.width.lens_px, rows_px)
+    lens_px = max(rig.lens_left_px, rows_px)
     sigmas = np.array([_by_disparity_m2(rings, q, camera, turn_rad, lens_px) for rings, q in outlines])
     if is_known:
         by_rig = _by_covariance_m2(outlines, rig, camera)
@@ -149,7 +149,7 @@ def left_of_disparity_px(
     Each column is one independent error of one sigma: the turn's five numbers where they aren't zero, and the lenses'
     at each cell of the frame, between which they change smoothly.
     """
-    columns = [lens_px * _hats(pixels, camera)]
+    columns = [lens_px * hats(pixels, camera)]
     points = _on_plane(pixels, q_px, camera)
     for turn in np.diag(turn_rad)[turn_rad > 0.0]:
         left, right = seen_by(points, turn, camera)
@@ -157,7 +157,7 @@ def left_of_disparity_px(
     return np.concatenate(columns, axis=1)
 
 
-def _hats(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
+def hats(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     """Return (N, cells): how much of each cell's value a pixel has, linear between the cells' middles."""
     weights = []
     for along, count, size in zip(pixels.T, LENS_CELLS, (camera.width_px, camera.height_px), strict=True):

@@ -19,14 +19,17 @@ from asbuilt_bim.vision.target.find import TargetOptions, TargetSighting, find_t
 class ScaleEvidence:
     """Lengths as one station's photos show them: `marker_corners_m` (M, 4, 3) in the left frame, of `marker_ids`.
 
-    `marker_sigma` (M,) is the relative standard deviation of a marker's size; `target_diameter_m` is 0 where no single
-    disc is seen in both photos.
+    `marker_sigma` (M,) is the relative standard deviation of a marker's size, `marker_depth_m` (M,) a corner's own in
+    depth; `target_diameter_m` is 0 where no single
+    disc is seen in both photos, and `target_m` (3,) its centre.
     """
 
     target_diameter_m: float
     marker_ids: tuple[int, ...]
     marker_corners_m: FloatArray
     marker_sigma: FloatArray
+    marker_depth_m: FloatArray
+    target_m: FloatArray | None = None
 
 
 def scale_evidence(
@@ -35,7 +38,7 @@ def scale_evidence(
     """Gather what a station shows of scale; a single disc of another size than given counts: the rig may be wrong."""
     if target is None and options.diameter_m is not None:
         target, _ = find_target(pair, replace(options, diameter_m=None, required=False))
-    ids, corners, sigmas = [], [], []
+    ids, corners, sigmas, depths = [], [], [], []
     for marker in markers:
         if marker.right_px is None:
             continue
@@ -48,11 +51,14 @@ def scale_evidence(
         # four corners' disparities are averaged, and of each side both ends err
         depth = marker.sigma_px * np.sqrt(2.0) / float(np.mean(disparity)) / 2.0
         sigmas.append(float(np.hypot(depth, marker.sigma_px / side)))
+        depths.append(2.0 * depth * float(np.mean(corners[-1][:, 2])))
     return ScaleEvidence(
         target_diameter_m=0.0 if target is None else target.diameter_m,
         marker_ids=tuple(ids),
         marker_corners_m=frozen(np.array(corners).reshape(-1, 4, 3)),
         marker_sigma=frozen(np.array(sigmas)),
+        marker_depth_m=frozen(np.array(depths)),
+        target_m=None if target is None else frozen(pair.camera.points(target.left_px, target.disparity_px)),
     )
 
 

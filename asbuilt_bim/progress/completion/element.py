@@ -123,6 +123,7 @@ def progress_of(
         accepted=displaced is not None and displaced.accepted,
         as_far_as_seen=state == "complete" and completion.lower < options.nearly_all,
         type_name=element.type_name,
+        zones=element.zones,
     )
 
 

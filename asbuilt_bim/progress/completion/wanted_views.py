@@ -48,7 +48,10 @@ def wanted_views(
     asked.sort(key=lambda e: (e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id))
     if not asked:
         return ()
-    screens, places = _screens(design), {s.name: s.world_from_left for s in stations if s.world_from_left is not None}
+    screens, places = (
+        _screens(design, asked[:MOST]),
+        {s.name: s.world_from_left for s in stations if s.world_from_left is not None},
+    )
     views = (_view(e, open_m2[e.global_id], surfaces, screens, places, e.global_id in begun) for e in asked[:MOST])
     return tuple(view for view in views if view is not None)
 
@@ -143,12 +146,21 @@ def _side(a: FloatArray, b: FloatArray, point: FloatArray) -> FloatArray:
     return side
 
 
-def _screens(design: BimModel) -> _Screens:
-    """Return what hides: planes by their widths, lateral surfaces by two diameters."""
+def _screens(design: BimModel, asked: Sequence[BimElement]) -> _Screens:
+    """Return what may hide some elements: planes by their widths, lateral surfaces by two diameters."""
     names: list[str] = []
     segments: list[FloatArray] = []
     heights: list[tuple[float, float]] = []
-    for face in (face for element in design.elements for face in element.faces):
+    reach_m = max(DISTANCES_M) + 1.0  # no sight is longer than the first
+    low, high = (
+        np.array([side(one.vertices_m[:, :2], axis=0) for one in design.elements]) for side in (np.min, np.max)
+    )
+    some = {one.global_id for one in asked}
+    near = np.zeros(len(low), dtype=bool)
+    for number in (number for number, one in enumerate(design.elements) if one.global_id in some):
+        near |= ((low <= high[number] + reach_m) & (high >= low[number] - reach_m)).all(axis=1)
+    around = [element for element, is_near in zip(design.elements, near.tolist(), strict=True) if is_near]
+    for face in (face for element in around for face in element.faces):
         u0, v0, u1, v1 = polygon.bounds(face.rings_uv_m)
         corners = face.frame.from_uv([[u0, v0], [u1, v1]])
         radius = getattr(face.frame, "radius_m", 0.0)

@@ -22,7 +22,7 @@ _LEVELS_M = (0.3, 1.0, 1.7)  # over the floor: what stands at one of them stands
 _UNDER_TOP_M = 0.1  # over every lintel
 _FOOT_M = 0.4  # a floor's top lies no further from the feet of what stands on it: screed, kickers, a raked slab
 _CELL_M, _MOST_CELLS = 0.1, 4_000_000
-_EVERY_M, _MOST_PLACES = 0.8, 260
+_EVERY_M, _MOST_PLACES = 0.8, 1500
 _UPRIGHT = 0.9  # cosine: a ramp of 25 degrees is no floor
 
 
@@ -61,7 +61,7 @@ def standing_places(
     bodies: list[BimElement | Obstacle] = [one for one in design.elements if one.global_id in standing]
     for body in (*bodies, *others):
         _fill(blocked, _footprint(body, floor_z), low, cell)
-    free = (_away(1 - floor, cell) > EDGE_M) & (_away(blocked, cell) > BODY_M)
+    free = (_away(1 - floor, cell) > EDGE_M + cell) & (_away(blocked, cell) > BODY_M + cell)
     spots = _spread(free, cell)
     eyes = np.column_stack([low + (spots + 0.5) * cell, np.full(len(spots), floor_z + EYE_M)])
     return StandingPlaces(storey=storey, floor_z_m=floor_z, eyes_m=frozen(eyes), by_hull=hull)

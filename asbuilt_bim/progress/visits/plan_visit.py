@@ -2,15 +2,18 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.bim.model import BimModel, Obstacle
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, frozen
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.visits.places import StandingPlaces, standing_places
 from asbuilt_bim.progress.visits.sights import (
+    EITHER,
     TAKEN,
     Reach,
     RigFrames,
@@ -73,8 +76,9 @@ def seen_from(
 ) -> BoolArray:
     """Return which patches (P,) a station at a pose (4, 4) shows, by the design."""
     seen = framed_patches(frames, pose, squares)
-    some = np.flatnonzero(seen)
-    seen[some] = sighted_patches(around, pose[:3, 3], squares.part(seen), reach)
+    for eye in (pose[:3, 3], frames.right_eye(pose)):
+        some = np.flatnonzero(seen)
+        seen[some] = sighted_patches(around, eye, squares.part(seen), reach)
     return seen
 
 
@@ -109,7 +113,7 @@ def plan_visit(
         squares = squares.without(of_squares(squares, seen_from(whole, around, pose, squares)))
     frames = rig_frames(rig)
     visible = np.zeros(len(squares.area_m2), dtype=np.bool_)
-    left = np.ones(len(squares.area_m2), dtype=np.bool_)
+    left_m2 = squares.area_m2.copy()
     chosen: list[_View] = []
     by_hull: list[str] = []
     for storey in dict.fromkeys(one.storey for one in squares.elements):
@@ -118,8 +122,8 @@ def plan_visit(
             continue
         by_hull += [storey] if places.by_hull else []
         views = _views(frames, around, squares, places)
-        visible |= _any_square(squares, views)
-        chosen += _needed(_greedy(squares, views, left), squares)
+        visible[_joined([view.squares for view in views])] = True
+        chosen += _needed(_greedy(frames, around, squares, views, left_m2), squares)
     allowed = _best(chosen, squares, most)
     seen, stations = _numbered(squares, allowed)
     return PlannedVisit(
@@ -132,8 +136,12 @@ def plan_visit(
 class _View:
     storey: str
     pose: FloatArray
-    patches: BoolArray  # (P,)
-    squares: BoolArray  # (S,)
+    patches: IntArray  # their numbers, as of the squares: thousands of views of thousands of patches fit the memory
+    squares: IntArray
+
+    def gain_m2(self, areas_m2: FloatArray) -> float:
+        """Return the area that it shows, of areas (S,) that are 0 where nothing is wanted any more."""
+        return float(areas_m2[self.squares].sum())
 
 
 def _views(frames: RigFrames, around: Surroundings, squares: Squares, places: StandingPlaces) -> list[_View]:
@@ -152,56 +160,76 @@ def _views(frames: RigFrames, around: Surroundings, squares: Squares, places: St
         framed: BoolArray = np.all(frames.show_upright(eye, bearings, points), axis=2)
         for bearing, shown in zip(bearings, framed, strict=True):
             if shown.any():
-                patches = np.zeros(len(squares.square), dtype=np.bool_)
-                patches[free[shown]] = True
-                found = of_squares(squares, patches)
-                pose = upright_pose(eye, float(bearing))
-                views.append(_View(storey=places.storey, pose=pose, patches=patches, squares=found))
+                views.append(_view(squares, places.storey, upright_pose(eye, float(bearing)), free[shown]))
     return views
+
+
+def _view(squares: Squares, storey: str, pose: FloatArray, patches: NDArray[np.intp]) -> _View:
+    found = np.unique(squares.square[patches]).astype(np.int32)
+    return _View(storey=storey, pose=pose, patches=patches.astype(np.int32), squares=found)
 
 
 def _needed(chosen: Sequence[_View], squares: Squares) -> list[_View]:
     """Return views less those whose squares the others show, too: a greedy choice begins with what it needs least."""
     kept = list(chosen)
+    times = np.bincount(_joined([view.squares for view in kept]), minlength=len(squares.area_m2))
     while kept:
-        times = np.sum([view.squares for view in kept], axis=0)
-        alone = [float(squares.area_m2[view.squares & (times == 1)].sum()) for view in kept]
+        alone = [view.gain_m2(np.where(times == 1, squares.area_m2, 0.0)) for view in kept]
         least = int(np.argmin(alone))
         if alone[least] >= LEAST_GAIN_M2:
             break
-        del kept[least]
+        times[kept.pop(least).squares] -= 1
     return kept
 
 
-def _any_square(squares: Squares, views: Sequence[_View]) -> BoolArray:
-    found = np.zeros(len(squares.area_m2), dtype=np.bool_)
-    for view in views:
-        found |= view.squares
-    return found
+def _joined(parts: Sequence[IntArray]) -> IntArray:
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int32)
 
 
-def _greedy(squares: Squares, views: Sequence[_View], left: BoolArray) -> list[_View]:
-    """Return views, each the one that adds most, as long as one is worth it; takes what they show from `left` (S,)."""
-    if not views:
-        return []
-    shows = np.stack([view.squares for view in views])
+def _greedy(
+    frames: RigFrames, around: Surroundings, squares: Squares, views: Sequence[_View], left_m2: FloatArray
+) -> list[_View]:
+    """Return views, each the one that adds most, as long as one is worth it; what they show leaves `left_m2` (S,).
+
+    A view never adds more than it did before, so only those at the top are reckoned anew. Places were looked from with
+    the left eye, which doesn't move as the rig turns: of a view at the top, what the right eye doesn't see goes first.
+    """
+    waiting = [(-view.gain_m2(left_m2), number) for number, view in enumerate(views)]
+    heapify(waiting)
+    by_both: dict[int, _View] = {}
     chosen: list[_View] = []
-    while True:
-        gains = shows @ np.where(left, squares.area_m2, 0.0)
-        best = int(np.argmax(gains))
-        if gains[best] < LEAST_GAIN_M2:
-            return chosen
-        chosen.append(views[best])
-        left &= ~views[best].squares
+    while waiting:
+        before, number = heappop(waiting)
+        if -before < LEAST_GAIN_M2:
+            break
+        view = by_both.get(number, views[number])
+        gain = view.gain_m2(left_m2)
+        if gain < -before:
+            heappush(waiting, (-gain, number))
+        elif number not in by_both:
+            by_both[number] = _by_both(frames, around, squares, view)
+            heappush(waiting, (-by_both[number].gain_m2(left_m2), number))
+        else:
+            chosen.append(view)
+            left_m2[view.squares] = 0.0
+    return chosen
+
+
+def _by_both(frames: RigFrames, around: Surroundings, squares: Squares, view: _View) -> _View:
+    """Return a view less the patches that the right eye doesn't see."""
+    some = np.zeros(len(squares.square), dtype=np.bool_)
+    some[view.patches] = True
+    seen = sighted_patches(around, frames.right_eye(view.pose), squares.part(some), EITHER)
+    return _view(squares, view.storey, view.pose, np.flatnonzero(some)[seen])
 
 
 def _best(chosen: Sequence[_View], squares: Squares, most: int) -> list[_View]:
     """Return the views that show most together, `most` of them at most, by storey in the order of a walk."""
-    left = np.ones(len(squares.area_m2), dtype=np.bool_)
+    left_m2 = squares.area_m2.copy()
     rest, kept = list(chosen), list[_View]()
     while rest and (not most or len(kept) < most):
-        best = max(rest, key=lambda view: float(squares.area_m2[view.squares & left].sum()))
-        left &= ~best.squares
+        best = max(rest, key=lambda view: view.gain_m2(left_m2))
+        left_m2[best.squares] = 0.0
         rest.remove(best)
         kept.append(best)
     walk: list[_View] = []
@@ -228,16 +256,18 @@ def _numbered(squares: Squares, chosen: Sequence[_View]) -> tuple[BoolArray, tup
     seen = np.zeros(len(squares.area_m2), dtype=np.bool_)
     stations: list[PlannedStation] = []
     for number, view in enumerate(chosen, start=1):
-        new = view.squares & ~seen
+        shown, patches = np.zeros_like(seen), np.zeros(len(squares.square), dtype=np.bool_)
+        shown[view.squares], patches[view.patches] = True, True
+        new = shown & ~seen
         stations.append(
             PlannedStation(
                 number=number,
                 storey=view.storey,
                 world_from_left=frozen(view.pose),
-                patches=view.patches,
-                first=view.patches & new[squares.square],
+                patches=patches,
+                first=patches & new[squares.square],
                 gain_m2=float(squares.area_m2[new].sum()),
             )
         )
-        seen |= view.squares
+        seen |= shown
     return seen, tuple(stations)

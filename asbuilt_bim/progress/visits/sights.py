@@ -33,6 +33,8 @@ class Reach:
 
 
 PLANNED = Reach()
+EITHER = Reach(near_m=0.0, far_m=2.0 * FAR_M, slant_rad=float(np.radians(80.0)))
+"""Of the right eye, where the left one judges distance and slant."""
 TAKEN = Reach(near_m=0.5 * NEAR_M, far_m=1.5 * FAR_M, slant_rad=float(np.radians(75.0)))
 
 
@@ -47,6 +49,12 @@ class RigFrames:
     def show(self, world_from_left: FloatArray, points_m: FloatArray) -> BoolArray:
         """Say of points (..., 3) of the world whether both photos of a pose (4, 4) show them."""
         return self._show((points_m - world_from_left[:3, 3]) @ world_from_left[:3, :3])
+
+    def right_eye(self, world_from_left: FloatArray) -> FloatArray:
+        """Return where the right camera's centre (3,) is at a pose (4, 4) of the left one."""
+        in_left = -self.right_from_left[:3, :3].T @ self.right_from_left[:3, 3]
+        eye: FloatArray = world_from_left[:3, :3] @ in_left + world_from_left[:3, 3]
+        return eye
 
     def show_upright(self, eye_m: FloatArray, bearings_rad: FloatArray, points_m: FloatArray) -> BoolArray:
         """Say (B, ...) of points (..., 3) whether an upright rig at an eye (3,) shows them, by its bearings (B,)."""

@@ -46,7 +46,7 @@ def check_html(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = 
         environment()
         .get_template("check.html.j2")
         .render(
-            still="" if plan is None else still_said(plan),
+            still="" if plan is None else unseen_words(plan),
             parts=None if plan is None else walk_parts(plan, places_of(poses, plan)),
             no_storey=NO_STOREY,
             order=ORDER,
@@ -67,7 +67,7 @@ def check_page(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = 
     return check_html(visit, project_name, plan).encode("utf-8", "replace")
 
 
-def still_said(plan: VisitPlan) -> str:
+def unseen_words(plan: VisitPlan) -> str:
     """Say what of the plan today's stations leave unseen, and what more of them would show."""
     visit = plan.visit
     return still_words(visit.asked_m2, visit.wanted.total_m2, len(plan.stations), visit.seen_m2)

@@ -48,7 +48,7 @@ def page_context(
     stations = station_cards(report, pictures)
     now = [card.photo for card in stations if card.photo is not None]
     then = photos_before(before, pictures_before)
-    steps = next_rows(report)
+    steps, plans = next_rows(report), storey_plans(report)
     names = storey_names(report)
     return {
         "report": report,
@@ -57,7 +57,8 @@ def page_context(
         "elements": _by_storey(report, names),
         "storey_names": names,
         "no_storey": NO_STOREY,
-        "plans": storey_plans(report),
+        "plans": plans,
+        "plan_number": {plan.storey: number for number, plan in enumerate(plans)},
         "cards": element_cards(report, now, earlier, then),
         "photos": [*now, *then],
         "photo_sizes": {photo.key: (photo.width, photo.height) for photo in (*now, *then)},

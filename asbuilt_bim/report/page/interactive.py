@@ -39,6 +39,7 @@ def interactive_from(context: Context, templates: Environment) -> str:
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     own = {
         "interactive": True,
+        "has_zones": any(card.element.zones for card in context["cards"]),
         "script": Markup(script),  # ours, and without a closing tag
         "script_digest": f"sha256-{digest}",
         "rows": Markup(json_in_html(element_columns(context))),
@@ -62,6 +63,7 @@ def element_columns(context: Context) -> dict[str, object]:
     elements = [card.element for card in cards]
     of_tasks = tasks_by_element(report)
     storeys, tasks = _distinct(card.storey for card in cards), _distinct(t for card in cards for t in card.tasks)
+    zones = _distinct(sorted(zone for card in cards for zone in card.element.zones))
     late = {row.global_id: row.late_days for card in cards for row in card.late}
     named = {task: number for number, task in enumerate(tasks)}
     columns: dict[str, Sequence[object]] = {
@@ -71,6 +73,7 @@ def element_columns(context: Context) -> dict[str, object]:
         "storey": [storeys.index(card.storey) for card in cards],
         "state": [e.shown_state for e in elements],
         "task": [[named[task] for task in of_tasks.get(e.global_id, ())] for e in elements],
+        "zone": [[zones.index(zone) for zone in card.element.zones] for card in cards],
         "only": _flags(context, elements),
         "lower": [round(e.completion.lower, 4) for e in elements],
         "upper": [round(e.completion.upper, 4) for e in elements],
@@ -80,6 +83,7 @@ def element_columns(context: Context) -> dict[str, object]:
         "late": [late.get(e.global_id) for e in elements],
     }
     tables = {"storeys": [plain(one) for one in storeys], "tasks": [plain(one) for one in tasks]}
+    tables["zones"] = [plain(one) for one in zones]
     return {**tables, "states": list(context["order"]), "columns": columns, "words": _words(context, elements)}
 
 

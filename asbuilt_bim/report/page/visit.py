@@ -130,7 +130,7 @@ def _row(station: ExpectedStation, names: dict[str, str], towards: str) -> WalkR
     return WalkRow(
         number=planned.number,
         storey=names.get(planned.storey, NO_STOREY),
-        place=place_words([(_name(element), away) for element, away in station.beside]),
+        place=place_words([(_name(element), away) for element, away in station.nearest]),
         look=look_words(_name(main), station.distance_m, towards),
         shows=shown_words([(_name(one.element), one.m2) for one in station.shown]),
         sigma=sigma_words(station.sigma, station.distance_m),

@@ -42,8 +42,22 @@ def _rows_apart(note: Note) -> str:
     return f"Rows of the photo pairs lie apart, in px: {each}. --refine-rig (rig.refine: true) mends it"
 
 
+def _by_lengths(note: Note) -> str:
+    stations = note.values["stations"]
+    names = [str(name) for name in stations] if isinstance(stations, tuple) else []
+    which = f"stations {names[0]} to {names[-1]}" if len(names) > 1 else f"station {''.join(names)}"
+    yaw, yaw_sigma = (np.rad2deg(float(str(note.values[key]))) for key in ("yaw_rad", "yaw_sigma_rad"))
+    text = (
+        f"Rig, {which}: moved to where {{lengths}} known lengths show it. Yaw {yaw:+.3f}° ± {yaw_sigma:.3f}°, baseline "
+        f"{100.0 * float(str(note.values['scale'])):+.2f} % ± {{scale_sigma:hundredth %}}. An area at 5 m is known to "
+        "±{area_sigma:hundredth %}, before to ±{area_sigma_before:hundredth %}"
+    )
+    return filled(text, note)
+
+
 RIG_NOTES: Mapping[Reason, Template] = {
     Reason.RIG_USED_REFINED: _refined,
+    Reason.RIG_REFINED_BY_LENGTHS: _by_lengths,
     Reason.RIG_KNOCKED_BETWEEN: _knocked,
     Reason.RIG_ROWS_APART: _rows_apart,
     Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale: each area's sigma holds {share:hundredth %}",

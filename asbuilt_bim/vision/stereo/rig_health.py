@@ -192,9 +192,8 @@ def _state(area: float, area_sigma: float, rows_px: float, rows_sigma_px: float,
 
 def _calibration(from_rig: FloatArray, from_lens: FloatArray, rig: StereoRig) -> FloatArray:
     """Return what the calibration's errors put into the correction (5, 5); a known covariance has its lenses in it."""
-    if not np.any(rig.covariance):
-        return rig.width.lens_px**2 * from_lens @ from_lens.T
-    return from_rig @ rig.covariance @ from_rig.T
+    lenses: FloatArray = rig.lens_left_px**2 * from_lens @ from_lens.T
+    return lenses + from_rig @ rig.covariance @ from_rig.T if np.any(rig.covariance) else lenses
 
 
 def _rows_sigma(correction: FloatArray, covariance: FloatArray, camera: RectifiedCamera) -> float:

@@ -14,6 +14,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.page.interactive import SCRIPT, json_in_html
 from asbuilt_bim.report.page.write import write_pages
 from benchmarks.chromium import DRIVEN, Tab, opened_tab
+from tests.report.page.test_first_screen import wanted
 from tests.report.sample_report import (
     HOSTILE_FORMULA,
     HOSTILE_MARKUP,
@@ -136,6 +137,19 @@ def test_filters_and_order_come_back_from_the_address(tab: Tab, page: Path) -> N
 
 
 @in_a_browser
+def test_elements_are_found_by_their_zone(browser: Tab, tmp_path: Path) -> None:
+    report = sample_report()
+    zones = [("Pour 1", IMAGE), ("Pour 1",), *[()] * 6]
+    elements = tuple(replace(e, zones=own) for e, own in zip(report.elements, zones, strict=True))
+    page = write_pages(replace(report, elements=elements), {}, tmp_path)[0]
+    browser.open(page.as_uri() + "#zone=Pour+1")
+    browser.until("document.documentElement.dataset.ready === 'yes'")
+    assert len(names(browser)) == 2
+    put(browser, "zone", IMAGE)
+    assert len(names(browser)) == 1 and "zone=" in browser.value("location.hash")
+
+
+@in_a_browser
 def test_a_click_opens_a_card_arrows_go_on_and_escape_closes_it(tab: Tab) -> None:
     put(tab, "state", "unknown")
     order = names(tab)
@@ -180,3 +194,21 @@ def test_a_station_opens_with_its_picture(tab: Tab) -> None:
     tab.until("document.getElementById('card').dataset.ready === 's A1'")
     assert tab.value("document.querySelector('#card-body image, #symbols image') !== null")
     assert "s=A1" in tab.value("location.hash")
+
+
+@in_a_browser
+def test_a_card_leads_to_the_plan_and_a_search_stands_beside_what_it_found(tab: Tab, tmp_path: Path) -> None:
+    report = sample_report()
+    report = replace(report, wanted_views=(wanted(report, 3, 0.0, 5.0),))
+    tab.open(write_pages(report, {}, tmp_path)[0].as_uri())
+    tab.until("document.documentElement.dataset.ready === 'yes'")
+    tab.click("nav a[href='#elements']")
+    put(tab, "q", "w-01")
+    assert tab.value("document.querySelector('#table tbody a').getBoundingClientRect().top") < 422  # half the screen
+    tab.click("#table tbody a")
+    tab.until(f"document.getElementById('card').dataset.ready === 'e {global_id(3)}'")
+    tab.click("#card a[href='#plan-0']")
+    tab.until("!document.getElementById('card').open && document.querySelectorAll('#plan-0[open] svg').length === 1")
+    top = tab.value("document.getElementById('plan-0').getBoundingClientRect().top")
+    assert -1 <= top < 844
+    tab.value("document.title = '<img'")  # the fixture's page had such a name

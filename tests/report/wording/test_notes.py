@@ -54,6 +54,9 @@ SAMPLES: Values = {
     "tax": 0.19,
     "project_retention": 0.05,
     "project_tax": 0.07,
+    "lengths": 12,
+    **dict.fromkeys(("yaw_rad", "yaw_sigma_rad"), 0.0006),
+    **dict.fromkeys(("scale", "scale_sigma", "area_sigma_before", "area_sigma"), 0.004),
 }
 
 

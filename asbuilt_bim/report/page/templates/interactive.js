@@ -4,11 +4,11 @@
 (() => {
   const byId = (id) => document.getElementById(id);
   const data = JSON.parse(byId("data").textContent);
-  const { columns, words, storeys, tasks, states } = data;
+  const { columns, words, storeys, tasks, zones, states } = data;
   const total = columns.id.length;
   const number = new Map(columns.id.map((id, index) => [id, index]));
   const form = byId("controls"), body = byId("table").tBodies[0], dialog = byId("card"), more = byId("more");
-  const FIELDS = ["q", "storey", "class", "state", "task", "only", "sort"];
+  const FIELDS = ["q", "storey", "class", "state", "task", "zone", "only", "sort"].filter((name) => form.elements[name]);
   const PAGE = 200;
   const SORTED = { name: "name", state: "state", lower: "-lower", upper: "-upper", seen: "-seen", area: "-area", offset: "-offset", late: "-late" };
   const collator = new Intl.Collator("en", { numeric: true });
@@ -19,7 +19,7 @@
     const hash = location.hash.slice(1);
     if (hash.startsWith("e-")) return { ...chosen, e: decodeURIComponent(hash.slice(2)), s: "" };
     if (hash === "late" || hash === "since") return { only: hash };
-    if (hash && !hash.includes("=")) return chosen; // a place on the page
+    if (hash && !hash.includes("=")) return { ...chosen, e: "", s: "" }; // a place on the page
     return Object.fromEntries(new URLSearchParams(hash));
   }
 
@@ -49,20 +49,25 @@
       draw();
     }
     if (hash === "late" || hash === "since") byId("elements").scrollIntoView();
+    if (chosen.state || chosen.storey || chosen.class || chosen.task || chosen.zone || chosen.only) byId("filters").open = true;
     open(chosen.e ? `e ${chosen.e}` : chosen.s ? `s ${chosen.s}` : "");
+    const place = hash && !hash.includes("=") && byId(hash);
+    if (place && place.classList.contains("floor")) place.open = true;
+    if (place) place.scrollIntoView(); // a card that closes here would lead back to where it was opened
   }
 
   // Which elements, in which order ----------------------------------------------------------------------------------
   const haystack = columns.id.map((id, i) =>
-    [columns.name[i], columns.class[i], storeys[columns.storey[i]], id, ...columns.task[i].map((one) => tasks[one])].join("\n").normalize("NFC").toLowerCase());
+    [columns.name[i], columns.class[i], storeys[columns.storey[i]], id, ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
 
   function found(wanted) {
     const parts = (wanted.q || "").normalize("NFC").toLowerCase().split(/\s+/).filter(Boolean);
-    const storey = wanted.storey ? storeys.indexOf(wanted.storey) : -1, task = wanted.task ? tasks.indexOf(wanted.task) : -1;
+    const storey = wanted.storey ? storeys.indexOf(wanted.storey) : -1, task = tasks.indexOf(wanted.task), zone = zones.indexOf(wanted.zone);
     const kept = [];
     for (let i = 0; i < total; i += 1) {
       if (wanted.storey && columns.storey[i] !== storey) continue;
       if (wanted.task && !columns.task[i].includes(task)) continue;
+      if (wanted.zone && !columns.zone[i].includes(zone)) continue;
       if (wanted.class && columns.class[i] !== wanted.class) continue;
       if (wanted.state && columns.state[i] !== wanted.state) continue;
       if (wanted.only && !columns.only[i].includes(wanted.only)) continue;
@@ -275,6 +280,8 @@
   fill("class", [...new Set(columns.class)].sort());
   fill("state", states.filter((one) => columns.state.includes(one)));
   fill("task", tasks);
+  if (zones.length) fill("zone", zones);
+  byId("filters").open = window.innerWidth > 720;
   headButtons();
   listen();
   follow();

@@ -26,11 +26,11 @@ def square_metres(value: float) -> str:
     return f"{value:.0f}{_SPACE}m²" if value >= 10.0 else f"{value:.1f}{_SPACE}m²"
 
 
-def place_words(beside: Sequence[tuple[str, float]]) -> str:
+def place_words(nearest: Sequence[tuple[str, float]]) -> str:
     """Say how to find a place: how far it is from the faces of what stands next to it."""
-    if not beside:
+    if not nearest:
         return ""
-    return "Stand " + " and ".join(f"{metres(away)} from {name}" for name, away in beside) + "."
+    return "Stand " + " and ".join(f"{metres(away)} from {name}" for name, away in nearest) + "."
 
 
 def look_words(name: str, away_m: float, towards: str) -> str:

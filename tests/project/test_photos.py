@@ -1,0 +1,66 @@
+"""Photos as they come from a camera become stations: by folder, or named in pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import pytest
+
+from asbuilt_bim.errors import OptionError, PhotoError
+from asbuilt_bim.project.photos import stations_of
+from asbuilt_bim.project.read import Project, Station, Visit, read_project
+from tests.project_folder import plain, write_project
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Project:
+    return read_project(write_project(tmp_path / "site"))
+
+
+def touched(folder: Path, *names: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        (folder / name).write_bytes(b"photo")
+    return folder
+
+
+def test_a_folder_of_pairs_is_stations_in_the_order_that_people_count_in(project: Project, tmp_path: Path) -> None:
+    names = [f"A{n}_{side}.jpg" for n in (10, 2, 1) for side in ("left", "right")]
+    found = stations_of([touched(tmp_path / "today", *names, "notes.txt", ".hidden_left.jpg")], project)
+    assert [one.name for one in found] == ["A1", "A2", "A10"]
+    assert found[0].right == tmp_path / "today" / "A1_right.jpg"
+
+
+def test_a_photo_without_its_partner_stays_a_station(project: Project, tmp_path: Path) -> None:
+    folder = touched(tmp_path / "today", "A1_left.jpg", "A1_right.jpg", "A2_left.jpg")
+    found = stations_of([folder], project)
+    assert [one.name for one in found] == ["A1", "A2"] and not found[1].right.exists()
+
+
+def test_photos_named_in_pairs_keep_their_order_and_get_names_that_differ(project: Project, tmp_path: Path) -> None:
+    paths = [tmp_path / side / "A.jpg" for side in ("l", "r", "l2", "r2")]
+    found = stations_of(paths, project)
+    assert [one.name for one in found] == ["A (1)", "A (2)"] and found[1].left == paths[2]
+
+
+def test_what_is_no_pair_is_refused(project: Project, tmp_path: Path) -> None:
+    folder = touched(tmp_path / "today", "a.jpg", "b.jpg")
+    for wrong in ([tmp_path / "a.jpg"], [folder, folder], [tmp_path / "a.jpg"] * 2):
+        with pytest.raises(OptionError):
+            stations_of(wrong, project)
+    with pytest.raises(PhotoError, match="nobody can tell which camera"):
+        stations_of([folder], project)
+
+
+def test_where_the_project_has_both_eyes_in_one_file_so_have_todays_photos(project: Project, tmp_path: Path) -> None:
+    both = Station(name="A", left=tmp_path / "a.jpg", right=tmp_path / "a.jpg")
+    wide = replace(project, visits=(Visit(date=date(2026, 3, 2), stations=(both,)),))
+    found = stations_of([touched(tmp_path / "today", "x.jpg", "y.jpg")], wide)
+    assert [one.name for one in found] == ["x", "y"] and all(one.side_by_side for one in found)
+
+
+def test_a_project_may_have_no_visit_yet_where_none_is_asked_for(tmp_path: Path) -> None:
+    path = write_project(tmp_path / "site", {**plain(), "visits": []})
+    assert read_project(path, visited=False).visits == ()
