@@ -13,19 +13,21 @@ def read_zones(file: Any) -> dict[str, tuple[str, ...]]:
 
     def put(things: Iterable[Any], zone: Any) -> None:
         for thing in things if zone.Name else ():
-            names = found.setdefault(thing.GlobalId, {})
+            names = found.setdefault(thing.GlobalId or "", {})
             if len(names) < MOST_ZONES:
                 names[str(zone.Name)] = None
 
     inside: dict[int, list[Any]] = {}
     for kind in ("IfcRelContainedInSpatialStructure", "IfcRelReferencedInSpatialStructure"):
         for relation in file.by_type(kind):
-            holder = relation.RelatingStructure
-            inside.setdefault(holder.id(), []).extend(relation.RelatedElements)
+            holder, held = relation.RelatingStructure, relation.RelatedElements or ()
+            if holder is None:  # it was deleted from the file
+                continue
+            inside.setdefault(holder.id(), []).extend(held)
             if holder.is_a() == "IfcSpatialZone":  # IFC2X3 knows no such class
-                put(relation.RelatedElements, holder)
+                put(held, holder)
     for zone in file.by_type("IfcZone"):
         for relation in zone.IsGroupedBy or ():
-            for thing in relation.RelatedObjects:
+            for thing in relation.RelatedObjects or ():
                 put([thing, *inside.get(thing.id(), ())], zone)
     return {key: tuple(names) for key, names in found.items()}
