@@ -45,7 +45,9 @@ def app(context: click.Context, debug: bool) -> None:
 
 @app.command()
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
-@click.option("--out", type=_FILE, required=True, metavar="FOLDER", help="Folder for the results.")
+@click.option(
+    "--out", type=_FILE, default=Path("out"), metavar="FOLDER", help="Folder for the results; out by default."
+)
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--visit", type=Day(), default=None, help="The state as of this visit.")
 @click.option("--strict", is_flag=True, help="Exit with 1 if a station was left out.")

@@ -370,7 +370,7 @@ def test_an_interrupted_run_says_what_stands(monkeypatch: pytest.MonkeyPatch) ->
     "arguments",
     [
         ["run"],
-        ["run", "p.yaml"],
+        ["calibrate", "p.yaml"],
         ["nonsense"],
         ["run", "p.yaml", "--out", "o", "--workers", "0"],
         ["measure", "l.jpg", "r.jpg", "--rig", "r.yaml", "--out", "o", "--target-diameter", "nan"],

@@ -141,6 +141,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     """
     timer = StepTimer(time.perf_counter)
     refuse_missing(project)
+    progress("read the IFC", 0, 1)
     design = with_costs_table(design_of(project, place.cache), project, place.cache)
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
@@ -148,6 +149,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     known_of = known_places(project, lambda: place_on_map(project))
     survey = known_of.survey
     stray = check_survey(survey, design)
+    progress("read the IFC", 1, 1, ", ".join(path.name for path in project.ifc))
     timer.done("read the IFC")
     source = rig_of(project, place.cache, progress)
     rig = source.rig

@@ -98,6 +98,12 @@ def test_progress_counts_every_station_once(result: RunResult, heard: Heard, pro
         assert {call[3] for call in calls[1:]} == {station.name for station in visit.stations}
 
 
+def test_reading_the_ifc_is_seen_to_begin_and_to_end(heard: Heard) -> None:
+    """A large file takes minutes: nobody is to think that the program hangs."""
+    calls = [call for call in heard.calls if call[0] == "read the IFC"]
+    assert [call[1:3] for call in calls] == [(0, 1), (1, 1)] and calls[-1][3].endswith(".ifc")
+
+
 def test_what_was_built_at_one_visit_stays_built_at_the_next(result: RunResult) -> None:
     first, second = ({e.global_id: e for e in report.elements} for report in result.reports)
     assert first.keys() == second.keys()
