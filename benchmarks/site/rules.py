@@ -3,6 +3,7 @@
 python benchmarks/site/rules.py --seeds 20 31 100 101        the sample and these sites (for development)
 python benchmarks/site/rules.py --quick                      the sample and three rules
 python benchmarks/site/rules.py --only gaps edges            the rules whose name holds one of these words
+python benchmarks/site/rules.py --together gaps hangs        these off all at once: one may do another's work
 
 Right and wrong are elements of which half is visible; "in bounds" are all elements; the width is that of their bounds.
 A rule that changes no state, loses no truth and narrows no bounds on many sites buys nothing. Most were made for one
@@ -14,7 +15,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,6 @@ def _no_cells(cells: Any, *_: Any) -> Any:
 
 
 RULES = (
-    Rule(name="depth with gaps is bars", module=trust, function="_with_gaps", instead=none_of),
     Rule(
         name="depth to a face's edges", module=trust, function="_to_its_edges",
         instead=lambda samples, seen, options: seen.verdict == evidence.Verdict.NEAR,
@@ -89,13 +89,9 @@ RULES = (
     Rule(name="wide enough", module=trust, function="wide", instead=lambda samples, flags, least: flags),
     Rule(name="large enough to be open", module=votes, function="large_enough", instead=lambda s, chosen, *_: chosen),
     Rule(name="outlines standing off", module=votes, function="standing_off", instead=none_of),
-    Rule(name="one side overrules another", module=votes, function="mistaken", instead=none_of),
-    Rule(name="solid over its width", module=outlines, function="share_along", instead=lambda s, f, a: np.ones(len(f))),
-    Rule(name="solid all round", module=outlines, function="share_around", instead=lambda s, f, a: np.ones(len(f))),
     Rule(name="bars by size and depth", module=outlines, function="looks_like_bars", instead=lambda *_: False),
     Rule(name="built hangs in the air", module=cell_states, function="_hanging", instead=_no_cells),
     Rule(name="open under built may be built", module=cell_states, function="_under", instead=_no_cells),
-    Rule(name="built beside open", module=cell_states, function="_beside", instead=_no_cells),
     Rule(name="whole held against what is built", module=decide, function="_past_outline", instead=lambda *_: 0.0),
     Rule(name="what was open has risen", module=decide, function="_has_risen", instead=lambda *_: False),
     Rule(name="faces past their design", module=decide, function="past_design", instead=lambda *_: []),
@@ -108,11 +104,8 @@ RULES = (
 
 
 @contextmanager
-def without(rule: Rule | None) -> Iterator[None]:
+def without(rule: Rule) -> Iterator[None]:
     """Switch a rule off for a while."""
-    if rule is None:
-        yield
-        return
     kept = getattr(rule.module, rule.function)
     setattr(rule.module, rule.function, rule.instead)
     try:
@@ -199,8 +192,8 @@ def within(row: Element) -> bool:
     return row.lower - ROUNDED <= row.true <= row.upper + ROUNDED
 
 
-def changed(rule: Rule, base: Sequence[Element], rows: Sequence[Element]) -> list[Line]:
-    """Tell what changes without a rule: states for the better and the worse, truths lost and won, bounds."""
+def changed(name: str, base: Sequence[Element], rows: Sequence[Element]) -> list[Line]:
+    """Tell what changes without some rules: states to the better and worse, truths lost and won, bounds."""
     pairs = list(zip(base, rows, strict=True))
     states = [(a, b) for a, b in pairs if a.state != b.state]
     better = sum(b.state == b.true_state for a, b in states)
@@ -209,7 +202,7 @@ def changed(rule: Rule, base: Sequence[Element], rows: Sequence[Element]) -> lis
     won = sum(within(b) and not within(a) for a, b in pairs)
     bounds = sum((a.lower, a.upper) != (b.lower, b.upper) for a, b in pairs)
     told_of = f"states +{better} -{worse} of {len(states)}, truths +{won} -{lost}, bounds changed {bounds}"
-    lines = [told(f"without: {rule.name}", f"{told_of}; {figures(rows)}", len(rows))]
+    lines = [told(f"without: {name}", f"{told_of}; {figures(rows)}", len(rows))]
     return lines + [
         told(f"    {b.key}", f"{a.state} -> {b.state}, true {b.true_state}", 1) for a, b in states if wrongly(b)
     ]
@@ -220,22 +213,30 @@ def main() -> int:
     parser = options(__doc__ or "")
     parser.add_argument("--seeds", type=int, nargs="*", default=(), help="sites beside the sample")
     parser.add_argument("--only", nargs="*", default=[""], help="the rules whose name holds one of these")
+    parser.add_argument("--together", nargs="+", default=[], help="the rules so named, all at once")
     args = parser.parse_args()
     cache = Cache(folder=benchmark_folder() / "cache")
     folders = {"sample": SAMPLE} | {f"seed {seed}": generated_site(seed) for seed in args.seeds}
     sites = [measured_site(folder, name, cache) for name, folder in folders.items()]
     chosen = [rule for rule in RULES if any(word in rule.name for word in args.only)][: 3 if args.quick else None]
 
-    def judged(rule: Rule | None) -> list[Element]:
-        with without(rule):
+    def judged(rules: Sequence[Rule]) -> list[Element]:
+        with ExitStack() as off:
+            for rule in rules:
+                off.enter_context(without(rule))
             return [row for site in sites for row in elements(site)]
 
-    base = judged(None)
+    base = judged(())
     lines = [told("with every rule", figures(base), len(base))]
     print(lines[0].figure, file=sys.stderr, flush=True)
-    for rule in chosen:
-        lines += changed(rule, base, judged(rule))
-        print(rule.name, "|", lines[-1].figure, file=sys.stderr, flush=True)
+    asked = [(rule.name, [rule]) for rule in chosen]
+    if args.together:
+        together = [rule for rule in RULES if any(word in rule.name for word in args.together)]
+        asked = [(" + ".join(rule.name for rule in together), together)]
+    for name, rules in asked:
+        of_rule = changed(name, base, judged(rules))
+        lines += of_rule
+        print(*(f"{line.what} | {line.figure}" for line in of_rule), sep="\n", file=sys.stderr, flush=True)
     return report("What each rule of judging buys", lines, args)
 
 

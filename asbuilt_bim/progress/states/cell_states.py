@@ -105,8 +105,8 @@ def _bounds(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how much of each cell (n,) is built at least and at most, from its samples: all, built and open (3, n).
 
-    A pour line may run through a built cell under one that isn't, and through an open cell over one that isn't. It may
-    run through both where built and open lie side by side. These cells count by their samples. Concrete rises from
+    A pour line may run through a built cell under one that isn't, and through an open cell over one that isn't. These
+    cells count by their samples. Concrete rises from
     below: an open cell under a built one is as likely a mistake as an opening, and counts as built at most.
     """
     built, opened = states
@@ -114,9 +114,9 @@ def _bounds(
     blur = BORDER_SAMPLES * options.spacing_m / max(height_m, options.spacing_m)
     share = np.maximum(sums[1:] / np.maximum(sums[0], 1.0) - blur, 0.0)
     least, most = built.astype(np.float64), (~opened).astype(np.float64)
-    edge = built & (_next_to(cells, ~built, 0, 1) | _beside(cells, opened))
+    edge = built & _next_to(cells, ~built, 1)
     least[edge] = share[0][edge]
-    edge = opened & (_next_to(cells, ~opened, 0, -1) | _beside(cells, built))
+    edge = opened & _next_to(cells, ~opened, -1)
     most[edge] = 1.0 - share[1][edge]
     most[opened & _under(cells, built)] = 1.0
     return least, most
@@ -128,15 +128,11 @@ def _on_grid(cells: Cells, flags: BoolArray) -> BoolArray:
     return grid
 
 
-def _next_to(cells: Cells, flags: BoolArray, along: int, up: int) -> BoolArray:
-    """Say which real cells (n,) have a flagged one that many cells further along and up."""
+def _next_to(cells: Cells, flags: BoolArray, up: int) -> BoolArray:
+    """Say which real cells (n,) have a flagged one that many cells further up."""
     padded = np.pad(_on_grid(cells, flags), 1)
-    shifted: BoolArray = np.roll(padded, (-along, -up), axis=(0, 1))[1:-1, 1:-1][cells.weight > 0.0]
+    shifted: BoolArray = np.roll(padded, -up, axis=1)[1:-1, 1:-1][cells.weight > 0.0]
     return shifted
-
-
-def _beside(cells: Cells, flags: BoolArray) -> BoolArray:
-    return _next_to(cells, flags, 1, 0) | _next_to(cells, flags, -1, 0)
 
 
 def _under(cells: Cells, flags: BoolArray) -> BoolArray:

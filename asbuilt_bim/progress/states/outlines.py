@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.evidence import Evidence, Verdict
-from asbuilt_bim.progress.states.sample_grid import Indices, share_along, share_around
+from asbuilt_bim.progress.states.sample_grid import Indices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,17 +81,12 @@ def standing_off(
 def outlined_samples(
     samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
 ) -> tuple[BoolArray, FloatArray]:
-    """Say which samples lie in outlines that count, with depth on the surface round them, and the planes' sigma (m).
-
-    Concrete is solid over its whole width: an outline that runs up into starter bars has gaps at their height.
-    """
+    """Say which samples lie in outlines that count, and the planes' sigma (m)."""
     inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
     for match, covered in speak:
         inside[covered] = True
         sigma[covered] = np.minimum(sigma[covered], match.offset_sigma_m)
-    hit = evidence.own == Verdict.NEAR
-    solid = share_along(samples, hit, inside & (evidence.own != Verdict.BEFORE)) >= options.solid_share
-    return inside & solid & (hit | (share_around(samples, hit, inside) >= options.solid_share)), sigma
+    return inside, sigma
 
 
 def stands_off(match: FaceMatch, options: ProgressOptions) -> bool:

@@ -32,9 +32,6 @@ WIDER_THAN_A_BAR = 3
 WIDER_THAN_A_COLUMN = 10
 """Samples, half a metre: a narrower strip of a wall's surface is a column at its end, or what depth smears it to."""
 
-SEEN_THROUGH = 0.1
-"""Of what depth finds round a sample behind the surface: two mismatches of 25; a pour line and bars show more."""
-
 ALIKE = 9
 """Samples that err alike: stereo smooths over a dozen pixels, three samples along and up at thirteen metres."""
 
@@ -78,7 +75,7 @@ def trusted(
     them, patches count from a size on, and together from a larger one; what a blurred strip divides is one patch.
     """
     near = _to_its_edges(samples, evidence, options) & (height_m > evidence.drop_m)
-    near = wide(samples, near & ~_with_gaps(samples, evidence, options), WIDER_THAN_A_BAR)
+    near = wide(samples, near, WIDER_THAN_A_BAR)
     near &= wide(samples, near | (evidence.own == Verdict.BEFORE), least_wide)
     elsewhere = np.isin(evidence.own, (Verdict.BEHIND, Verdict.BEFORE))
     label = patches(samples, near | bridged(samples, near, ~elsewhere, EDGE_REACH))
@@ -97,19 +94,6 @@ def trusted(
     if not backed:
         kept &= float(samples.area_m2[kept].sum()) >= options.min_patch_m2
     return kept, near & stands_off
-
-
-def _with_gaps(samples: CellSamples, evidence: Evidence, options: ProgressOptions) -> BoolArray:
-    """Say round which samples depth sees through the surface, and finds too little of it for solid concrete.
-
-    Starter bars are like that: their depth lies on the design, with gaps between.
-    """
-    everywhere = np.ones(len(evidence.own), dtype=bool)
-    known = np.isin(evidence.own, (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE))
-    through = share_around(samples, evidence.own == Verdict.BEHIND, known) > SEEN_THROUGH
-    solid = share_around(samples, evidence.own == Verdict.NEAR, everywhere) >= options.solid_share
-    gaps: BoolArray = through & ~solid
-    return gaps
 
 
 def _to_its_edges(samples: CellSamples, evidence: Evidence, options: ProgressOptions) -> BoolArray:

@@ -27,8 +27,6 @@ from asbuilt_bim.progress.states.trust import WIDER_THAN_A_BAR, WIDER_THAN_A_COL
 
 SECOND_LOOK = 0.3
 """What is only seen open past bars counts less than what another station sees built, plainly and without bars."""
-OVERRULES = 10.0
-"""Times the weight: what is seen from a third of the distance. Less is a conflict, and a person is to look."""
 NEARLY_M = 1e-3
 """What is no further off than this past a station's reach is asked sample by sample: a box is rounded, too."""
 
@@ -47,10 +45,9 @@ class Votes:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _StationVotes:
-    """What one station says: weights (N,) for built, for built by a measured outline, and for open; what is hidden."""
+    """What one station says: weights (N,) for built and for open; what is hidden."""
 
     built: FloatArray
-    firm: FloatArray
     open: FloatArray
     hidden: BoolArray
     spoken: tuple[FaceMatch, ...]
@@ -65,7 +62,6 @@ class _Sums:
     samples: CellSamples
     other: OtherColour | None
     built: FloatArray
-    firm: FloatArray
     open: FloatArray
     before: BoolArray
     decided_by: dict[str, BoolArray]
@@ -75,7 +71,6 @@ class _Sums:
     def add(self, station: str, one: _StationVotes) -> None:
         """Add what one more station says."""
         self.built += one.built
-        self.firm += one.firm
         self.open += one.open
         self.before |= one.hidden
         decided = (one.built > 0.0) | (one.open > 0.0)
@@ -91,10 +86,7 @@ def gather(
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
 ) -> list[Votes]:
-    """Ask every station about every sample of some elements; a station's pictures are opened once for all of them.
-
-    A side that is measured to be built overrules one hardly seen open.
-    """
+    """Ask every station about every sample of some elements; a station's pictures are opened once for all of them."""
     colours = {view.pose.station: view.colour for view in views if view.colour is not None}
     sums = [_nothing_yet(element, colours, by_face, options) for element in elements]
     for view in views:
@@ -106,7 +98,7 @@ def gather(
     return [
         Votes(
             built=one.built,
-            open=np.where(mistaken(one.samples, one.firm, one.open), 0.0, one.open),
+            open=one.open,
             decided_by=one.decided_by,
             before=one.before,
             spoken=tuple(one.spoken),
@@ -123,10 +115,10 @@ def _nothing_yet(
     options: ProgressOptions,
 ) -> _Sums:
     samples = cell_samples(element, options.spacing_m)
-    built, firm, opened = (np.zeros(len(samples.points_m)) for _ in range(3))
+    built, opened = (np.zeros(len(samples.points_m)) for _ in range(2))
     matches = [match for face in element.faces for match in by_face.get(face.face_id, ())]
     return _Sums(
-        element=element, samples=samples, other=weigh_colour(matches, colours, options), built=built, firm=firm,
+        element=element, samples=samples, other=weigh_colour(matches, colours, options), built=built,
         open=opened, before=np.zeros(len(built), dtype=bool), decided_by={}, spoken=[], other_colour={},
     )  # fmt: skip
 
@@ -176,7 +168,6 @@ def _asked(
     weight = 1.0 / np.maximum(np.where(outlined, np.fmin(sigma, evidence.sigma_m), evidence.sigma_m), 1e-3) ** 2
     return _StationVotes(
         built=np.where(there, weight, 0.0),
-        firm=np.where(there & outlined, weight, 0.0),
         open=np.where(behind, np.where(evidence.own == Verdict.BEHIND, 1.0, SECOND_LOOK) * weight, 0.0),
         hidden=hidden,
         spoken=spoken,
@@ -202,22 +193,3 @@ def _counted_all_the_same(
     faces, palette = {face.face_id: face for face in view.faces}, view.colour.palette
     shares = {face_id: view.picture.other_share(palette, faces[face_id]) for face_id in of_other_colour}
     return {face_id: FaceTint(tint=tint, other_share=shares[face_id]) for face_id, tint in of_other_colour.items()}
-
-
-def mistaken(samples: CellSamples, firm: FloatArray, opened: FloatArray) -> BoolArray:
-    """Say which samples (N,) are seen open while other faces of their cell are measured to be built.
-
-    `firm` (N,) is the weight of built by measured outlines alone, `opened` that of open, both 1 / m2. A column stands
-    on all of its sides or on none: past bars and rails from far off, stereo finds now and then what lies beyond it.
-    """
-    if not (firm.any() and opened.any()):
-        return np.zeros(len(opened), dtype=bool)
-    shape = (int(samples.face.max()) + 1, int(samples.cell.max()) + 1)
-    by_side = [np.zeros(shape) for _ in range(2)]
-    for weights, sums in zip((firm, opened), by_side, strict=True):
-        np.add.at(sums, (samples.face, samples.cell), weights)
-    standing, seen_open = by_side
-    elsewhere = standing.sum(axis=0) - standing
-    outweighed = elsewhere >= OVERRULES * seen_open.sum(axis=0)
-    overruled: BoolArray = (opened > 0.0) & outweighed[samples.face, samples.cell]
-    return overruled

@@ -11,7 +11,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.evidence import Evidence, Verdict
-from asbuilt_bim.progress.states.outlines import looks_like_bars, outlined_samples, standing_off, stands_off
+from asbuilt_bim.progress.states.outlines import looks_like_bars, standing_off, stands_off
 from asbuilt_bim.progress.states.trust import (
     WIDER_THAN_A_COLUMN,
     large_enough,
@@ -100,13 +100,6 @@ def test_a_bar_that_stands_on_concrete_is_not_concrete_though_its_depth_lies_on_
     np.testing.assert_array_equal(kept, wall)
 
 
-def test_where_depth_sees_through_between_what_lies_on_the_design_nothing_is_concrete() -> None:
-    cage = FRONT & (U < 2.0)
-    seen = near(cage & (np.floor(V / 0.05) % 2 == 0), 0.0)
-    own = np.where(cage & (np.floor(V / 0.05) % 2 == 1), Verdict.BEHIND, seen.own).astype(np.uint8)
-    assert not trusted(SAMPLES, replace(seen, own=own), HIGH, True, OPTIONS)[0].any()
-
-
 def verdicts(seen: Evidence, chosen: BoolArray, verdict: Verdict, own: Verdict) -> Evidence:
     """Return evidence with other verdicts, of the ring and of the own pixel, at the chosen samples."""
     return replace(
@@ -141,17 +134,6 @@ def test_a_hole_that_a_board_before_it_divides_is_one_hole_and_one_that_a_wall_d
         halves = hole & ~board & (high > V)  # two of 0.06 m2, where 0.10 are asked
         kept = large_enough(SAMPLES, halves, halves, 0.1, ~FRONT, board)
         np.testing.assert_array_equal(kept, halves if joined else halves & False)
-
-
-def test_an_outline_that_runs_up_into_starter_bars_speaks_for_the_concrete_below_alone() -> None:
-    wall, bars = FRONT & (V < 1.0), FRONT & (V > 1.0) & (np.floor(U / 0.05) % 3 == 0)
-    inside = np.flatnonzero(FRONT & (V < 1.5))
-    outlined, _ = outlined_samples(SAMPLES, [(MATCH, inside)], near(wall | bars, 0.0), OPTIONS)
-    assert not np.any(outlined & (V > 1.05))
-    assert np.all(outlined[wall & (V < 0.95)])
-    hidden = verdicts(near(wall, 0.0), wall & (U > 1.0), Verdict.BEFORE, Verdict.BEFORE)
-    outlined, _ = outlined_samples(SAMPLES, [(MATCH, inside)], hidden, OPTIONS)
-    assert np.all(outlined[wall & (V < 0.85) & (U < 0.95)])  # what stands before the rest makes no gaps
 
 
 def test_nothing_is_seen_through_below_a_surface_that_stands_there_whatever_its_colour() -> None:
