@@ -11,6 +11,8 @@ from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
+from asbuilt_bim.report.drawings.earned_curve import earned_curves
+from asbuilt_bim.report.drawings.gantt import gantt_of
 from asbuilt_bim.report.page.cards import element_cards
 from asbuilt_bim.report.page.matrix import matrix_of, money_due
 from asbuilt_bim.report.page.photos import photos_before, station_cards
@@ -64,6 +66,7 @@ def page_context(
         "photo_sizes": {photo.key: (photo.width, photo.height) for photo in (*now, *then)},
         "photographed": photographed_areas(report),
         "trend": trend_of(report, earlier),
+        "earned": earned_curves(report, earlier),
         "stations": stations,
         "before": before,
         "since": since_rows(before, report) if before else (),
@@ -104,9 +107,10 @@ def _to_look_at(report: ProgressReport) -> Context:
 
 def _planned(report: ProgressReport) -> Context:
     """Return tasks, late elements and money."""
-    late = late_rows(report)
+    late, tasks = late_rows(report), task_rows(report)
     return {
-        "tasks": task_rows(report),
+        "tasks": tasks,
+        "gantt": gantt_of(report, tasks),
         "late": late,
         "plan_words": plan_words(report),
         "late_words": late_words(report),

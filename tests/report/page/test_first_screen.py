@@ -137,9 +137,9 @@ def test_the_trend_has_a_band_over_the_visits_and_the_plan() -> None:
     report = sample_report()
     before = replace(report, visit_date=date(2026, 3, 2))
     trend = trend_of(report, (before,))
-    assert trend is not None and [mark.day for mark in trend.marks] == [date(2026, 3, 2), report.visit_date]
-    assert trend.plan.startswith("M") and 0.0 <= (trend.planned_now or 0.0) <= 1.0
-    heights = [float(point.split()[1]) for point in trend.plan[1:].split("L")]
+    assert trend is not None and [mark.day for mark in trend.chart.marks] == [date(2026, 3, 2), report.visit_date]
+    assert trend.chart.band and 0.0 <= (trend.planned_now or 0.0) <= 1.0
+    heights = [float(point.split()[1]) for point in trend.chart.plan[1:].split("L")]
     assert heights == sorted(heights, reverse=True)  # a plan never goes back
     assert trend_of(replace(report, tasks=()), ()) is None
 
