@@ -67,6 +67,7 @@ class RunRequest:
     scheduler: Scheduler | None = None
     no_cache: bool = False
     colour: bool = False
+    whole_photos: bool = False
     quiet: bool = False
     keep_runs: int | None = None
 
@@ -81,6 +82,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     writers = load_writers(project.writers)
     if request.refine_rig:
         project = replace(project, rig=replace(project.rig, refine=True))
+    if request.whole_photos:
+        project = replace(project, pictures="whole")
     cache = Cache(folder=None if request.no_cache else default_folder())
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
     with open_output(request.out, project.sources) as out:

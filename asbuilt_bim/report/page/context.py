@@ -49,7 +49,7 @@ def page_context(
     before = earlier[-1] if earlier else None
     stations = station_cards(report, pictures)
     now = [card.photo for card in stations if card.photo is not None]
-    then = photos_before(before, pictures_before)
+    then = photos_before(before, pictures_before, whole=report.pictures == "whole")
     steps, plans = next_rows(report), storey_plans(report)
     names = storey_names(report)
     return {
