@@ -63,6 +63,7 @@ def _element(element: ElementProgress) -> Row:
         "tilt_rad": element.tilt_rad,
         "tilt_sigma_rad": element.tilt_sigma_rad,
         "tolerance": element.tolerance.verdict if element.tolerance is not None else None,
+        "zones": "; ".join(element.zones) or None,
         "first_built_date": element.first_built,
         "complete_date": element.complete_on,
         "last_seen_date": element.last_seen,

@@ -46,6 +46,14 @@ def test_there_is_one_row_of_each_element_and_visit_and_one_visit_is_the_newest(
     assert sum(row["newest"] == "true" for row in rows) == count
 
 
+def test_an_elements_zones_stand_in_its_row(tmp_path: Path) -> None:
+    report = sample_report()
+    first = replace(report.elements[0], zones=("Pour 1", "Lot B"))
+    write_tables((replace(report, elements=(first, *report.elements[1:])),), tmp_path)
+    rows = {row["global_id"]: row["zones"] for row in read(tmp_path, "elements")}
+    assert rows[first.global_id] == "Pour 1; Lot B" and rows[report.elements[1].global_id] == ""
+
+
 @pytest.mark.parametrize("name", TABLES)
 def test_no_two_rows_have_the_same_key_and_what_is_always_there_is(name: Table) -> None:
     columns = TABLES[name]
