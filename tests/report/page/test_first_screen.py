@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from datetime import date
+from datetime import date, datetime
 
 import numpy as np
 import pytest
@@ -131,6 +131,22 @@ def test_then_and_now_stand_side_by_side() -> None:
     page = page_html(report, pictures, (before,), pictures)
     card = page[page.index(f'id="e-{report.elements[0].global_id}"') :].partition("</details>")[0]
     assert card.count('href="#now') == 2 and card.count('href="#then') == 1
+
+
+def test_a_card_begins_with_what_is_late_and_shows_then_beside_now() -> None:
+    report = sample_report()
+    task = replace(report.tasks[0], late=True, schedule_finish=datetime(2026, 3, 10, 17))
+    done = replace(report.elements[0].completion, best=0.5, upper=0.6)
+    element = replace(report.elements[0], state="part", completion=done, unfinished_on=report.visit_date)
+    task = replace(task, progress=replace(task.progress, elements=(element.global_id,)))
+    report = replace(report, tasks=(task,), elements=(element, *report.elements[1:]))
+    before = replace(report, visit_date=date(2026, 3, 2))
+    pictures = {station.name: sample_picture() for station in report.stations[:2]}
+    page = page_html(report, pictures, (before,), pictures)
+    card = page[page.index(f'id="e-{element.global_id}"') :].partition("</details>")[0]
+    assert card.index('class="chip loud">late') < card.index("Best estimate")
+    shown = re.findall(r'href="#(now|then)', card)
+    assert shown[:2] == ["now", "then"]
 
 
 def test_the_trend_has_a_band_over_the_visits_and_the_plan() -> None:

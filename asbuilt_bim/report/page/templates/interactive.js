@@ -9,7 +9,7 @@
   const number = new Map(columns.id.map((id, index) => [id, index]));
   const form = byId("controls"), body = byId("table").tBodies[0], dialog = byId("card"), more = byId("more");
   const FIELDS = ["q", "storey", "class", "state", "task", "zone", "trade", "only", "sort"].filter((name) => form.elements[name]);
-  const PAGE = 200;
+  const PAGE = 200, ID_PART = 5; // shorter pieces stand in GlobalIds by chance
   const SORTED = { name: "name", state: "state", lower: "-lower", upper: "-upper", seen: "-seen", area: "-area", offset: "-offset", late: "-late" };
   const collator = new Intl.Collator("en", { numeric: true });
   let chosen = {}, drawn = null, shown = [], panel = "";
@@ -58,7 +58,7 @@
 
   // Which elements, in which order ----------------------------------------------------------------------------------
   const haystack = columns.id.map((id, i) =>
-    [columns.name[i], columns.class[i], storeys[columns.storey[i]], id, ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
+    [columns.name[i], columns.class[i], storeys[columns.storey[i]], ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
 
   function found(wanted) {
     const parts = (wanted.q || "").normalize("NFC").toLowerCase().split(/\s+/).filter(Boolean);
@@ -72,7 +72,7 @@
       if (wanted.class && columns.class[i] !== wanted.class) continue;
       if (wanted.state && columns.state[i] !== wanted.state) continue;
       if (wanted.only && !columns.only[i].includes(wanted.only)) continue;
-      if (parts.every((part) => haystack[i].includes(part))) kept.push(i);
+      if (parts.every((part) => haystack[i].includes(part) || (part.length >= ID_PART && columns.id[i].toLowerCase().includes(part)))) kept.push(i);
     }
     return wanted.sort ? sorted(kept, wanted.sort) : kept;
   }
