@@ -48,6 +48,7 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--insecure-scheduler", is_flag=True, help="Allow plain tcp to a scheduler on another machine.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
+@click.option("--whole-photos", is_flag=True, help="Blur nothing in pictures but people that a network finds.")
 @click.option("--quiet", is_flag=True, help="Say only what was left out and what went wrong.")
 @click.option(
     "--keep-runs",

@@ -30,6 +30,7 @@ from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.states.undone import undone_front
 from asbuilt_bim.progress.tolerance_checks import with_tolerance
 from asbuilt_bim.project.check import refuse_missing
+from asbuilt_bim.project.networks import people_sought
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
@@ -177,6 +178,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)
         report = replace(report, rig=seen.rig, notes=notes, observations=observed)
         report = with_tolerance(report, design, project.tolerance)
+        report = replace(report, pictures=project.pictures, people_sought=people_sought(project.networks))
         names = [station.name for station in visit.stations if station.name not in report.placed]
         left_out += _left_out(names, visit.date)
         history = remember(history, report)

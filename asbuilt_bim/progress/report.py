@@ -346,6 +346,8 @@ class ProgressReport:
     north: tuple[float, ...] | None = None  # where north points in the world's x and y
     grid_lines: tuple[GridLine, ...] = ()
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
+    pictures: Literal["elements", "whole"] = "elements"  # what pictures that leave show sharp
+    people_sought: bool | None = None  # by a network, in every photo; None: from before this was recorded
     markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before
 
     @property

@@ -302,6 +302,7 @@ class ProjectFile:
     observations: str | None = None  # CSV or .xlsx
     valuation: ValuationFile = field(default_factory=ValuationFile)
     tolerance: ToleranceFile | None = None
+    pictures: Literal["elements", "whole"] = "elements"  # what pictures in reports show sharp
     accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
     accept_survey_shift: SurveyShiftFile | None = None
     writers: tuple[str, ...] = ()  # report writers that other packages add

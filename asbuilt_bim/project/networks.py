@@ -52,6 +52,19 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     return named
 
 
+def people_sought(choice: NetworkChoice) -> bool:
+    """Say whether a network that is chosen looks for people, so that they are blurred.
+
+    Raises:
+        NetworkError: its card can't be read.
+    """
+    if not choice.segment or choice.segment.startswith(PREFIX):
+        return False
+    from asbuilt_bim.vision.networks.card import read_card
+
+    return any(one.blur for one in read_card(Path(choice.segment)).classes)
+
+
 def try_networks(choice: NetworkChoice) -> None:
     """See that each network that is chosen comes to an end, before any is opened in this process.
 

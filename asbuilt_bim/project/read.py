@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -119,6 +120,7 @@ class Project:
     last_workbook: Path | None = None
     history: tuple[Path, ...] = ()  # results of earlier runs
     tolerance: Tolerance | None = None
+    pictures: Literal["elements", "whole"] = "elements"
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
     accepted_shift: Shift | None = None  # of the survey, by a person
@@ -211,6 +213,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
         history=tuple(checker.file(text, f"history[{i}]") for i, text in enumerate(written.history)),
         networks=_networks(written.networks, written.options, checker),
         tolerance=_tolerance(written.tolerance),
+        pictures=written.pictures,
         accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),
         accepted_shift=_accepted(written.accept_survey_shift),

@@ -58,6 +58,7 @@ COLUMNS: dict[str, Callable[[ElementRow], str]] = {
     "Name": lambda row: safe_cell(row.name),
     "State": lambda row: row.state,
     "DesignArea_m2": lambda row: number(row.design_area_m2),
+    "PhotographedDesignArea_m2": lambda row: number(row.photographed_m2),
     "AsBuiltArea_m2": lambda row: number(row.as_built_area_m2),
     "Sigma_m2": lambda row: number(row.sigma_m2),
     "CompletionBest": lambda row: number(row.best),

@@ -8,6 +8,8 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.bcf.write import write_issues
 from asbuilt_bim.report.csv import write_csv
 from asbuilt_bim.report.drawings.overlay import draw_overlay
+from asbuilt_bim.report.drawings.overlay_layout import known_of
+from asbuilt_bim.report.drawings.private import shower_of
 from asbuilt_bim.report.page.write import write_pages
 from asbuilt_bim.report.schedule.write import write_schedules
 from asbuilt_bim.report.tables import station_rows
@@ -32,7 +34,7 @@ def write_outputs(
         OutputError: something can't be written, or a picture is damaged.
     """
     pictures = read_pictures(report, pictures_folder)
-    written = list(write_overlays(report, pictures, folder / "overlays"))
+    written = list(write_overlays(report, pictures, folder / "overlays", whole=report.pictures == "whole"))
     table, workbook = folder / "quantities.csv", folder / "quantities.xlsx"
     write_csv(report, table)
     write_workbook(report, workbook)
@@ -70,18 +72,23 @@ def _read(path: Path) -> bytes | None:
     return None
 
 
-def write_overlays(report: ProgressReport, pictures: dict[str, bytes], folder: Path) -> tuple[Path, ...]:
+def write_overlays(
+    report: ProgressReport, pictures: dict[str, bytes], folder: Path, *, whole: bool = False
+) -> tuple[Path, ...]:
     """Write `<date>_<station>.jpg` for each station that has a picture; return their paths.
+
+    All but elements and what was measured is blurred, unless photos are shown `whole`.
 
     Raises:
         OutputError: something can't be written.
     """
     written = []
+    known, shower = known_of(report), shower_of(report, whole=whole)
     for station in report.stations:
         if station.name not in pictures:
             continue
         path = folder / Path(station.overlay).name
-        data = draw_overlay(pictures[station.name], station, report)
+        data = draw_overlay(pictures[station.name], station, known, shower)
         with writing(path):
             folder.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)

@@ -33,6 +33,7 @@ class ElementRow:
     name: str
     state: ShownState
     design_area_m2: float
+    photographed_m2: float | None  # design area of the sides that the as-built area was measured on
     as_built_area_m2: float | None
     sigma_m2: float | None
     best: float | None
@@ -73,10 +74,14 @@ def element_rows(report: ProgressReport) -> tuple[ElementRow, ...]:
     elements = sorted(
         report.elements, key=lambda e: (order.get(e.storey, len(order)), e.ifc_class, e.name, e.global_id)
     )
-    return tuple(_element_row(element, names.get(element.storey, NO_STOREY), report.visit_date) for element in elements)
+    sides = photographed_areas(report)
+    return tuple(
+        _element_row(element, names.get(element.storey, NO_STOREY), report.visit_date, sides.get(element.global_id))
+        for element in elements
+    )
 
 
-def _element_row(element: ElementProgress, storey: str, visit: date) -> ElementRow:
+def _element_row(element: ElementProgress, storey: str, visit: date, photographed_m2: float | None) -> ElementRow:
     """Lay out one element."""
     return ElementRow(
         storey=storey,
@@ -85,6 +90,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date) -> ElementR
         name=element.name,
         state=element.shown_state,
         design_area_m2=element.design_area_m2,
+        photographed_m2=photographed_m2,
         as_built_area_m2=element.as_built_area_m2,
         sigma_m2=element.as_built_sigma_m2,
         best=element.completion.best,

@@ -30,8 +30,8 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.task_rows import late_words
+from asbuilt_bim.report.wording.alike import days_alike, notes_alike
 from asbuilt_bim.report.wording.changes import changes
-from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.scale.cluster import Scheduler
@@ -67,6 +67,7 @@ class RunRequest:
     scheduler: Scheduler | None = None
     no_cache: bool = False
     colour: bool = False
+    whole_photos: bool = False
     quiet: bool = False
     keep_runs: int | None = None
 
@@ -81,6 +82,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     writers = load_writers(project.writers)
     if request.refine_rig:
         project = replace(project, rig=replace(project.rig, refine=True))
+    if request.whole_photos:
+        project = replace(project, pictures="whole")
     cache = Cache(folder=None if request.no_cache else default_folder())
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
     with open_output(request.out, project.sources) as out:
@@ -122,12 +125,13 @@ def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
         for line in calibration_lines(result.calibration):
             screen.say(line)
     warn_of_design(", ".join(path.name for path in project.ifc), result.design.notes, screen)
-    incomplete = False
+    incomplete, warnings = False, []
     for visit, report in zip(project.visits, result.reports, strict=True):
         incomplete |= warn_of_visit(visit, report, screen)
-        for note in report.notes:
-            if note not in result.design.notes:  # a rig that was refined, or knocked on the way
-                screen.warn(f"visit {visit.date.isoformat()}: {note_words(note)}")
+        own = [note for note in report.notes if note not in result.design.notes]  # a rig that was refined, or knocked
+        warnings += [(visit.date.isoformat(), one.line) for one in notes_alike(own)]
+    for line in days_alike(warnings):
+        screen.warn(line)
     return incomplete
 
 

@@ -14,6 +14,7 @@ from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressRepor
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import area_words, verdict
 from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.wording.alike import notes_alike, rejections_alike
 from asbuilt_bim.report.wording.completion import (
     AT_LEAST,
     BEST,
@@ -164,10 +165,11 @@ def say_left_out_last(visit: Visit, report: ProgressReport, screen: Screen) -> N
 
 def warn_of_design(names: str, notes: Sequence[Note], screen: Screen) -> None:
     """Say what of the design couldn't be used: it is missing from every number."""
-    for note in notes[:MAX_NOTES]:
-        screen.warn(f"{names}: {plain(note_words(note))}")
-    if len(notes) > MAX_NOTES:
-        screen.warn(f"{names}: and {len(notes) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
+    alike = notes_alike(notes)
+    for one in alike[:MAX_NOTES]:
+        screen.warn(f"{names}: {plain(one.line)}")
+    if len(alike) > MAX_NOTES:
+        screen.warn(f"{names}: and {len(alike) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
 
 
 def warn_of_faults(report: ProgressReport, screen: Screen) -> None:
@@ -182,19 +184,19 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
     Returns whether one was.
     """
     day = visit.date.isoformat()
-    whole = [one for one in report.rejections if of_whole_visit(one) and one not in report.faults]
-    for rejection in whole[:MAX_NOTES]:
-        screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
+    whole = rejections_alike(r for r in report.rejections if of_whole_visit(r) and r not in report.faults)
+    for one in whole[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(one.line)}")
     if len(whole) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
-    bad = bad_photos(report)
-    for rejection in bad[:MAX_NOTES]:
-        screen.warn(f"visit {day}: {plain(str(words_of(rejection)))}")
+    bad = rejections_alike(bad_photos(report))
+    for one in bad[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(one.line)}")
     if len(bad) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(bad) - MAX_NOTES} more photos of the kind; the report names them all")
     beside = [one for one in report.elements if one.state == "displaced"]
-    for one in beside[:MAX_NOTES]:
-        screen.warn(f"visit {day}: {plain(one.name or one.global_id)}: {plain(note_words(one.doubts[0]))}")
+    for element in beside[:MAX_NOTES]:
+        screen.warn(f"visit {day}: {plain(element.name or element.global_id)}: {plain(note_words(element.doubts[0]))}")
     if len(beside) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(beside) - MAX_NOTES} more elements beside their design")
     names = [station.name for station in visit.stations]

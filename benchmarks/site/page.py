@@ -155,7 +155,9 @@ def main() -> int:
         interactive, page = write_pages(large, pictures_of(large), Path(folder))
         made = time.perf_counter() - start
         lines = lines_of(interactive, 3 if args.quick else ROUNDS)
-        lines.append(told("size of the script-free page", f"{page.stat().st_size / 1e6:.1f} MB", 1))
+        size = page.stat().st_size / 1e6
+        most, fits = f"<= {MOST_MB:.0f} MB", size <= MOST_MB
+        lines.append(line("size of the script-free page", f"{size:.1f} MB", most, 1, fits, 1))
         lines.append(told("both made in", f"{made:.1f} s", 1))
     return report("The interactive page", unjudged(lines) if args.quick else lines, args)
 

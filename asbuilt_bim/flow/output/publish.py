@@ -201,7 +201,7 @@ def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressRep
     earlier = read_before(folder, report.visit_date)
     write_outputs(report, folder, folder, earlier=earlier)
     for one in earlier:
-        write_overlays(one, read_pictures(one, folder), folder / "overlays")
+        write_overlays(one, read_pictures(one, folder), folder / "overlays", whole=report.pictures == "whole")
     colours = STATE_COLOURS if colour else None
     write_copies(ifc, report, folder, earlier=earlier, colours=colours, words=note_words)
     return report

@@ -42,6 +42,7 @@ def mark_element(
             "TiltSigmaMmPerM": None if progress.tilt_sigma_rad is None else 1000.0 * progress.tilt_sigma_rad,
             "Tolerance": progress.tolerance.verdict if progress.tolerance is not None else None,
             "ToleranceName": (report.tolerance.name or None) if report.tolerance is not None else None,
+            "Zones": "; ".join(progress.zones) or None,
             "VisitDate": progress.last_seen or report.visit_date,
             "Stations": ", ".join(progress.stations) or None,
             "ProgramVersion": _version(report),

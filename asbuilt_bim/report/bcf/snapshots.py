@@ -10,14 +10,13 @@ from asbuilt_bim.progress.report import ProgressReport, StationRecord
 from asbuilt_bim.report.bcf.topics import Topic
 from asbuilt_bim.report.drawings.colours import bgr
 from asbuilt_bim.report.drawings.overlay import decode_picture, narrowed
+from asbuilt_bim.report.drawings.private import blurred_but
 from asbuilt_bim.report.page.cuts import Cut, Photo, box_round, cuts_by_element
 
 WIDTH_PX, MOST = 640, 100
 """A picture has a quarter of a megabyte: further topics have none, so that the file can be mailed."""
 _BESIDE_DESIGN = "#ff3b5c"
 _DARK = "#181d22"
-_NEAR = 0.02  # of the picture's width: what lies so near an outline stays sharp
-_COARSE_PX = 32  # a face at 5 m is one of these: nobody is known by it
 
 
 def snapshots_of(report: ProgressReport, topics: Sequence[Topic], pictures: Mapping[str, bytes]) -> dict[str, bytes]:
@@ -56,21 +55,12 @@ def _beside_design(image: ByteImage, photo: Photo, report: ProgressReport) -> By
     rings = _outlines(station, names, photo.width / station.width_px)
     if not rings:
         return None
-    return _drawn(_blurred_but(image, rings), rings, box_round(rings, photo.width, photo.height), _BESIDE_DESIGN)
-
-
-def _blurred_but(image: ByteImage, rings: Sequence[FloatArray]) -> ByteImage:
-    """Return a picture that is sharp in and near rings alone: they may lie all over it, and people between them."""
-    height, width = image.shape[:2]
-    sharp = np.zeros((height, width), dtype=np.uint8)
-    cv2.fillPoly(sharp, [np.round(ring).astype(np.int32) for ring in rings], 255)
-    near = max(3, round(_NEAR * width))
-    sharp = np.asarray(cv2.dilate(sharp, np.ones((near, near), np.uint8)), dtype=np.uint8)
-    coarse = cv2.resize(
-        image, (max(1, width // _COARSE_PX), max(1, height // _COARSE_PX)), interpolation=cv2.INTER_AREA
+    return _drawn(
+        blurred_but(image, [(ring,) for ring in rings]),
+        rings,
+        box_round(rings, photo.width, photo.height),
+        _BESIDE_DESIGN,
     )
-    blurred = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.where(sharp[:, :, None] > 0, image, blurred).astype(np.uint8)
 
 
 def _outlines(station: StationRecord, names: set[str], scale: float) -> tuple[FloatArray, ...]:

@@ -5,11 +5,12 @@ import numpy as np
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.geometry.arrays import ByteImage, FloatArray, IntArray
-from asbuilt_bim.progress.report import ProgressReport, StationRecord
+from asbuilt_bim.progress.report import StationRecord
 from asbuilt_bim.report.drawings.colours import TARGET_COLOUR, bgr
 from asbuilt_bim.report.drawings.lettering import draw_text, shade, text_width
 from asbuilt_bim.report.drawings.overlay_labels import Label
-from asbuilt_bim.report.drawings.overlay_layout import Outline, OverlayLayout, overlay_layout
+from asbuilt_bim.report.drawings.overlay_layout import Known, Outline, OverlayLayout, overlay_layout
+from asbuilt_bim.report.drawings.private import Shower
 
 MAX_WIDTH_PX = 1280  # what a screen shows; the photos themselves stay with the project
 JPEG_QUALITY = 88
@@ -17,14 +18,15 @@ _SHIFT = 4  # OpenCV's sub-pixel bits
 _INK, _PAPER = "#ffffff", "#20262d"
 
 
-def draw_overlay(picture_jpeg: bytes, station: StationRecord, report: ProgressReport) -> bytes:
-    """Return the overlay of one station as JPEG bytes; it is encoded anew, so that no EXIF passes.
+def draw_overlay(picture_jpeg: bytes, station: StationRecord, known: Known, shower: Shower) -> bytes:
+    """Return the overlay of one station as JPEG bytes, with what may be shown; encoded anew, so that no EXIF passes.
 
     Raises:
         OutputError: the picture can't be decoded.
     """
     image = decode_picture(picture_jpeg, f"station {station.name}")
-    layout = overlay_layout(station, report, image.shape[1], image.shape[0])
+    image = shower.shown(image, station).copy()
+    layout = overlay_layout(station, known, image.shape[1], image.shape[0])
     title = f"{station.name}   {station.day.isoformat()}"
     return encode_picture(draw_layout(image, layout, title), JPEG_QUALITY)
 

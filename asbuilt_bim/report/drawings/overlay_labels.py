@@ -1,5 +1,6 @@
 """The labels of an overlay: what they say, what they point at, and where they find room."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -32,7 +33,7 @@ class Label:
     leader: tuple[float, float, float, float] | None
 
 
-def face_text(face: FaceRecord, names: dict[str, str], verdicts: Verdicts) -> tuple[str, ...]:
+def face_text(face: FaceRecord, names: Mapping[str, str], verdicts: Verdicts) -> tuple[str, ...]:
     """Write a face's label: its element and area; an unmatched face goes by its own id, on one line.
 
     What doesn't count as concrete has neither name nor area.

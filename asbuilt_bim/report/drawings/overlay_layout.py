@@ -1,11 +1,12 @@
 """What a station's overlay shows and where: worked out once, drawn by OpenCV (jpg) and as SVG (page)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.progress.report import FaceRecord, ProgressReport, StationRecord
+from asbuilt_bim.progress.report import FaceRecord, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.drawings.colours import (
     NOT_COUNTED_COLOUR,
     STATE_COLOURS,
@@ -47,12 +48,25 @@ class OverlayLayout:
     disc: tuple[float, float, float] | None
 
 
-def overlay_layout(station: StationRecord, report: ProgressReport, width: int, height: int) -> OverlayLayout:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Known:
+    """What the pictures of a report show of its elements: worked out once for all stations."""
+
+    names: Mapping[str, str]  # by GlobalId
+    states: Mapping[str, ShownState]
+    verdicts: Verdicts
+
+
+def known_of(report: ProgressReport) -> Known:
+    """Return what pictures of a report show of its elements."""
+    return Known(names=element_names(report), states=element_states(report), verdicts=verdicts_of(report))
+
+
+def overlay_layout(station: StationRecord, known: Known, width: int, height: int) -> OverlayLayout:
     """Lay out a station's faces and target on its picture of `width` x `height` pixels."""
     text_px = max(width * TEXT_SHARE, 11.0)
     faces = sorted(station.faces, key=lambda face: (not face.elements, -face.area_m2))  # matched first, large first
-    verdicts = verdicts_of(report)
-    outlines = tuple(_outline(face, report, verdicts, width / station.width_px) for face in faces)
+    outlines = tuple(_outline(face, known, width / station.width_px) for face in faces)
     disc = _disc(station, width / station.width_px)
     taken: list[Box] = []
     labels: list[Label] = []
@@ -62,23 +76,22 @@ def overlay_layout(station: StationRecord, report: ProgressReport, width: int, h
         taken.append((x - r, y - r, 2 * r, 2 * r))
         lines = (f"target {wording.length(station.target_range_m)}",)
         labels.append(place_label((x, y + r + 1.3 * text_px), lines, text_px, bounds, taken, leader=False))
-    names = element_names(report)
     for face, outline in zip(faces, outlines, strict=True):
         anchor, share = anchor_of(outline.rings, width, height)
         if anchor is not None and (not outline.dashed or share > UNMATCHED_SHARE):
-            labels.append(place_label(anchor, face_text(face, names, verdicts), text_px, bounds, taken))
+            text = face_text(face, known.names, known.verdicts)
+            labels.append(place_label(anchor, text, text_px, bounds, taken))
     return OverlayLayout(
         width=width, height=height, text_px=text_px, outlines=outlines, labels=tuple(labels), disc=disc
     )
 
 
-def _outline(face: FaceRecord, report: ProgressReport, verdicts: Verdicts, scale: float) -> Outline:
+def _outline(face: FaceRecord, known: Known, scale: float) -> Outline:
     """Scale a face's rings and choose its colour."""
     rings = tuple(frozen((np.asarray(ring) + 0.5) * scale - 0.5) for ring in face.outline_px)
-    if verdicts.reason_of(face) is not None:
+    if known.verdicts.reason_of(face) is not None:
         return Outline(rings=rings, colour=NOT_COUNTED_COLOUR, meaning=NOT_COUNTED_LABEL, dashed=True)
-    states = element_states(report)
-    found = [states[element] for element in verdicts.elements_of(face) if element in states]
+    found = [known.states[element] for element in known.verdicts.elements_of(face) if element in known.states]
     if not found:
         return Outline(rings=rings, colour=UNMATCHED_COLOUR, meaning=UNMATCHED, dashed=True)
     state = joint_state(found)

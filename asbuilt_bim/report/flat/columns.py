@@ -73,6 +73,8 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("doubtful", "boolean", "Whether a person should look at it before it is paid for.", always=True),
         _column("tilt_sigma_rad", "number", "Standard deviation of the tilt."),
         _column("tolerance", "string", "in, out or undecided; empty where the project names no tolerance."),
+        _column("zones", "string", "Names of the zones that it lies in, with semicolons between."),
+        _column("photographed_design_area_m2", "number", "Design area of the sides that the as-built area is of."),
     ),
     "faces": (
         *_VISIT,

@@ -13,7 +13,7 @@ from asbuilt_bim.progress.report import (
 )
 from asbuilt_bim.progress.valuation.bill import BillLine, bills
 from asbuilt_bim.report.flat.columns import TABLES, Table
-from asbuilt_bim.report.tables import StationRow, station_rows
+from asbuilt_bim.report.tables import StationRow, photographed_areas, station_rows
 from asbuilt_bim.report.task_rows import TaskRow, task_rows
 
 Cell = str | float | int | bool | date | datetime | None
@@ -41,8 +41,10 @@ def flat_tables(reports: Sequence[ProgressReport]) -> dict[Table, list[tuple[Cel
 
 def _elements(report: ProgressReport) -> Iterator[Row]:
     storeys = {storey.key: storey.name for storey in report.storeys}
+    sides = photographed_areas(report)
     for element in report.elements:
-        yield _element(element) | {"storey": storeys.get(element.storey) or None}
+        more: Row = {"storey": storeys.get(element.storey) or None}
+        yield _element(element) | more | {"photographed_design_area_m2": sides.get(element.global_id)}
 
 
 def _element(element: ElementProgress) -> Row:
@@ -63,6 +65,7 @@ def _element(element: ElementProgress) -> Row:
         "tilt_rad": element.tilt_rad,
         "tilt_sigma_rad": element.tilt_sigma_rad,
         "tolerance": element.tolerance.verdict if element.tolerance is not None else None,
+        "zones": "; ".join(element.zones) or None,
         "first_built_date": element.first_built,
         "complete_date": element.complete_on,
         "last_seen_date": element.last_seen,

@@ -8,9 +8,12 @@ from jinja2 import Environment
 from markupsafe import Markup
 
 from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
+from asbuilt_bim.report.drawings.earned_curve import earned_curves
+from asbuilt_bim.report.drawings.gantt import gantt_of
 from asbuilt_bim.report.page.cards import element_cards
 from asbuilt_bim.report.page.matrix import matrix_of, money_due
 from asbuilt_bim.report.page.photos import photos_before, station_cards
@@ -27,8 +30,8 @@ from asbuilt_bim.report.tables import (
     storey_names,
 )
 from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.wording.alike import doubts_alike, notes_alike, rejections_alike
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.surface_notes import photos_disagree
 
 Context = dict[str, Any]
 
@@ -47,7 +50,7 @@ def page_context(
     before = earlier[-1] if earlier else None
     stations = station_cards(report, pictures)
     now = [card.photo for card in stations if card.photo is not None]
-    then = photos_before(before, pictures_before)
+    then = photos_before(before, pictures_before, whole=report.pictures == "whole")
     steps, plans = next_rows(report), storey_plans(report)
     names = storey_names(report)
     return {
@@ -64,6 +67,7 @@ def page_context(
         "photo_sizes": {photo.key: (photo.width, photo.height) for photo in (*now, *then)},
         "photographed": photographed_areas(report),
         "trend": trend_of(report, earlier),
+        "earned": earned_curves(report, earlier),
         "stations": stations,
         "before": before,
         "since": since_rows(before, report) if before else (),
@@ -94,19 +98,18 @@ def _to_look_at(report: ProgressReport) -> Context:
     """Return what is wrong or in doubt, and what counts for nothing."""
     return {
         "lost": lost_stations(report),
-        "other_rejections": _others(report),
         "unmatched": [words_of(rejection) for rejection in report.unmatched],
         "faults": [words_of(fault) for fault in report.faults],
-        "doubted": [element for element in report.elements if element.doubts],
-        "conflicts": [photos_disagree(e.kind, e.name, e.stations) for e in report.elements if e.cells_conflict > 0],
+        "look_at": (*doubts_alike(report.elements), *rejections_alike(_others(report)), *notes_alike(report.notes)),
     }
 
 
 def _planned(report: ProgressReport) -> Context:
     """Return tasks, late elements and money."""
-    late = late_rows(report)
+    late, tasks = late_rows(report), task_rows(report)
     return {
-        "tasks": task_rows(report),
+        "tasks": tasks,
+        "gantt": gantt_of(report, tasks),
         "late": late,
         "plan_words": plan_words(report),
         "late_words": late_words(report),
@@ -124,9 +127,8 @@ def _by_storey(report: ProgressReport, names: dict[str, str]) -> list[tuple[str,
     return [(names.get(key, NO_STOREY), elements) for key, elements in groups.items() if elements]
 
 
-def _others(report: ProgressReport) -> list[str]:
+def _others(report: ProgressReport) -> list[Rejection]:
     """Return what was left out besides stations and faults; faces and other discs stand with their stations."""
     lost = {row.name for row in lost_stations(report)}
     kept = [r for r in report.rejections if r.subject.kind not in {*OF_FACES, SubjectKind.DISC}]
-    rest = [r for r in kept if r not in report.faults and station_of(r) not in lost]
-    return [str(words_of(rejection)) for rejection in rest]
+    return [r for r in kept if r not in report.faults and station_of(r) not in lost]

@@ -3,14 +3,14 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.polygon import rings_area
-from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, StationRecord
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport, StationRecord
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from asbuilt_bim.report.drawings.not_counted import Verdicts, verdicts_of
+from asbuilt_bim.report.drawings.projected import Decided, decided_faces, hull_in_picture
 from asbuilt_bim.report.page.plan import closed_path
 from asbuilt_bim.report.wording.of_page.card_words import cut_title
 
@@ -18,7 +18,6 @@ MOST_PHOTOS = 2
 _ROUND = 0.25  # of the element's size in the picture, left round it
 _LEAST_PX = 180.0
 _LEAST_ASPECT = 0.5  # of a column: so much of what stands beside it is left
-_NEAREST_M = 0.3  # before the camera: nearer points of a design have no place in a picture
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,8 +63,9 @@ def cuts_by_element(report: ProgressReport, photos: Sequence[Photo]) -> dict[str
             if key in elements:
                 area = sum(rings_area((ring,)) for ring in rings) / photo.width**2
                 found.setdefault(key, []).append((area, _cut(photo, rings, elements[key])))
+    decided = decided_faces(report)
     for photo in photos:
-        for key, ring in _should_stand(photo, report, found.keys()):
+        for key, ring in _should_stand(photo, elements, decided, found.keys()):
             area = rings_area((ring,)) / photo.width**2
             found.setdefault(key, []).append((area, _cut(photo, [ring], elements[key], should_stand=True)))
     return {
@@ -87,53 +87,21 @@ def _rings_by_element(photo: Photo, verdicts: Verdicts) -> Mapping[str, list[Flo
     return found
 
 
-def _should_stand(photo: Photo, report: ProgressReport, shown: Iterable[str]) -> Iterator[tuple[str, FloatArray]]:
+def _should_stand(
+    photo: Photo, elements: Mapping[str, ElementProgress], decided: Decided, shown: Iterable[str]
+) -> Iterator[tuple[str, FloatArray]]:
     """Yield elements that this photo decided something of, and that no outline shows, with where the design has them.
 
     The ring (N, 2) is the hull of their sides that the photo decided, in the picture's pixels, within its borders.
     """
-    if photo.station is None or photo.station.world_from_left is None:
+    if photo.station is None:
         return
-    without = {e.global_id for e in report.elements if photo.station.name in e.stations} - set(shown)
-    points: dict[str, list[FloatArray]] = {}
-    for face in report.faces if without else ():
-        if face.element in without and photo.station.name in face.surface.stations:
-            points.setdefault(face.element, []).append(_projected(face, photo.station))
-    scale = photo.width / photo.station.width_px
-    for key, found in points.items():
-        seen = (np.vstack(found) + 0.5) * scale
-        if len(seen) >= 3:
-            ring = cv2.convexHull(seen.astype(np.float32)).reshape(-1, 2)
-            inside = np.clip(ring.astype(np.float64), 0.0, [photo.width, photo.height])
-            if np.ptp(inside, axis=0).min() > 1.0:
-                yield key, inside
-
-
-def _projected(face: DesignFaceRecord, station: StationRecord) -> FloatArray:
-    """Return the corners (N, 2) of a face in a station's rectified pixels; none of a face that reaches past it."""
-    assert station.world_from_left is not None
-    world = _corners_m(face)
-    left_from_world = np.linalg.inv(station.world_from_left)
-    left = world @ left_from_world[:3, :3].T + left_from_world[:3, 3]
-    x, y, z = (left @ station.rectified_from_left.T).T
-    if not len(world) or z.min() < _NEAREST_M:
-        return np.zeros((0, 2))
-    return np.stack([station.f_px * x / z + station.cx_px, station.f_px * y / z + station.cy_px], axis=1)
-
-
-def _corners_m(face: DesignFaceRecord) -> FloatArray:
-    """Return world points (N, 3) round a face's exposed surface; of a lateral surface two whole circles."""
-    rings = [polygon[0] for polygon in face.exposed_uv_m if polygon and len(polygon[0])]
-    if not rings:
-        return np.zeros((0, 3))
-    uv, (origin, first, second) = np.vstack(rings), face.frame_m
-    if face.kind == "plane":
-        flat: FloatArray = origin + uv[:, :1] * first + uv[:, 1:2] * second
-        return flat
-    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)[:, None]
-    circle = face.radius_m * (np.cos(angles) * second + np.sin(angles) * np.cross(first, second))
-    levels = [origin + level * first + circle for level in (uv[:, 1].min(), uv[:, 1].max())]
-    return np.vstack(levels)
+    name, outlined = photo.station.name, set(shown)
+    for key, faces in decided.get(name, {}).items():
+        if key in outlined or key not in elements or name not in elements[key].stations:
+            continue
+        if (ring := hull_in_picture(faces, photo.station, photo.width, photo.height)) is not None:
+            yield key, ring
 
 
 def _cut(photo: Photo, rings: Sequence[FloatArray], element: ElementProgress, *, should_stand: bool = False) -> Cut:

@@ -10,6 +10,8 @@ from asbuilt_bim.report.wording import completion
 from asbuilt_bim.report.wording import values as wording
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page import tolerance_words
+from asbuilt_bim.report.wording.of_page.gantt_words import earned_words, trend_words
+from asbuilt_bim.report.wording.of_page.picture_words import picture_words
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -50,5 +52,7 @@ def environment() -> Environment:
     }
     made.filters.update(filters)
     made.globals.update(check_words=tolerance_words.check_words)
+    made.globals.update(trend_words=trend_words, earned_words=earned_words)
+    made.globals.update(picture_words=picture_words)
     made.globals.update(best_shown=completion.best_shown, measured_words=measured_words)
     return made

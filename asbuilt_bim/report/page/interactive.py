@@ -19,6 +19,7 @@ from markupsafe import Markup
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.report.page.cards import ElementCard, tasks_by_element
 from asbuilt_bim.report.page.context import Context
+from asbuilt_bim.report.page.trades import trades_of
 from asbuilt_bim.report.wording.completion import at_most, best_words, seen_words
 from asbuilt_bim.report.wording.values import area_of, day, millimetres, percent_certain, plain
 
@@ -39,6 +40,7 @@ def interactive_from(context: Context, templates: Environment) -> str:
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     own = {
         "interactive": True,
+        "has_trades": trades_of(context["report"]).of == "trade",
         "has_zones": any(card.element.zones for card in context["cards"]),
         "script": Markup(script),  # ours, and without a closing tag
         "script_digest": f"sha256-{digest}",
@@ -64,6 +66,7 @@ def element_columns(context: Context) -> dict[str, object]:
     of_tasks = tasks_by_element(report)
     storeys, tasks = _distinct(card.storey for card in cards), _distinct(t for card in cards for t in card.tasks)
     zones = _distinct(sorted(zone for card in cards for zone in card.element.zones))
+    trades = trades_of(report)
     late = {row.global_id: row.late_days for card in cards for row in card.late}
     named = {task: number for number, task in enumerate(tasks)}
     columns: dict[str, Sequence[object]] = {
@@ -74,6 +77,7 @@ def element_columns(context: Context) -> dict[str, object]:
         "state": [e.shown_state for e in elements],
         "task": [[named[task] for task in of_tasks.get(e.global_id, ())] for e in elements],
         "zone": [[zones.index(zone) for zone in card.element.zones] for card in cards],
+        "trade": [[trades.names.index(name) for name in trades.by_element[e.global_id]] for e in elements],
         "only": _flags(context, elements),
         "lower": [round(e.completion.lower, 4) for e in elements],
         "upper": [round(e.completion.upper, 4) for e in elements],
@@ -84,6 +88,7 @@ def element_columns(context: Context) -> dict[str, object]:
     }
     tables = {"storeys": [plain(one) for one in storeys], "tasks": [plain(one) for one in tasks]}
     tables["zones"] = [plain(one) for one in zones]
+    tables["trades"] = [plain(one) for one in trades.names]
     return {**tables, "states": list(context["order"]), "columns": columns, "words": _words(context, elements)}
 
 

@@ -1,4 +1,4 @@
-"""Storeys by trades: what is certain of the walls, of the columns, and what each bill owes."""
+"""Storeys by trades, or by classes: what is certain, what the plan wants, what is late; and what each bill owes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,21 +7,24 @@ from asbuilt_bim.progress.completion.rollup import weighted
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
+from asbuilt_bim.report.page.trades import Trades, trades_of
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """The elements of one class on one storey; only their bounds and coverage are shown."""
+    """The elements of one trade or class on one storey; only their bounds and coverage are shown."""
 
     completion: Completion
     elements: int
     late: int
+    planned: float | None  # share that the plan wants by now, of those with planned dates
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A storey with a cell a class, None where it has no such element."""
+    """A storey with a cell a column, None where it has no such element."""
 
     storey: str
     cells: tuple[Cell | None, ...]
@@ -29,9 +32,9 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Matrix:
-    """Storeys from below; the last row is of all of them."""
+    """Storeys from below; the last row is of all of them. An element of two trades stands in both columns."""
 
-    classes: tuple[str, ...]
+    trades: Trades
     rows: tuple[Row, ...]
 
 
@@ -48,8 +51,8 @@ class Due:
 
 def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
     """Return the matrix; None where it would say no more than the storeys do. `late` are GlobalIds."""
-    classes = tuple(sorted({element.ifc_class for element in report.elements}))
-    if len(classes) < 2:
+    trades, plan = trades_of(report), planned_elements(report)
+    if len(trades.names) < 2:
         return None
     names = storey_names(report)
     keys = [*names, *({element.storey for element in report.elements} - names.keys())]
@@ -57,10 +60,10 @@ def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
     for key in keys:
         inside = [element for element in report.elements if element.storey == key]
         if inside:
-            rows.append(Row(storey=names.get(key, NO_STOREY), cells=_cells(inside, classes, late)))
+            rows.append(Row(storey=names.get(key, NO_STOREY), cells=_cells(inside, trades, late, plan)))
     if len(rows) > 1:
-        rows.append(Row(storey="", cells=_cells(report.elements, classes, late)))
-    return Matrix(classes=classes, rows=tuple(rows))
+        rows.append(Row(storey="", cells=_cells(report.elements, trades, late, plan)))
+    return Matrix(trades=trades, rows=tuple(rows))
 
 
 def money_due(report: ProgressReport) -> tuple[Due, ...]:
@@ -79,13 +82,21 @@ def money_due(report: ProgressReport) -> tuple[Due, ...]:
 
 
 def _cells(
-    elements: Sequence[ElementProgress], classes: Sequence[str], late: frozenset[str]
+    elements: Sequence[ElementProgress], trades: Trades, late: frozenset[str], plan: PlannedElements
 ) -> tuple[Cell | None, ...]:
-    """Return a cell a class, weighted by exposed design area as storeys are."""
-    cells: list[Cell | None] = []
-    for one in classes:
-        own = [element for element in elements if element.ifc_class == one]
-        done = weighted(own, [element.design_area_m2 for element in own], ProgressOptions()) if own else None
-        count = sum(element.global_id in late for element in own)
-        cells.append(None if done is None else Cell(completion=done, elements=len(own), late=count))
-    return tuple(cells)
+    """Return a cell a column, weighted by exposed design area as storeys are."""
+    own: dict[str, list[ElementProgress]] = {name: [] for name in trades.names}
+    for element in elements:
+        for name in trades.by_element[element.global_id]:
+            own[name].append(element)
+    return tuple(_cell(inside, late, plan) if inside else None for inside in own.values())
+
+
+def _cell(inside: Sequence[ElementProgress], late: frozenset[str], plan: PlannedElements) -> Cell:
+    wanted = plan.wanted({element.global_id: element.design_area_m2 for element in inside})
+    return Cell(
+        completion=weighted(inside, [element.design_area_m2 for element in inside], ProgressOptions()),
+        elements=len(inside),
+        late=sum(element.global_id in late for element in inside),
+        planned=wanted.by(plan.report.visit_date) / wanted.total if wanted.total > 0.0 else None,
+    )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from asbuilt_bim.progress.report import ProgressReport, StationRecord
 from asbuilt_bim.report.drawings.overlay import decode_picture, encode_picture, narrowed
-from asbuilt_bim.report.drawings.overlay_layout import OverlayLayout, overlay_layout
+from asbuilt_bim.report.drawings.overlay_layout import OverlayLayout, known_of, overlay_layout
+from asbuilt_bim.report.drawings.private import Shower, shower_of
 from asbuilt_bim.report.page.cuts import Photo
 from asbuilt_bim.report.tables import StationRow, station_rows
 
@@ -26,6 +27,7 @@ class StationCard:
     record: StationRecord | None
     photo: Photo | None  # None where there is no picture
     layout: OverlayLayout | None
+    hidden: bool = False  # there is a picture, and no element is known in it
 
 
 def picture_width(stations: int) -> int:
@@ -41,19 +43,21 @@ def station_cards(report: ProgressReport, pictures: Mapping[str, bytes]) -> list
     Raises:
         OutputError: a picture can't be decoded.
     """
-    width = picture_width(len(report.stations))
+    width, known = picture_width(len(report.stations)), known_of(report)
+    shower = shower_of(report, whole=report.pictures == "whole")
     records = {station.name: station for station in report.stations}
     cards = []
     for number, row in enumerate(station_rows(report)):
         record, layout, photo = records.get(row.name), None, None
-        if data := pictures.get(row.name):
-            photo = _photo(f"now{number}", row.name, record, data, width)
-            layout = overlay_layout(record, report, photo.width, photo.height) if record else None
-        cards.append(StationCard(row=row, record=record, photo=photo, layout=layout))
+        if (data := pictures.get(row.name)) and (record is not None or shower.whole):
+            photo = _photo(f"now{number}", row.name, record, data, width, shower)
+            layout = overlay_layout(record, known, photo.width, photo.height) if record else None
+        hidden = photo is None and row.name in pictures
+        cards.append(StationCard(row=row, record=record, photo=photo, layout=layout, hidden=hidden))
     return cards
 
 
-def photos_before(before: ProgressReport | None, pictures: Mapping[str, bytes]) -> list[Photo]:
+def photos_before(before: ProgressReport | None, pictures: Mapping[str, bytes], *, whole: bool) -> list[Photo]:
     """Make the small pictures of the visit before, which elements are cut out of; none on a large site.
 
     Raises:
@@ -61,15 +65,18 @@ def photos_before(before: ProgressReport | None, pictures: Mapping[str, bytes]) 
     """
     if before is None or len(before.stations) > MANY_STATIONS:
         return []
+    shower = shower_of(before, whole=whole)
     return [
-        _photo(f"then{number}", station.name, station, pictures[station.name], SMALL_WIDTH_PX)
+        _photo(f"then{number}", station.name, station, pictures[station.name], SMALL_WIDTH_PX, shower)
         for number, station in enumerate(before.stations)
         if station.name in pictures
     ]
 
 
-def _photo(key: str, name: str, record: StationRecord | None, data: bytes, width: int) -> Photo:
-    """Make a picture that stands in the page once."""
+def _photo(key: str, name: str, record: StationRecord | None, data: bytes, width: int, shower: Shower) -> Photo:
+    """Make a picture that stands in the page once, with what may be shown."""
     image = narrowed(decode_picture(data, f"station {name}"), width)
+    if record is not None:
+        image = shower.shown(image, record)
     jpeg = base64.b64encode(encode_picture(image, _QUALITY)).decode("ascii")
     return Photo(key=key, station=record, jpeg=jpeg, width=image.shape[1], height=image.shape[0])

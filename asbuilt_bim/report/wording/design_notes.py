@@ -6,7 +6,7 @@ from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.of_design import accepted_words
 from asbuilt_bim.report.wording.template import Template, filled
 
-_ELEMENT = "{ifc_class} {element:name} ({subject.name})"
+ELEMENT = "{ifc_class} {element:name} ({subject.name})"
 _NEW_IDS = "Have the program that wrote the file give new GlobalIds"
 _REVISED = "Revised design (against the result of {since}): "
 _KEPT = "What was seen of them counts if it still fits the new design"
@@ -44,8 +44,8 @@ def _not_needed(note: Note) -> str:
 
 
 DESIGN_NOTES: Mapping[Reason, Template] = {
-    Reason.CONTACT_NOT_TAKEN_OFF: f"{_ELEMENT}: where it touches its neighbours was not taken off: {{error}}",
-    Reason.TOUCHED_ALL_OVER: f"{_ELEMENT} touches others all over: no photo can see it",
+    Reason.CONTACT_NOT_TAKEN_OFF: f"{ELEMENT}: where it touches its neighbours was not taken off: {{error}}",
+    Reason.TOUCHED_ALL_OVER: f"{ELEMENT} touches others all over: no photo can see it",
     Reason.GLOBAL_ID_INVALID: _bad_id,
     Reason.GLOBAL_ID_TWICE: f"left out: {{ifc_class}} {{thing:name}}: it has the GlobalId of {{other}}. {_NEW_IDS}",
     Reason.GLOBAL_IDS_MORE: "left out: {count} more without a GlobalId of their own",
@@ -53,11 +53,11 @@ DESIGN_NOTES: Mapping[Reason, Template] = {
     Reason.IN_EARLIER_FILE: "{count:# wall or column|# walls or columns} of {subject.name} also in an earlier file: "
     "counted there",
     Reason.NO_BODY: "no usable body, so not measured: {elements:list}{more}",
-    Reason.ELEMENT_UNUSABLE: f"{_ELEMENT} can't be used: {{error}}",
-    Reason.ELEMENT_TOO_LONG: f"{_ELEMENT} can't be used: it is {{length_m:.0f}} m long (limit {{limit_m:.0f}} m). "
+    Reason.ELEMENT_UNUSABLE: f"{ELEMENT} can't be used: {{error}}",
+    Reason.ELEMENT_TOO_LONG: f"{ELEMENT} can't be used: it is {{length_m:.0f}} m long (limit {{limit_m:.0f}} m). "
     "Check the file's length unit",
-    Reason.ELEMENT_TWICE: f"{_ELEMENT} fills the same place as {{name}} ({{first}}): the two count once",
-    Reason.NO_UPRIGHT_FACE: f"{_ELEMENT} can't be used: its body has no upright face",
+    Reason.ELEMENT_TWICE: f"{ELEMENT} fills the same place as {{name}} ({{first}}): the two count once",
+    Reason.NO_UPRIGHT_FACE: f"{ELEMENT} can't be used: its body has no upright face",
     Reason.NO_STOREY: _no_storey,
     Reason.NOT_IN_TASKS: "walls and columns in no task: {count} of {of}",
     Reason.NOT_IN_COST_LINES: "walls and columns in no cost line: {count} of {of}",

@@ -109,6 +109,8 @@ TERMS = {
     "y1_m": "The same, world y.",
     "x2_m": "The other end, world x.",
     "y2_m": "The same, world y.",
+    "ProgressReport.pictures": "What pictures that leave show sharp: elements and what was measured, or whole photos.",
+    "people_sought": "Whether a network looks for people, to blur them; null where that isn't known.",
     "tolerance": "The tolerance that the project asks for; of an element, what was found. Null where it asks for none.",
     "Tolerance.name": "Its name.",
     "Tolerance.offset_m": "How far a face may lie off its design, either way, in m; null where that isn't judged.",

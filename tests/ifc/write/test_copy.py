@@ -96,6 +96,24 @@ def test_with_words_an_element_says_its_bounds_and_why_it_is_unknown(tmp_path: P
     assert hidden["Reason"].startswith("Nothing of it was seen")
 
 
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_an_element_names_its_zones_and_one_in_none_has_no_such_property(schema: str, tmp_path: Path) -> None:
+    builder = ModelBuilder(schema=schema)
+    for number, name in enumerate(("in", "out")):
+        builder.box("IfcColumn", name, (2.0 * number, 0, 0), (0.4, 0.4, 3.0))
+    source = builder.write(tmp_path / "m.ifc")
+    report = report_on(read_design(source), {"in": 1.0, "out": 1.0})
+    inside = {"in": ("Pour 1", "Lot B")}
+    report = replace(report, elements=tuple(replace(e, zones=inside.get(e.name, ())) for e in report.elements))
+    write_asbuilt(source, report, tmp_path / "w.ifc")
+    file = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    found = {
+        one.Name: ifcopenshell.util.element.get_psets(one)["AsBuilt_Progress"].get("Zones")
+        for one in file.by_type("IfcColumn")
+    }
+    assert found == {"in": "Pour 1; Lot B", "out": None}
+
+
 def test_what_is_complete_as_far_as_seen_says_so(tmp_path: Path) -> None:
     source = _written("IFC4", tmp_path)[0]
     report = report_on(read_design(source), BEST)

@@ -11,14 +11,17 @@ from asbuilt_bim.report.drawings.label_placing import free_box
 from asbuilt_bim.report.drawings.lettering import ascii_text
 from asbuilt_bim.report.drawings.overlay import draw_overlay
 from asbuilt_bim.report.drawings.overlay_labels import place_label
-from asbuilt_bim.report.drawings.overlay_layout import overlay_layout
+from asbuilt_bim.report.drawings.overlay_layout import known_of, overlay_layout
+from asbuilt_bim.report.drawings.private import shower_of
 from asbuilt_bim.report.wording.of_faces import NOT_COUNTED_LABEL, UNCOUNTED
 from tests.report.sample_report import renamed, sample_picture, sample_report
 
 
 def drawn(index: int = 0, width: int = 1280) -> np.ndarray:
     report = sample_report()
-    data = draw_overlay(sample_picture(width, width * 3 // 4), report.stations[index], report)
+    data = draw_overlay(
+        sample_picture(width, width * 3 // 4), report.stations[index], known_of(report), shower_of(report, whole=True)
+    )
     return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
 
 
@@ -31,7 +34,7 @@ def overlap(a, b) -> float:
 def test_outlines_lie_where_the_faces_are_at_any_picture_size():
     report = sample_report()
     for width in (1280, 640, 320):
-        ring = overlay_layout(report.stations[0], report, width, width * 3 // 4).outlines[1].rings[0]
+        ring = overlay_layout(report.stations[0], known_of(report), width, width * 3 // 4).outlines[1].rings[0]
         scale = width / 1280
         expected = (report.stations[0].faces[0].outline_px[0] + 0.5) * scale - 0.5
         assert np.allclose(ring, expected)
@@ -39,21 +42,21 @@ def test_outlines_lie_where_the_faces_are_at_any_picture_size():
 
 def test_labels_say_the_element_and_its_area_with_sigma():
     report = sample_report()
-    labels = overlay_layout(report.stations[0], report, 1280, 960).labels
+    labels = overlay_layout(report.stations[0], known_of(report), 1280, 960).labels
     assert ("C-01", "1.35 ± 0.02 m²") in {label.lines for label in labels}
     assert ("target 4.360 m",) in {label.lines for label in labels}
 
 
 def test_an_unmatched_face_is_dashed_and_says_so():
     report = sample_report()
-    layout = overlay_layout(report.stations[0], report, 1280, 960)
+    layout = overlay_layout(report.stations[0], known_of(report), 1280, 960)
     assert [outline.dashed for outline in layout.outlines] == [False, False, True]
     assert ("2: 0.62 ± 0.02 m² (part)",) in {label.lines for label in layout.labels}
 
 
 def test_labels_do_not_cover_one_another_and_stay_in_the_picture():
     report = sample_report()
-    labels = overlay_layout(report.stations[0], report, 1280, 960).labels
+    labels = overlay_layout(report.stations[0], known_of(report), 1280, 960).labels
     pairs = [(a, b) for i, a in enumerate(labels) for b in labels[i + 1 :]]
     assert all(overlap(a, b) == 0 for a, b in pairs)
     assert all(x.left >= 0 and x.left + x.width <= 1280 and x.top >= 0 and x.top + x.height <= 960 for x in labels)
@@ -89,14 +92,14 @@ def test_no_exif_passes_into_an_overlay():
     exif = b"Exif\x00\x00MM\x00*\x00\x00\x00\x08\x00\x00GPS-SECRET"
     picture = sample_picture()
     tagged = picture[:2] + b"\xff\xe1" + (len(exif) + 2).to_bytes(2, "big") + exif + picture[2:]
-    data = draw_overlay(tagged, report.stations[0], report)
+    data = draw_overlay(tagged, report.stations[0], known_of(report), shower_of(report, whole=True))
     assert b"GPS-SECRET" in tagged and b"GPS-SECRET" not in data and b"Exif" not in data
 
 
 def test_a_damaged_picture_is_an_output_error_that_names_the_station():
     report = sample_report()
     with pytest.raises(OutputError, match="station A1"):
-        draw_overlay(b"not a picture", report.stations[0], report)
+        draw_overlay(b"not a picture", report.stations[0], known_of(report), shower_of(report, whole=True))
 
 
 def test_without_opencv_5_text_is_written_in_plain_letters(monkeypatch):
@@ -109,7 +112,7 @@ def test_a_small_unmatched_face_is_outlined_without_a_label():
     report = sample_report()
     small = replace(report.stations[0].faces[1], outline_px=(frozen([[10, 10], [40, 10], [40, 40], [10, 40]]),))
     station = replace(report.stations[0], faces=(report.stations[0].faces[0], small))
-    layout = overlay_layout(station, report, 1280, 960)
+    layout = overlay_layout(station, known_of(report), 1280, 960)
     assert len(layout.outlines) == 2 and not any(label.lines[0].startswith("2:") for label in layout.labels)
 
 
@@ -127,7 +130,7 @@ def test_what_does_not_count_is_drawn_as_such_and_bears_neither_name_nor_area(co
     index = [element.global_id for element in report.elements].index(face.elements[0])
     note = noted(code, about(SubjectKind.FACE, face.face_id, "A1"), area_m2=face.area_m2, offset_m=0.08)
     unclear = renamed(report, index, notes=(note,))
-    layout = overlay_layout(unclear.stations[0], unclear, 1280, 960)
+    layout = overlay_layout(unclear.stations[0], known_of(unclear), 1280, 960)
     assert NOT_COUNTED_LABEL in {outline.meaning for outline in layout.outlines}
     assert any(label.lines == (UNCOUNTED[code],) for label in layout.labels)
     assert ("C-01", "1.35 ± 0.02 m²") not in {label.lines for label in layout.labels}
@@ -138,5 +141,5 @@ def test_a_face_of_another_colour_that_counts_keeps_its_elements_name():
     face = report.stations[0].faces[0]
     index = [element.global_id for element in report.elements].index(face.elements[0])
     note = noted(Reason.OTHER_COLOUR, about(SubjectKind.FACE, face.face_id, "A1"), counted=True)
-    layout = overlay_layout(report.stations[0], renamed(report, index, notes=(note,)), 1280, 960)
+    layout = overlay_layout(report.stations[0], known_of(renamed(report, index, notes=(note,))), 1280, 960)
     assert ("C-01", "1.35 ± 0.02 m²") in {label.lines for label in layout.labels}

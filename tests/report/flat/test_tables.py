@@ -16,11 +16,13 @@ from asbuilt_bim.cli import app
 from asbuilt_bim.errors import MissingExtraError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.report.csv import csv_text
 from asbuilt_bim.report.flat.columns import KEYS, TABLES, Table
 from asbuilt_bim.report.flat.exchange import certain_quantity, csv2ifc_text, ifccsv_text
 from asbuilt_bim.report.flat.rows import flat_tables
 from asbuilt_bim.report.flat.write import description, write_tables
 from asbuilt_bim.report.result.document import write_result
+from asbuilt_bim.report.wording.of_workbook.columns import ELEMENTS
 from asbuilt_bim.storage.schemas import schema
 from tests.report.sample_report import EARLIER, HOSTILE_FORMULA, global_id, sample_report
 
@@ -44,6 +46,25 @@ def test_there_is_one_row_of_each_element_and_visit_and_one_visit_is_the_newest(
     assert len(rows) == 2 * count
     assert {(row["visit_date"], row["newest"]) for row in rows} == {("2026-03-02", "false"), ("2026-03-16", "true")}
     assert sum(row["newest"] == "true" for row in rows) == count
+
+
+def test_an_elements_zones_stand_in_its_row(tmp_path: Path) -> None:
+    report = sample_report()
+    first = replace(report.elements[0], zones=("Pour 1", "Lot B"))
+    write_tables((replace(report, elements=(first, *report.elements[1:])),), tmp_path)
+    rows = {row["global_id"]: row["zones"] for row in read(tmp_path, "elements")}
+    assert rows[first.global_id] == "Pour 1; Lot B" and rows[report.elements[1].global_id] == ""
+
+
+def test_a_measured_area_has_the_design_area_of_the_sides_photographed_beside_it(tmp_path: Path) -> None:
+    write_tables((sample_report(),), tmp_path)
+    for row in read(tmp_path, "elements"):
+        assert bool(row["as_built_area_m2"]) == bool(row["photographed_design_area_m2"])
+    head, *rows = list(csv.reader(io.StringIO(csv_text(sample_report()))))
+    at = head.index("AsBuiltArea_m2")
+    assert head[at - 1] == "PhotographedDesignArea_m2"
+    assert all(bool(row[at]) == bool(row[at - 1]) for row in rows)
+    assert any(column.heading.endswith("of the sides photographed") for column in ELEMENTS)
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from datetime import date
+from datetime import date, datetime
 
 import numpy as np
 import pytest
@@ -133,13 +133,29 @@ def test_then_and_now_stand_side_by_side() -> None:
     assert card.count('href="#now') == 2 and card.count('href="#then') == 1
 
 
+def test_a_card_begins_with_what_is_late_and_shows_then_beside_now() -> None:
+    report = sample_report()
+    task = replace(report.tasks[0], late=True, schedule_finish=datetime(2026, 3, 10, 17))
+    done = replace(report.elements[0].completion, best=0.5, upper=0.6)
+    element = replace(report.elements[0], state="part", completion=done, unfinished_on=report.visit_date)
+    task = replace(task, progress=replace(task.progress, elements=(element.global_id,)))
+    report = replace(report, tasks=(task,), elements=(element, *report.elements[1:]))
+    before = replace(report, visit_date=date(2026, 3, 2))
+    pictures = {station.name: sample_picture() for station in report.stations[:2]}
+    page = page_html(report, pictures, (before,), pictures)
+    card = page[page.index(f'id="e-{element.global_id}"') :].partition("</details>")[0]
+    assert card.index('class="chip loud">late') < card.index("Best estimate")
+    shown = re.findall(r'href="#(now|then)', card)
+    assert shown[:2] == ["now", "then"]
+
+
 def test_the_trend_has_a_band_over_the_visits_and_the_plan() -> None:
     report = sample_report()
     before = replace(report, visit_date=date(2026, 3, 2))
     trend = trend_of(report, (before,))
-    assert trend is not None and [mark.day for mark in trend.marks] == [date(2026, 3, 2), report.visit_date]
-    assert trend.plan.startswith("M") and 0.0 <= (trend.planned_now or 0.0) <= 1.0
-    heights = [float(point.split()[1]) for point in trend.plan[1:].split("L")]
+    assert trend is not None and [mark.day for mark in trend.chart.marks] == [date(2026, 3, 2), report.visit_date]
+    assert trend.chart.band and 0.0 <= (trend.planned_now or 0.0) <= 1.0
+    heights = [float(point.split()[1]) for point in trend.chart.plan[1:].split("L")]
     assert heights == sorted(heights, reverse=True)  # a plan never goes back
     assert trend_of(replace(report, tasks=()), ()) is None
 
@@ -197,11 +213,11 @@ def test_the_plan_has_north_and_axes_and_its_y_arrow_only_where_no_file_says_nor
 def test_the_matrix_adds_up_to_the_storeys_and_names_late_work() -> None:
     report = sample_report()
     matrix = matrix_of(report, frozenset({report.elements[3].global_id}))
-    assert matrix is not None and matrix.classes == ("IfcColumn", "IfcWall")
+    assert matrix is not None and matrix.trades.names == ("IfcColumn", "IfcWall")
     assert [row.storey for row in matrix.rows] == ["Ground floor", "First floor", ""]
     assert sum(cell.elements for cell in matrix.rows[-1].cells if cell) == len(report.elements)
     assert [cell.late for cell in matrix.rows[0].cells if cell] == [0, 1]
-    areas = [sum(e.design_area_m2 for e in report.elements if e.ifc_class == one) for one in matrix.classes]
+    areas = [sum(e.design_area_m2 for e in report.elements if e.ifc_class == one) for one in matrix.trades.names]
     lower = sum(e.design_area_m2 * e.completion.lower for e in report.elements) / sum(areas)
     cells = [cell for cell in matrix.rows[-1].cells if cell]
     together = sum(cell.completion.lower * area for cell, area in zip(cells, areas, strict=True)) / sum(areas)

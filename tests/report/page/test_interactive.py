@@ -99,6 +99,14 @@ def test_the_script_makes_no_markup_of_a_value() -> None:
 
 
 @in_a_browser
+def test_a_short_search_finds_names_and_no_globalid_that_holds_it_by_chance(tab: Tab) -> None:
+    put(tab, "q", "glo")
+    assert names(tab) == []
+    put(tab, "q", global_id(3)[:12])
+    assert names(tab) == ["W-01 east"]
+
+
+@in_a_browser
 def test_hostile_names_are_text_wherever_they_stand(tab: Tab) -> None:
     assert {IMAGE, HOSTILE_MARKUP, HOSTILE_FORMULA, RIGHT_TO_LEFT, LONG} <= set(names(tab))
     for index in (0, 2, 4, 5, 6):

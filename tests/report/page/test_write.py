@@ -107,8 +107,10 @@ def test_a_station_without_a_picture_says_so():
     assert "no picture of this station" in page_html(sample_report(), {})
 
 
-def test_the_picture_of_a_rejected_station_is_shown_so_that_its_fault_can_be_seen():
-    page = page_html(sample_report(), {"B2": sample_picture(320, 240)})
+def test_the_picture_of_a_rejected_station_is_shown_where_the_project_asks_for_whole_photos():
+    hidden = page_html(sample_report(), {"B2": sample_picture(320, 240)})
+    assert "Its picture isn't shown" in hidden and 'aria-label="left photo of station B2"' not in hidden
+    page = page_html(replace(sample_report(), pictures="whole"), {"B2": sample_picture(320, 240)})
     card = page[page.index("<h3>B2</h3>") :].partition("</section>")[0].partition("<h3>")[2].partition("<h3>")[0]
     assert "rejected" in card and 'aria-label="left photo of station B2"' in card
 

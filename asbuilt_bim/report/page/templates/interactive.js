@@ -4,12 +4,12 @@
 (() => {
   const byId = (id) => document.getElementById(id);
   const data = JSON.parse(byId("data").textContent);
-  const { columns, words, storeys, tasks, zones, states } = data;
+  const { columns, words, storeys, tasks, zones, trades, states } = data;
   const total = columns.id.length;
   const number = new Map(columns.id.map((id, index) => [id, index]));
   const form = byId("controls"), body = byId("table").tBodies[0], dialog = byId("card"), more = byId("more");
-  const FIELDS = ["q", "storey", "class", "state", "task", "zone", "only", "sort"].filter((name) => form.elements[name]);
-  const PAGE = 200;
+  const FIELDS = ["q", "storey", "class", "state", "task", "zone", "trade", "only", "sort"].filter((name) => form.elements[name]);
+  const PAGE = 200, ID_PART = 5; // shorter pieces stand in GlobalIds by chance
   const SORTED = { name: "name", state: "state", lower: "-lower", upper: "-upper", seen: "-seen", area: "-area", offset: "-offset", late: "-late" };
   const collator = new Intl.Collator("en", { numeric: true });
   let chosen = {}, drawn = null, shown = [], panel = "";
@@ -49,7 +49,7 @@
       draw();
     }
     if (hash === "late" || hash === "since") byId("elements").scrollIntoView();
-    if (chosen.state || chosen.storey || chosen.class || chosen.task || chosen.zone || chosen.only) byId("filters").open = true;
+    if (chosen.state || chosen.storey || chosen.class || chosen.task || chosen.zone || chosen.trade || chosen.only) byId("filters").open = true;
     open(chosen.e ? `e ${chosen.e}` : chosen.s ? `s ${chosen.s}` : "");
     const place = hash && !hash.includes("=") && byId(hash);
     if (place && place.classList.contains("floor")) place.open = true;
@@ -58,20 +58,21 @@
 
   // Which elements, in which order ----------------------------------------------------------------------------------
   const haystack = columns.id.map((id, i) =>
-    [columns.name[i], columns.class[i], storeys[columns.storey[i]], id, ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
+    [columns.name[i], columns.class[i], storeys[columns.storey[i]], ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
 
   function found(wanted) {
     const parts = (wanted.q || "").normalize("NFC").toLowerCase().split(/\s+/).filter(Boolean);
-    const storey = wanted.storey ? storeys.indexOf(wanted.storey) : -1, task = tasks.indexOf(wanted.task), zone = zones.indexOf(wanted.zone);
+    const storey = wanted.storey ? storeys.indexOf(wanted.storey) : -1, task = tasks.indexOf(wanted.task), zone = zones.indexOf(wanted.zone), trade = trades.indexOf(wanted.trade);
     const kept = [];
     for (let i = 0; i < total; i += 1) {
       if (wanted.storey && columns.storey[i] !== storey) continue;
       if (wanted.task && !columns.task[i].includes(task)) continue;
       if (wanted.zone && !columns.zone[i].includes(zone)) continue;
+      if (wanted.trade && !columns.trade[i].includes(trade)) continue;
       if (wanted.class && columns.class[i] !== wanted.class) continue;
       if (wanted.state && columns.state[i] !== wanted.state) continue;
       if (wanted.only && !columns.only[i].includes(wanted.only)) continue;
-      if (parts.every((part) => haystack[i].includes(part))) kept.push(i);
+      if (parts.every((part) => haystack[i].includes(part) || (part.length >= ID_PART && columns.id[i].toLowerCase().includes(part)))) kept.push(i);
     }
     return wanted.sort ? sorted(kept, wanted.sort) : kept;
   }
@@ -252,7 +253,7 @@
     });
     for (const button of document.querySelectorAll("[data-station]")) button.addEventListener("click", () => go({ ...chosen, e: "", s: button.dataset.station }));
     document.querySelectorAll(".floor").forEach((floor, index) => floor.addEventListener("toggle", () => drawPlan(floor, index)));
-    for (const link of document.querySelectorAll(".matrix a")) link.addEventListener("click", () => byId("elements").scrollIntoView());
+    for (const link of document.querySelectorAll(".matrix a, .gantt a")) link.addEventListener("click", () => byId("elements").scrollIntoView());
     window.addEventListener("hashchange", follow);
   }
 
@@ -281,6 +282,7 @@
   fill("state", states.filter((one) => columns.state.includes(one)));
   fill("task", tasks);
   if (zones.length) fill("zone", zones);
+  if (form.elements.trade) fill("trade", trades);
   byId("filters").open = window.innerWidth > 720;
   headButtons();
   listen();
