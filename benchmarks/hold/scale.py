@@ -37,9 +37,12 @@ from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.read.elements import walls_and_columns
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.history import EMPTY_HISTORY
+from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.result.document import read_result, write_result
 from asbuilt_bim.scale.cache import Cache, default_folder
 from benchmarks.hold.wide_design import write_copies
 from benchmarks.ifc.rounds import peak_mb
@@ -53,6 +56,7 @@ COPIES, QUICK_COPIES = (9, 36, 143, 571), (9,)
 UNSEEN, QUICK_UNSEEN = (1, 100), (1, 9)
 STATIONS, QUICK_STATIONS = (10, 100), (1, 2)
 RECKONED = 1000
+OUTPUTS = "write_s", "result_mb", "read_s", "page_s", "page_mb"
 
 
 def spent(call: Callable[[], object]) -> float:
@@ -105,9 +109,25 @@ def judging(copies: int, stations: int) -> Figures:
         write_copies(path, copies)
         design: BimModel = read_design(path)
     day = project.visits[0].date
-    judge = lambda: monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options)  # noqa: E731
-    figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": spent(judge)}
-    return {**figures, "peak_mb": peak_mb()}
+    start = time.process_time()
+    report = monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options)
+    judge_s = time.process_time() - start
+    figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": judge_s}
+    return {**figures, "peak_mb": peak_mb(), **outputs(report), "peak_with_outputs_mb": peak_mb()}
+
+
+def outputs(report: ProgressReport) -> Figures:
+    """Write a result and its page without pictures, and read the result again: seconds and megabytes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "result.json"
+        write_s = spent(lambda: write_result(report, path))
+        result_mb = path.stat().st_size / 1e6
+        path.write_bytes(path.read_bytes() + b"\n")  # so that it isn't known as what this process wrote
+        read_s = spent(lambda: read_result(path))
+    start = time.process_time()
+    page_mb = len(page_html(report, {}).encode()) / 1e6
+    page_s = time.process_time() - start
+    return {"write_s": write_s, "result_mb": result_mb, "read_s": read_s, "page_s": page_s, "page_mb": page_mb}
 
 
 def _measured(project: Project, survey: tuple[SurveyedMarker, ...], wanted: int) -> tuple[StationMeasurement, ...]:
@@ -171,11 +191,19 @@ def judging_lines(unseen: list[Figures], stations: list[Figures]) -> list[Line]:
         told("  seconds", f"{many['judge_s']:.1f} s, {few['judge_s']:.1f} s", 1),
         *(told(f"judging {row['stations']:.0f} stations", f"{row['judge_s']:.1f} s, {row['peak_mb']:.0f} MB", 1)
           for row in stations),
+        *(told(f"outputs of {row['elements']:,.0f} elements, {row['stations']:.0f} stations", _outputs_told(row), 1)
+          for row in (*unseen, *stations)),
     ]  # fmt: skip
     power = exponent(stations, "stations", "judge_s")
     reckoned = stations[-1]["judge_s"] * (RECKONED / stations[-1]["stations"]) ** power
     lines.append(told(f"judging {RECKONED:,} stations, reckoned and not run", f"{reckoned:.0f} s", 1))
-    return [*lines, *_growth(stations, "judging", "stations", ("judge_s", "peak_mb"))]
+    lines += _growth(stations, "judging", "stations", ("judge_s", "peak_mb"))
+    return [*lines, *_growth(stations, "outputs", "stations", OUTPUTS)]
+
+
+def _outputs_told(row: Figures) -> str:
+    result = f"result {row['result_mb']:.1f} MB in {row['write_s']:.1f} s, read in {row['read_s']:.1f} s"
+    return f"{result}; page {row['page_mb']:.1f} MB in {row['page_s']:.1f} s"
 
 
 def _growth(rows: list[Figures], what: str, size: str, figures: tuple[str, ...]) -> list[Line]:
