@@ -1,6 +1,7 @@
 """How reading and judging grow: designs of 250 to 16,000 elements, and 10 to 1,000 stations.
 
 python benchmarks/hold/scale.py --check --json figures.json     hours on a small machine
+python benchmarks/hold/scale.py --done FILE --copies 9 36       takes up what was measured; two designs are read
 python benchmarks/hold/scale.py --quick                         250 elements, two stations
 
 Every measurement is a process of its own on one thread; judged are processor seconds. A design is the sample's building
@@ -18,8 +19,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +58,7 @@ COPIES, QUICK_COPIES = (9, 36, 143, 571), (9,)
 UNSEEN, QUICK_UNSEEN = (1, 100), (1, 9)
 STATIONS, QUICK_STATIONS = (10, 100), (1, 2)
 RECKONED = 1000
+WORKERS, MOST_SHARE, ANEW = 8, 0.10, 3
 OUTPUTS = "write_s", "result_mb", "read_s", "page_s", "page_mb"
 
 
@@ -109,10 +112,19 @@ def judging(copies: int, stations: int) -> Figures:
         write_copies(path, copies)
         design: BimModel = read_design(path)
     day = project.visits[0].date
+    shared: list[float] = []
+
+    def share(work: Callable[[Sequence[Any]], Sequence[Any]], items: Sequence[Any]) -> Sequence[Any]:
+        begun = time.process_time()
+        found = work(items)
+        shared.append(time.process_time() - begun)
+        return found
+
     start = time.process_time()
-    report = monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options)
+    report = monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options, share=share)
     judge_s = time.process_time() - start
     figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": judge_s}
+    figures["shared_s"] = sum(shared)
     return {**figures, "peak_mb": peak_mb(), **outputs(report), "peak_with_outputs_mb": peak_mb()}
 
 
@@ -128,6 +140,33 @@ def outputs(report: ProgressReport) -> Figures:
     page_mb = len(page_html(report, {}).encode()) / 1e6
     page_s = time.process_time() - start
     return {"write_s": write_s, "result_mb": result_mb, "read_s": read_s, "page_s": page_s, "page_mb": page_mb}
+
+
+def measuring(stations: int) -> Figures:
+    """Measure so many of the sample's stations anew."""
+    project = read_project(SAMPLE / "project.yaml")
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    rig = rig_of(project, Cache(folder=default_folder()), _silent).rig
+    visit = replace(project.visits[0], stations=project.visits[0].stations[:stations])
+    place = Workplace(workers=1, cache=Cache(folder=None))
+    return {
+        "stations": stations,
+        "measure_s": spent(lambda: measure_visit(visit, project, rig, place, _silent, survey)),
+    }
+
+
+def share_lines(stations: Figures, measured: Figures) -> list[Line]:
+    """Reckon judging's share of a run with `WORKERS`: what is shared by elements and stations, and all else."""
+    judge_s = stations["judge_s"] - stations["shared_s"] * (1.0 - 1.0 / WORKERS)
+    measure_s = measured["measure_s"] / measured["stations"] * stations["stations"] / WORKERS
+    share = judge_s / (judge_s + measure_s + stations["write_s"] + stations["page_s"])
+    what = f"judging of a run of {stations['stations']:.0f} stations with {WORKERS} workers, reckoned"
+    parallel = stations["shared_s"] / stations["judge_s"]
+    return [
+        line(what, f"{share:.0%}", f"<= {MOST_SHARE:.0%}", 1, share <= MOST_SHARE, least_n=1),
+        told("  its part that is shared among them", f"{parallel:.0%}", 1),
+        told("  a station measured, processor seconds", f"{measured['measure_s'] / measured['stations']:.1f} s", 1),
+    ]
 
 
 def _measured(project: Project, survey: tuple[SurveyedMarker, ...], wanted: int) -> tuple[StationMeasurement, ...]:
@@ -160,6 +199,20 @@ def child(task: str, *numbers: int) -> Figures:
     if done.returncode:
         raise SystemExit(f"{task} {numbers} failed:\n{done.stderr[-2000:]}")
     figures: Figures = json.loads(done.stdout.splitlines()[-1])
+    return figures
+
+
+def noted(done: Path | None, task: str, *numbers: int) -> Figures:
+    """Do one task, or find it among those done: a line of JSON each."""
+    rows = done.read_text(encoding="utf-8").splitlines() if done is not None and done.exists() else []
+    for row in map(json.loads, rows):
+        if row["task"] == [task, *numbers]:
+            figures: Figures = row["figures"]
+            return figures
+    figures = child(task, *numbers)
+    if done is not None:
+        with done.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"task": [task, *numbers], "figures": figures}) + "\n")
     return figures
 
 
@@ -220,20 +273,25 @@ def _growth(rows: list[Figures], what: str, size: str, figures: tuple[str, ...])
 def main() -> int:
     """Measure and print the table."""
     if sys.argv[1:2] == ["--task"]:
-        task: Callable[..., Figures] = {"reading": reading, "judging": judging}[sys.argv[2]]
+        task: Callable[..., Figures] = {"reading": reading, "judging": judging, "measuring": measuring}[sys.argv[2]]
         print(json.dumps(task(*map(int, sys.argv[3:]))))
         return 0
-    args = options(__doc__ or "").parse_args()
-    read = [child("reading", n, 3 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else COPIES)]
+    parser = options(__doc__ or "")
+    parser.add_argument("--done", type=Path, help="note each measurement here, and leave out those that stand here")
+    parser.add_argument("--copies", type=int, nargs="*", default=COPIES, help="of the building, to be read")
+    args = parser.parse_args()
+    child = partial(noted, args.done)
+    read = [child("reading", n, 3 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else args.copies)]
     seen = QUICK_STATIONS[-1] if args.quick else 0
     child("judging", 1, seen)  # measures them, so that no other process has to
     unseen = [child("judging", n, seen) for n in (QUICK_UNSEEN if args.quick else UNSEEN)]
     stations = [child("judging", 1, n) for n in (QUICK_STATIONS if args.quick else STATIONS)]
+    anew = child("measuring", 1 if args.quick else ANEW)
     figures: dict[str, Any] = {
         "machine": {"processors": os.cpu_count(), "threads of each process": 1},
-        "reading": read, "unseen": unseen, "stations": stations,
+        "reading": read, "unseen": unseen, "stations": stations, "anew": anew,
     }  # fmt: skip
-    lines = [*reading_lines(read), *judging_lines(unseen, stations)]
+    lines = [*reading_lines(read), *judging_lines(unseen, stations), *share_lines(stations[-1], anew)]
     if args.quick:
         lines = [told(one.what, one.figure, one.n) if "power" in one.what else one for one in lines]
     return report("Scale", lines, args, figures)
