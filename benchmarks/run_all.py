@@ -66,6 +66,7 @@ CASES = (
     Case(script="valuation/fill.py", quick="--quick --check"),
     Case(script="valuation/tables.py", quick="--check", packages=TOOLS),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
+    Case(script="hold/alike.py", quick="--quick --check", slow="--check"),
     Case(script="hold/cluster.py", quick="--quick --check", packages=("distributed",)),
     Case(script="site/speed.py", slow=""),
     Case(script="site/cost.py", slow=""),

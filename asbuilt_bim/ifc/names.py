@@ -103,11 +103,11 @@ def our_guid(key: str) -> str:
 
 
 def own_roots(file: Any) -> list[Any]:
-    """Return every rooted entity of an open file that this program made: by its GlobalId, or its name.
+    """Return every rooted entity of an open file that this program made: by its GlobalId (text if sound), or its name.
 
     Programs that export what they have imported may give sets and controls GlobalIds of their own; the names stay.
     """
-    found = [one for one in file.by_type("IfcRoot") if (one[0] or "").startswith(_BEGINNING)]
+    found = [one for one in file.by_type("IfcRoot") if str(one[0]).startswith(_BEGINNING)]
     known = {one.id() for one in found}
     sets = [one for one in file.by_type("IfcPropertySetDefinition") if one.id() not in known]
     named = [one for one in sets if one.Name in _SETS or one.Description == PROGRAM]

@@ -82,8 +82,17 @@ def judge_scale(
     weights = np.array([kind.sigma**-2 for kind in kinds])
     middle = float(weights @ logs / weights.sum())
     sigma = float(weights.sum() ** -0.5)
-    agree = bool(np.all(np.abs(logs - np.median(logs)) < 3.0 * np.array([kind.sigma for kind in kinds]) + 3.0 * sigma))
+    agree = all(_agrees(k, logs, weights) for k in range(len(logs)))
     return ScaleVerdict(kinds=tuple(kinds), ratio=float(np.exp(middle)), sigma=sigma, agree=agree)
+
+
+def _agrees(k: int, logs: FloatArray, weights: FloatArray) -> bool:
+    """Say whether one kind says what the others say together: both may err, and loosely known ones by much."""
+    others = np.arange(len(logs)) != k
+    if not others.any():
+        return True
+    away = logs[k] - weights[others] @ logs[others] / weights[others].sum()
+    return bool(abs(away) < 3.0 * np.sqrt(1.0 / weights[k] + 1.0 / weights[others].sum()))
 
 
 def scale_rejection(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection:

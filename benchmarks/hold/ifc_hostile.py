@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from benchmarks.sites import SAMPLE
 from benchmarks.table import Line, line, options, report, told
 
 LIMIT_S, LIMIT_BYTES = 60.0, 3e9
+OWN_FAULT = "the fault is its own"
 MUTATIONS = 40
 SEED = 20260401
 _ENTITY = re.compile(r"^#(\d+)=(IFC[A-Z0-9]+)\((.*)\);$", re.MULTILINE)
@@ -279,10 +280,11 @@ class Told:
     memory_bytes: float
 
 
-def ask(words: list[str]) -> Told:
+def ask(words: list[str], cwd: str | None = None, env: Mapping[str, str] | None = None) -> Told:
     """Run the command within the limits of a benchmark, not of the program: twice those, then it is ended."""
     with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen([sys.executable, "-m", "asbuilt_bim", *words], stdout=said, stderr=said)
+        command = [sys.executable, "-m", "asbuilt_bim", *words]
+        process = subprocess.Popen(command, stdout=said, stderr=said, cwd=cwd, env=env)
         _, status, usage = _wait(process.pid)
         process.returncode = os.waitstatus_to_exitcode(status)
         said.seek(0)
@@ -321,7 +323,7 @@ def main() -> int:
             words = [["inspect", str(path)], ["strip", str(path), "--out", str(path.with_suffix(".out"))]]
             for one in words[: 1 if args.quick or number % 2 else 2]:
                 said = ask(one)
-                plain = "Traceback" not in said.said and "the fault is its own" not in said.said
+                plain = "Traceback" not in said.said and OWN_FAULT not in said.said
                 named = said.code == 1 and path.name in said.said.replace("\n", "")
                 holds = plain and (named or (not refused and said.code == 0))
                 asked.append((name, one[0], said, holds))

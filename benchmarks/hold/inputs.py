@@ -12,10 +12,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter, defaultdict
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -25,6 +23,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
 from benchmarks.hold.children import LIMIT_S, Child
+from benchmarks.hold.ifc_hostile import LIMIT_BYTES, OWN_FAULT, ask
 from benchmarks.hold.readers import Sort, damaged, sorts
 from benchmarks.sites import ONE_THREAD, ROOT, SAMPLE
 from benchmarks.table import Line, line, options, report, told
@@ -65,22 +64,15 @@ def by_command(seed: int) -> dict[str, Any]:
     sort, did, data = damaged(seed)
     with tempfile.TemporaryDirectory(prefix="hold-") as place:
         words = _words(sort, data, Path(place))
-        begun = time.monotonic()
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         own = {**os.environ, **ONE_THREAD, "PYTHONPATH": path, "ASBUILT_BIM_CACHE": str(Path(place) / "cache")}
-        try:
-            ended = subprocess.run(
-                [sys.executable, "-m", "asbuilt_bim", *words], cwd=place, env=own, timeout=LIMIT_S, check=False,
-                capture_output=True, text=True, errors="replace",
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            return {"seed": seed, "sort": sort.name, "told": f"hang: no end in {LIMIT_S:.0f} s"}
-    said = ended.stdout + ended.stderr
-    bad = "Traceback" in said or ended.returncode not in (0, 1, 2)
-    answer = {"seed": seed, "sort": sort.name, "done": did, "seconds": round(time.monotonic() - begun, 2)}
-    return answer | {
-        "told": f"died: exit code {ended.returncode}: {said[-200:]}" if bad else FINE[ended.returncode > 0]
-    }
+        found = ask(words, cwd=place, env=own)
+    answer = {"seed": seed, "sort": sort.name, "done": did, "seconds": round(found.seconds, 2)}
+    if found.code not in (0, 1, 2) or "Traceback" in found.said or OWN_FAULT in found.said:
+        return answer | {"told": f"died: exit code {found.code}: {found.said[-200:]}"}
+    if found.seconds > LIMIT_S or found.memory_bytes > LIMIT_BYTES:
+        return answer | {"told": f"hang: {found.seconds:.0f} s of processor time, {found.memory_bytes / 1e9:.1f} GB"}
+    return answer | {"told": FINE[found.code > 0]}
 
 
 def _words(sort: Sort, data: bytes, place: Path) -> list[str]:

@@ -1,6 +1,7 @@
 """How reading and judging grow: designs of 250 to 16,000 elements, and 10 to 1,000 stations.
 
 python benchmarks/hold/scale.py --check --json figures.json     hours on a small machine
+python benchmarks/hold/scale.py --done FILE --copies 9 36       takes up what was measured; two designs are read
 python benchmarks/hold/scale.py --quick                         250 elements, two stations
 
 Every measurement is a process of its own on one thread; judged are processor seconds. A design is the sample's building
@@ -18,8 +19,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +39,12 @@ from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.read.elements import walls_and_columns
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.history import EMPTY_HISTORY
+from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.result.document import read_result, write_result
 from asbuilt_bim.scale.cache import Cache, default_folder
 from benchmarks.hold.wide_design import write_copies
 from benchmarks.ifc.rounds import peak_mb
@@ -53,6 +58,8 @@ COPIES, QUICK_COPIES = (9, 36, 143, 571), (9,)
 UNSEEN, QUICK_UNSEEN = (1, 100), (1, 9)
 STATIONS, QUICK_STATIONS = (10, 100), (1, 2)
 RECKONED = 1000
+WORKERS, MOST_SHARE, ANEW = 8, 0.10, 3
+OUTPUTS = "write_s", "result_mb", "read_s", "page_s", "page_mb"
 
 
 def spent(call: Callable[[], object]) -> float:
@@ -105,9 +112,61 @@ def judging(copies: int, stations: int) -> Figures:
         write_copies(path, copies)
         design: BimModel = read_design(path)
     day = project.visits[0].date
-    judge = lambda: monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options)  # noqa: E731
-    figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": spent(judge)}
-    return {**figures, "peak_mb": peak_mb()}
+    shared: list[float] = []
+
+    def share(work: Callable[[Sequence[Any]], Sequence[Any]], items: Sequence[Any]) -> Sequence[Any]:
+        begun = time.process_time()
+        found = work(items)
+        shared.append(time.process_time() - begun)
+        return found
+
+    start = time.process_time()
+    report = monitor(measured, (), survey, design, EMPTY_HISTORY, day, project.options, share=share)
+    judge_s = time.process_time() - start
+    figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": judge_s}
+    figures["shared_s"] = sum(shared)
+    return {**figures, "peak_mb": peak_mb(), **outputs(report), "peak_with_outputs_mb": peak_mb()}
+
+
+def outputs(report: ProgressReport) -> Figures:
+    """Write a result and its page without pictures, and read the result again: seconds and megabytes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "result.json"
+        write_s = spent(lambda: write_result(report, path))
+        result_mb = path.stat().st_size / 1e6
+        path.write_bytes(path.read_bytes() + b"\n")  # so that it isn't known as what this process wrote
+        read_s = spent(lambda: read_result(path))
+    start = time.process_time()
+    page_mb = len(page_html(report, {}).encode()) / 1e6
+    page_s = time.process_time() - start
+    return {"write_s": write_s, "result_mb": result_mb, "read_s": read_s, "page_s": page_s, "page_mb": page_mb}
+
+
+def measuring(stations: int) -> Figures:
+    """Measure so many of the sample's stations anew."""
+    project = read_project(SAMPLE / "project.yaml")
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    rig = rig_of(project, Cache(folder=default_folder()), _silent).rig
+    visit = replace(project.visits[0], stations=project.visits[0].stations[:stations])
+    place = Workplace(workers=1, cache=Cache(folder=None))
+    return {
+        "stations": stations,
+        "measure_s": spent(lambda: measure_visit(visit, project, rig, place, _silent, survey)),
+    }
+
+
+def share_lines(stations: Figures, measured: Figures) -> list[Line]:
+    """Reckon judging's share of a run with `WORKERS`: what is shared by elements and stations, and all else."""
+    judge_s = stations["judge_s"] - stations["shared_s"] * (1.0 - 1.0 / WORKERS)
+    measure_s = measured["measure_s"] / measured["stations"] * stations["stations"] / WORKERS
+    share = judge_s / (judge_s + measure_s + stations["write_s"] + stations["page_s"])
+    what = f"judging of a run of {stations['stations']:.0f} stations with {WORKERS} workers, reckoned"
+    parallel = stations["shared_s"] / stations["judge_s"]
+    return [
+        line(what, f"{share:.0%}", f"<= {MOST_SHARE:.0%}", 1, share <= MOST_SHARE, least_n=1),
+        told("  its part that is shared among them", f"{parallel:.0%}", 1),
+        told("  a station measured, processor seconds", f"{measured['measure_s'] / measured['stations']:.1f} s", 1),
+    ]
 
 
 def _measured(project: Project, survey: tuple[SurveyedMarker, ...], wanted: int) -> tuple[StationMeasurement, ...]:
@@ -143,6 +202,20 @@ def child(task: str, *numbers: int) -> Figures:
     return figures
 
 
+def noted(done: Path | None, task: str, *numbers: int) -> Figures:
+    """Do one task, or find it among those done: a line of JSON each."""
+    rows = done.read_text(encoding="utf-8").splitlines() if done is not None and done.exists() else []
+    for row in map(json.loads, rows):
+        if row["task"] == [task, *numbers]:
+            figures: Figures = row["figures"]
+            return figures
+    figures = child(task, *numbers)
+    if done is not None:
+        with done.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"task": [task, *numbers], "figures": figures}) + "\n")
+    return figures
+
+
 def exponent(rows: list[Figures], size: str, figure: str) -> float:
     """Return with which power of a size a figure grows, by the first and the last row."""
     return float(np.log(rows[-1][figure] / rows[0][figure]) / np.log(rows[-1][size] / rows[0][size]))
@@ -171,11 +244,19 @@ def judging_lines(unseen: list[Figures], stations: list[Figures]) -> list[Line]:
         told("  seconds", f"{many['judge_s']:.1f} s, {few['judge_s']:.1f} s", 1),
         *(told(f"judging {row['stations']:.0f} stations", f"{row['judge_s']:.1f} s, {row['peak_mb']:.0f} MB", 1)
           for row in stations),
+        *(told(f"outputs of {row['elements']:,.0f} elements, {row['stations']:.0f} stations", _outputs_told(row), 1)
+          for row in (*unseen, *stations)),
     ]  # fmt: skip
     power = exponent(stations, "stations", "judge_s")
     reckoned = stations[-1]["judge_s"] * (RECKONED / stations[-1]["stations"]) ** power
     lines.append(told(f"judging {RECKONED:,} stations, reckoned and not run", f"{reckoned:.0f} s", 1))
-    return [*lines, *_growth(stations, "judging", "stations", ("judge_s", "peak_mb"))]
+    lines += _growth(stations, "judging", "stations", ("judge_s", "peak_mb"))
+    return [*lines, *_growth(stations, "outputs", "stations", OUTPUTS)]
+
+
+def _outputs_told(row: Figures) -> str:
+    result = f"result {row['result_mb']:.1f} MB in {row['write_s']:.1f} s, read in {row['read_s']:.1f} s"
+    return f"{result}; page {row['page_mb']:.1f} MB in {row['page_s']:.1f} s"
 
 
 def _growth(rows: list[Figures], what: str, size: str, figures: tuple[str, ...]) -> list[Line]:
@@ -192,20 +273,25 @@ def _growth(rows: list[Figures], what: str, size: str, figures: tuple[str, ...])
 def main() -> int:
     """Measure and print the table."""
     if sys.argv[1:2] == ["--task"]:
-        task: Callable[..., Figures] = {"reading": reading, "judging": judging}[sys.argv[2]]
+        task: Callable[..., Figures] = {"reading": reading, "judging": judging, "measuring": measuring}[sys.argv[2]]
         print(json.dumps(task(*map(int, sys.argv[3:]))))
         return 0
-    args = options(__doc__ or "").parse_args()
-    read = [child("reading", n, 3 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else COPIES)]
+    parser = options(__doc__ or "")
+    parser.add_argument("--done", type=Path, help="note each measurement here, and leave out those that stand here")
+    parser.add_argument("--copies", type=int, nargs="*", default=COPIES, help="of the building, to be read")
+    args = parser.parse_args()
+    child = partial(noted, args.done)
+    read = [child("reading", n, 3 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else args.copies)]
     seen = QUICK_STATIONS[-1] if args.quick else 0
     child("judging", 1, seen)  # measures them, so that no other process has to
     unseen = [child("judging", n, seen) for n in (QUICK_UNSEEN if args.quick else UNSEEN)]
     stations = [child("judging", 1, n) for n in (QUICK_STATIONS if args.quick else STATIONS)]
+    anew = child("measuring", 1 if args.quick else ANEW)
     figures: dict[str, Any] = {
         "machine": {"processors": os.cpu_count(), "threads of each process": 1},
-        "reading": read, "unseen": unseen, "stations": stations,
+        "reading": read, "unseen": unseen, "stations": stations, "anew": anew,
     }  # fmt: skip
-    lines = [*reading_lines(read), *judging_lines(unseen, stations)]
+    lines = [*reading_lines(read), *judging_lines(unseen, stations), *share_lines(stations[-1], anew)]
     if args.quick:
         lines = [told(one.what, one.figure, one.n) if "power" in one.what else one for one in lines]
     return report("Scale", lines, args, figures)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,6 +110,17 @@ def test_squares_typed_a_little_too_large_are_warned_of_with_the_areas_that_they
     assert words.value.startswith("+1.") and words.limit < "1.00 %"
     assert "together come out 1." in words.reason and "so every area 2." in words.reason
     assert "rig.boards.square_m is 0.081 m, and these lengths ask for 0.0" in words.reason
+
+
+def test_a_survey_one_per_cent_too_large_is_warned_of_by_its_distances() -> None:
+    """Disc and prints are known to 1 % only: that they come out 0.4 % large is no reason to disbelieve the survey."""
+    large = [replace(one, corners_m=frozen(1.01 * one.corners_m)) for one in WIDE]
+    seen = [evidence(1.0, seed=i, survey=WIDE) for i in range(5)]
+    verdict = judge_scale(seen, DIAMETER_M / 1.004, SIZE_M / 1.004, large)
+    assert verdict is not None and verdict.agree
+    doubt = doubt_rejection(RIG, verdict, rig())
+    assert doubt is not None and doubt.code is Reason.LENGTHS_DOUBTFUL_TOGETHER
+    assert "the survey's scale" in words_of(doubt).remedy
 
 
 @pytest.mark.parametrize("survey", [SURVEY, WIDE])

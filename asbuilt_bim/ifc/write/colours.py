@@ -58,7 +58,7 @@ class Painter:
     def _paint_item(self, item: Any, state: ShownState) -> bool:
         if not _alone(item) or not self._shows(item):
             return False
-        mine = [styled for styled in item.StyledByItem or () if (styled.Name or "").startswith(_STYLE)]
+        mine = [styled for styled in item.StyledByItem or () if str(styled.Name).startswith(_STYLE)]
         if mine:  # it bears its source's style, moved out
             mine[0].Styles = [self._style(state)]
             return True
@@ -122,13 +122,13 @@ class Painter:
 
 def put_colours_back(file: Any) -> None:
     """Take our colours off an open file and give every item the style it had."""
-    painted = [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_STYLE} ")]
+    painted = [one for one in file.by_type("IfcStyledItem") if str(one.Name).startswith(f"{_STYLE} ")]
     if not painted:
         return
-    layers = [one for one in file.by_type("IfcPresentationLayerAssignment") if one.Name.startswith(f"{_ASIDE} ")]
+    layers = [one for one in file.by_type("IfcPresentationLayerAssignment") if str(one.Name).startswith(f"{_ASIDE} ")]
     items = {one.Name.removeprefix(f"{_ASIDE} "): one.AssignedItems[0] for one in layers}
     items |= {one.Name.removeprefix(f"{_STYLE} "): one.Item for one in painted}
-    for styled in [one for one in file.by_type("IfcStyledItem") if (one.Name or "").startswith(f"{_ASIDE} ")]:
+    for styled in [one for one in file.by_type("IfcStyledItem") if str(one.Name).startswith(f"{_ASIDE} ")]:
         number, _, own = styled.Name.removeprefix(f"{_ASIDE} ").partition(" ")
         styled.Item, styled.Name = items.get(number), own[1:-1] if own else None
     materials = [one for one in file.by_type("IfcMaterial") if one.Name == _ASIDE]

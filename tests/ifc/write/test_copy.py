@@ -444,3 +444,13 @@ def test_a_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("a file")
     with pytest.raises(OutputError, match="check the folder's rights"):
         write_asbuilt(source, report, tmp_path / "out" / "model.ifc")
+
+
+def test_a_thing_whose_globalid_is_no_text_is_left_in_peace_by_strip(tmp_path: Path) -> None:
+    _, target = _written("IFC4", tmp_path)
+    text = target.read_text(encoding="utf-8")
+    retyped = text.replace("IFCCARTESIANPOINT((", "IFCRELAGGREGATES((", 1)
+    assert retyped != text
+    target.write_text(retyped, encoding="utf-8")
+    assert strip_asbuilt(target, tmp_path / "bare.ifc") > 0
+    assert "IFCRELAGGREGATES((" in (tmp_path / "bare.ifc").read_text(encoding="utf-8")
