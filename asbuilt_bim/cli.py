@@ -1,7 +1,5 @@
 """The command line: thin, friendly, and never a traceback."""
 
-import errno
-from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -9,24 +7,14 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.terminal.parameters import Day, FilePath, Metres, PhotoSize
-from asbuilt_bim.terminal.screen import Screen, harmless
+from asbuilt_bim.terminal.guarded import FAILED, full_disk, guarded
+from asbuilt_bim.terminal.networks_group import networks
+from asbuilt_bim.terminal.parameters import BOARD, FAMILY_NAMES, Day, FilePath, Metres, PhotoSize
+from asbuilt_bim.terminal.print_group import sheets
+from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.version import __version__
 
-FAILED = 1
-_BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
 _FILE = FilePath()
-FAMILY_NAMES = (
-    "apriltag_36h11",
-    "apriltag_36h10",
-    "apriltag_25h9",
-    "apriltag_16h5",
-    "aruco_4x4_50",
-    "aruco_5x5_100",
-    "aruco_6x6_250",
-    "aruco_original",
-)
-"""Of markers, as `vision.markers.find` has them: importing that takes a second, and `--help` shall be quick."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -86,7 +74,7 @@ def run(context: click.Context, /, **options: Any) -> None:
         request = RunRequest(until=until, scheduler=scheduler, **options)
         return run_command(request, screen, datetime.now(UTC))
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -105,7 +93,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 
         return report_command(folder, ifc, screen, datetime.now(UTC), colour=colour)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -115,7 +103,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
 @click.option("--left", default="", metavar="PATTERN", help='Without a project: left photos, "cal/left_*.jpg".')
 @click.option("--right", default="", metavar="PATTERN", help="The right ones.")
 @click.option("--both", default="", metavar="PATTERN", help="Instead: photos that hold both eyes side by side.")
-@click.option("--board", default="", metavar="BOARD", help=_BOARD)
+@click.option("--board", default="", metavar="BOARD", help=BOARD)
 @click.option(
     "--tags",
     type=Metres(min=0.02, max=3.0),
@@ -168,7 +156,7 @@ def calibrate(context: click.Context, /, **options: Any) -> None:
 
         return calibrate_command(CalibrateRequest(**options), screen)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -183,7 +171,7 @@ def inspect(context: click.Context, file: Path) -> None:
 
         return inspect_command(file, screen)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -200,7 +188,7 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
 
         return strip_command(file, out, screen, replace_it=replace)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -218,7 +206,7 @@ def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dr
 
         return fill_command(workbook, mapping, result, screen, datetime.now(UTC), dry_run=dry_run)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -236,7 +224,7 @@ def tables(context: click.Context, folder: Path, out: Path, form: str, replace: 
 
         return tables_command(folder, out, screen, form=form, replace_them=replace)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command("ifcpatch-dir")
@@ -300,7 +288,7 @@ def measure(context: click.Context, /, **options: Any) -> None:
 
         return measure_command(MeasureRequest(**options), screen, datetime.now(UTC))
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -320,7 +308,7 @@ def template(context: click.Context, project: Path, out: Path | None, replace: b
 
         return template_command(project, out, screen, replace=replace, allow_outside=allow_outside)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -343,33 +331,7 @@ def label(
             project, out, workers=workers or 0, replace=replace, allow_outside=allow_outside, screen=screen
         )
 
-    _guarded(context, screen, action)
-
-
-@app.group()
-def networks() -> None:
-    """Networks of your own: `asbuilt-bim networks add PRESET FILE.onnx` writes the card of a published one."""
-
-
-@networks.command("add")
-@click.argument("preset")
-@click.argument("file", type=_FILE, metavar="FILE.onnx")
-@click.option("--non-commercial", is_flag=True, help="Allow a licence that forbids paid work.")
-@click.option("--replace", is_flag=True, help="Replace the card if it exists.")
-@click.pass_context
-def add_network(context: click.Context, /, **options: Any) -> None:
-    """Write the card of a published network beside FILE.onnx, after trying it.
-
-    PRESET: depth-anything-v2-small, lite-any-stereo, rf-detr-seg-small or segformer-b0-ade20k.
-    """
-    screen = Screen()
-
-    def action() -> int:
-        from asbuilt_bim.terminal.networks_command import AddRequest, add_command
-
-        return add_command(AddRequest(**options), screen)
-
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -393,7 +355,7 @@ def check(context: click.Context, /, **options: Any) -> None:
 
         return check_command(CheckRequest(**options), screen, datetime.now(UTC).date())
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -413,7 +375,7 @@ def plan(context: click.Context, /, **options: Any) -> None:
 
         return plan_command(PlanRequest(**options), screen, datetime.now(UTC).date())
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
 @app.command()
@@ -428,110 +390,11 @@ def init(context: click.Context, folder: Path) -> None:
 
         return init_command(folder, screen)
 
-    _guarded(context, screen, action)
+    guarded(context, screen, action)
 
 
-@app.group("print")
-def sheets() -> None:
-    """Print a calibration board, markers or the target: PDF files to scale."""
-
-
-_PDF = click.option("--out", type=_FILE, required=True, metavar="FILE.pdf", help="The PDF file to write.")
-_PAPER = click.option("--paper", type=click.Choice(["A4", "A3"]), default="A4", help="What doesn't fit goes in tiles.")
-_REPLACE = click.option("--replace", is_flag=True, help="Replace FILE.pdf if it exists.")
-
-
-@sheets.command("board")
-@_PDF
-@_PAPER
-@click.option("--board", default="", metavar="BOARD", help=f"{_BOARD} Default: the largest that fits.")
-@_REPLACE
-@click.pass_context
-def board_sheet(context: click.Context, /, **options: Any) -> None:
-    """Write a board to calibrate the rig with."""
-    screen = Screen()
-
-    def action() -> int:
-        from asbuilt_bim.terminal.print_command import print_board
-
-        return print_board(screen=screen, **options)
-
-    _guarded(context, screen, action)
-
-
-@sheets.command("tags")
-@_PDF
-@_PAPER
-@click.option("--ids", default="0-3", metavar="IDS", help="Their numbers: 0-11, or 0-3,8.")
-@click.option("--family", type=click.Choice(FAMILY_NAMES), default=FAMILY_NAMES[0], help="Their family.")
-@click.option("--size", "size_m", type=Metres(min=0.02, max=3.0), metavar="METRES", help="Side of the black square.")
-@_REPLACE
-@click.pass_context
-def tag_sheets(context: click.Context, /, **options: Any) -> None:
-    """Write markers, one a sheet, to be surveyed."""
-    screen = Screen()
-
-    def action() -> int:
-        from asbuilt_bim.terminal.print_command import print_tags
-
-        return print_tags(screen=screen, **options)
-
-    _guarded(context, screen, action)
-
-
-@sheets.command("target")
-@_PDF
-@_PAPER
-@click.option("--diameter", "diameter_m", type=Metres(min=0.05, max=2.0), metavar="METRES", help="Of the disc.")
-@_REPLACE
-@click.pass_context
-def target_sheet(context: click.Context, /, **options: Any) -> None:
-    """Write the red disc."""
-    screen = Screen()
-
-    def action() -> int:
-        from asbuilt_bim.terminal.print_command import print_target
-
-        return print_target(screen=screen, **options)
-
-    _guarded(context, screen, action)
-
-
-def _guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -> None:
-    """Run an action (it imports what it needs: `--help` stays quick); what goes wrong is a message and an exit code."""
-    from asbuilt_bim.errors import AsBuiltError, OptionError
-    from asbuilt_bim.terminal.crash import write_crash_log
-
-    try:
-        code = action()
-    except OptionError as problem:
-        raise click.UsageError(harmless(str(problem))) from problem
-    except AsBuiltError as problem:
-        screen.error(str(problem))
-        code = FAILED
-    except KeyboardInterrupt:
-        screen.error("stopped; nothing of this run was kept, the earlier result stands")
-        code = FAILED
-    except BrokenPipeError:  # the reader of our output went away
-        code = FAILED
-    except Exception as problem:
-        if context.find_root().obj:
-            raise
-        if full := _full_disk(problem):
-            screen.error(full)
-            context.exit(FAILED)
-        log = write_crash_log(problem)
-        where = f"; the details are in {log}" if log else "; run again with --debug to see where"
-        screen.error(f"asbuilt-bim failed, and the fault is its own: {type(problem).__name__}: {problem!s:.300}{where}")
-        code = FAILED
-    context.exit(code)
-
-
-def _full_disk(problem: BaseException) -> str:
-    """Say that there is no room for what is printed or kept beside the results, "" for another fault."""
-    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "the disk is full, so what is printed, or a temporary file, can't be written; free some space"
-    return ""
+app.add_command(networks)
+app.add_command(sheets)
 
 
 def main() -> None:
@@ -539,8 +402,8 @@ def main() -> None:
     one_thread_each()
     try:
         app(prog_name="asbuilt-bim")
-    except OSError as problem:  # of `--help` and the like, which are printed outside of `_guarded`
-        if not (full := _full_disk(problem)):
+    except OSError as problem:  # of `--help` and the like, which are printed outside of `guarded`
+        if not (full := full_disk(problem)):
             raise
         click.echo(f"error: {full}", err=True)
         raise SystemExit(FAILED) from problem

@@ -43,7 +43,7 @@ CONFINED = {
     "jinja2": ["report/page/"],
     "pyarrow": ["report/flat/parquet.py"],
     "jsonschema": ["storage/schemas.py", "camera/rig_formats/rig_file.py"],
-    "click": ["cli.py", "terminal/parameters.py"],
+    "click": ["cli.py", "terminal/"],
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],
     "simplejpeg": ["camera/photo/jpeg/decode.py"],

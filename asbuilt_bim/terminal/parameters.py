@@ -9,6 +9,19 @@ from typing import Any
 
 import click
 
+BOARD = "chessboard,COLUMNSxROWS,SQUARE_M or charuco,COLUMNSxROWS,SQUARE_M,MARKER_M,DICTIONARY."
+FAMILY_NAMES = (
+    "apriltag_36h11",
+    "apriltag_36h10",
+    "apriltag_25h9",
+    "apriltag_16h5",
+    "aruco_4x4_50",
+    "aruco_5x5_100",
+    "aruco_6x6_250",
+    "aruco_original",
+)
+"""Of markers, as `vision.markers.find` has them: importing that takes a second, and `--help` shall be quick."""
+
 
 class FilePath(click.Path):
     """A path that a system can hold and follow; looking for another fails in a hundred places."""

@@ -12,13 +12,14 @@ import pytest
 from click.testing import CliRunner
 
 from asbuilt_bim.camera.calibration.boards import Board, find_board
-from asbuilt_bim.cli import FAMILY_NAMES, app
+from asbuilt_bim.cli import app
 from asbuilt_bim.errors import MissingExtraError, OptionError
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.report.sheets.drawings import board_drawing, tag_drawing, target_drawing
 from asbuilt_bim.report.sheets.fitting import largest_board, largest_tag_m, largest_target_m
 from asbuilt_bim.report.sheets.pdf import PAPERS, sheets_pdf
 from asbuilt_bim.report.sheets.shapes import Drawing
+from asbuilt_bim.terminal.parameters import FAMILY_NAMES
 from asbuilt_bim.terminal.print_command import ids_of
 from asbuilt_bim.vision.markers.find import FAMILIES, Family
 

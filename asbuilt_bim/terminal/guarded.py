@@ -1,0 +1,47 @@
+"""How every command is run: what goes wrong is a message and an exit code, never a traceback."""
+
+import errno
+from collections.abc import Callable
+
+import click
+
+from asbuilt_bim.terminal.screen import Screen, harmless
+
+FAILED = 1
+
+
+def guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -> None:
+    """Run an action (it imports what it needs: `--help` stays quick); what goes wrong is a message and an exit code."""
+    from asbuilt_bim.errors import AsBuiltError, OptionError
+    from asbuilt_bim.terminal.crash import write_crash_log
+
+    try:
+        code = action()
+    except OptionError as problem:
+        raise click.UsageError(harmless(str(problem))) from problem
+    except AsBuiltError as problem:
+        screen.error(str(problem))
+        code = FAILED
+    except KeyboardInterrupt:
+        screen.error("stopped; nothing of this run was kept, the earlier result stands")
+        code = FAILED
+    except BrokenPipeError:  # the reader of our output went away
+        code = FAILED
+    except Exception as problem:
+        if context.find_root().obj:
+            raise
+        if full := full_disk(problem):
+            screen.error(full)
+            context.exit(FAILED)
+        log = write_crash_log(problem)
+        where = f"; the details are in {log}" if log else "; run again with --debug to see where"
+        screen.error(f"asbuilt-bim failed, and the fault is its own: {type(problem).__name__}: {problem!s:.300}{where}")
+        code = FAILED
+    context.exit(code)
+
+
+def full_disk(problem: BaseException) -> str:
+    """Say that there is no room for what is printed or kept beside the results, "" for another fault."""
+    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "the disk is full, so what is printed, or a temporary file, can't be written; free some space"
+    return ""
