@@ -3,6 +3,7 @@
 python benchmarks/register/ties.py --check --json figures.json   five sites, 30 stations without a tag: rendering takes
                                                                   minutes a site, the rest two minutes
 python benchmarks/register/ties.py --quick                        one site
+python benchmarks/register/ties.py --seeds 20 100 101             these sites
 
 Of each walk the first station keeps its tags, and is placed by the survey; the tags of the other two are taken away.
 `walks.py` says how they are walked. All stations of a walk share its first one's errors.
@@ -155,8 +156,10 @@ def lines_of(rows: list[Tried]) -> list[Line]:
 
 def main() -> int:
     """Place the walks, judge, and report."""
-    given = options(__doc__ or "").parse_args()
-    seeds = SEEDS[:1] if given.quick else SEEDS
+    asked = options(__doc__ or "")
+    asked.add_argument("--seeds", type=int, nargs="+", default=SEEDS, help="the sites")
+    given = asked.parse_args()
+    seeds = SEEDS[:1] if given.quick else given.seeds
     rows = [tried(seed) for seed in seeds]
     lines = lines_of(rows)
     figures: dict[str, object] = {
