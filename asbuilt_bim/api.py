@@ -11,6 +11,7 @@ from asbuilt_bim.flow.output.carried_on import last_workbook
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_persons, with_revision
 from asbuilt_bim.flow.pipeline import run_project
+from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.ifc import apart
 from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.project.read import Project, read_project
@@ -64,9 +65,10 @@ def run(
     with open_output(Path(out), checked.sources) as output:
         before = previous_result(output)
         last = last_workbook(output, before, checked.last_workbook)
-        found = with_revision(run_project(checked, place, progress or _silent), before)
-        found = with_persons(found, checked, before, last)
-        published = publish_run(output, found, checked, datetime.now(UTC), writers)
+        with with_video_stations(checked, store, progress or _silent) as visited:
+            found = with_revision(run_project(visited, place, progress or _silent), before)
+            found = with_persons(found, visited, before, last)
+            published = publish_run(output, found, visited, datetime.now(UTC), writers)
     store.prune()
     return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)
 

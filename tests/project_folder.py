@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -53,5 +54,5 @@ def write_project(folder: Path, contents: dict[str, Any] | None = None, boards: 
             (folder / f"calibration/{side}_{number:02}.jpg").write_bytes(b"")
     text = yaml.safe_dump(contents or plain(), allow_unicode=True, sort_keys=False)
     path = folder / "project.yaml"
-    path.write_text(text.replace("date: '", "date: ").replace("'\n  stations", "\n  stations"), encoding="utf-8")
+    path.write_text(re.sub(r"date: '([^'\n]*)'\n", r"date: \1\n", text), encoding="utf-8")
     return path

@@ -225,6 +225,7 @@ class StationRecord:
     faces: tuple[FaceRecord, ...]
     picture: str  # overlay's base picture, relative to the run folder: "pictures/<station>.jpg", without EXIF
     seconds: dict[str, float]
+    linked_to: tuple[str, ...] = ()  # stations that points of both photos link it to
 
     @property
     def overlay(self) -> str:

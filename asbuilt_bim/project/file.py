@@ -201,11 +201,29 @@ class PatternsFile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class VideoFile:
+    """`visits[].video`: a walk recorded by the rig, whose frames become stations."""
+
+    left: str | None = None
+    right: str | None = None
+    both: str | None = None  # instead of left and right: a video that holds both eyes side by side
+
+    def __post_init__(self) -> None:
+        """Check that the videos are given one way.
+
+        Raises:
+            ValueError: they aren't.
+        """
+        _one_way(self.left, self.right, self.both)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VisitFile:
-    """One of `visits`."""
+    """One of `visits`: its stations, a video of which stations are made, or both."""
 
     date: date
-    stations: tuple[StationFile, ...] | PatternsFile
+    stations: tuple[StationFile, ...] | PatternsFile = ()
+    video: VideoFile | None = None
     camera_clock_wrong: bool = False  # the photos' own days don't count
 
 

@@ -1,5 +1,6 @@
 """What a folder holds that a project file would name: the design, the rig, board photos, visits, the survey."""
 
+import contextlib
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -12,6 +13,7 @@ from asbuilt_bim.errors import PhotoError
 
 MAX_FILES, MAX_DEPTH = 50_000, 4
 _DESIGNS = (".ifc", ".ifczip")
+_VIDEOS = (".mp4", ".mov", ".avi", ".mkv")
 _PHOTOS = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 _SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("links", "rechts"), ("cam0", "cam1"), ("L", "R"))
 """How people tell the two cameras' photos apart, in the order in which it is looked for."""
@@ -33,6 +35,15 @@ class FoundPhotos:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FoundVideo:
+    """A walk's video: of the left and the right eye, or `right` "" where nobody can tell; the day by its folder."""
+
+    left: str
+    right: str
+    day: date | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FoundFiles:
     """What was found, by path relative to the folder; each list in the order of names."""
 
@@ -41,6 +52,7 @@ class FoundFiles:
     boards: tuple[FoundPhotos, ...]
     visits: tuple[FoundPhotos, ...]
     surveys: tuple[str, ...]
+    videos: tuple[FoundVideo, ...]
     photos_alone: int  # photos of which nobody can tell which camera took them
 
 
@@ -63,8 +75,34 @@ def find_files(folder: Path) -> FoundFiles:
         boards=tuple(found for place, found in paired if _BOARDS.search(place.relative_to(folder).as_posix())),
         visits=tuple(found for place, found in paired if not _BOARDS.search(place.relative_to(folder).as_posix())),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
+        videos=tuple(_videos(folder, [f for f in files if f.suffix.lower() in _VIDEOS])),
         photos_alone=sum(map(len, photos.values())) - in_pairs,
     )
+
+
+def _videos(folder: Path, files: Sequence[Path]) -> Iterable[FoundVideo]:
+    """Yield the videos, two that differ by the side's word alone as one walk."""
+    taken: set[Path] = set()
+    for file in files:
+        for left, right in _SIDES:
+            word = re.compile(rf"(?<![A-Za-z0-9]){left}(?![A-Za-z0-9])")
+            partner = file.with_name(word.sub(right, file.name))
+            if file not in taken and partner != file and partner in files:
+                taken |= {file, partner}
+                names = [one.relative_to(folder).as_posix() for one in (file, partner)]
+                yield FoundVideo(left=names[0], right=names[1], day=_day_of_name(file))
+    for file in files:
+        if file not in taken:
+            yield FoundVideo(left=file.relative_to(folder).as_posix(), right="", day=_day_of_name(file))
+
+
+def _day_of_name(file: Path) -> date | None:
+    """Return the day that a file's folder or name tells."""
+    for text in (file.parent.name, file.name):
+        if found := _DAY.search(text):
+            with contextlib.suppress(ValueError):
+                return date(*(int(part) for part in found.groups()))
+    return None
 
 
 def pairs_in(folder: Path) -> FoundPhotos | None:

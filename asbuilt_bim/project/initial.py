@@ -1,10 +1,11 @@
 """A project file drafted from what a folder holds, and what is missing with what to do."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from datetime import date
 from pathlib import PurePath
 
-from asbuilt_bim.project.found import FoundFiles, FoundPhotos
+from asbuilt_bim.project.found import FoundFiles, FoundPhotos, FoundVideo
 
 FIRST = "# yaml-language-server: $schema=project-1.schema.json"
 """An editor completes and checks the keys by the schema beside the file, without a network."""
@@ -23,7 +24,7 @@ def initial_text(name: str, found: FoundFiles) -> str:
         "# The red disc, measured across. It checks the scale.",
         "# target: {diameter_m: 0.30}",
         *_markers(found.surveys),
-        *_visits(found.visits),
+        *_visits(found.visits, found.videos),
     ]
     return "\n".join(lines) + "\n"
 
@@ -48,9 +49,13 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
             "no survey: markers.csv with the columns id,corner,x_m,y_m,z_m (asbuilt-bim print tags makes the markers)"
         )
     lacks.append("the markers: measure a black square's side, and give size_m under markers")
-    if not found.visits:
+    if not found.visits and not found.videos:
         lacks.append("no photo pairs of a visit: names need 'left' and 'right', such as A1_left.jpg, A1_right.jpg")
     lacks += [f"the day of {photos.left}: no name and no EXIF tells it" for photos in found.visits if not photos.day]
+    lacks += [f"the day of {video.left}: neither its folder nor its name tells it" for video in found.videos
+              if not video.day]  # fmt: skip
+    if any(not video.right for video in found.videos):
+        lacks.append("whether a video holds both eyes side by side (video: {both: ...}), or which is the right eye's")
     if found.photos_alone:
         lacks.append(f"{found.photos_alone} photos are in no pair: their names don't say 'left' and 'right' alike")
     return tuple(lacks)
@@ -87,8 +92,8 @@ def _markers(surveys: Sequence[str]) -> list[str]:
     ]
 
 
-def _visits(visits: Sequence[FoundPhotos]) -> list[str]:
-    if not visits:
+def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo]) -> list[str]:
+    if not visits and not videos:
         return [
             "# visits:",
             '#   - {date: 2026-03-02, stations: {left: "visits/2026-03-02/*_left.jpg", '
@@ -100,6 +105,19 @@ def _visits(visits: Sequence[FoundPhotos]) -> list[str]:
         day = photos.day.isoformat() if photos.day else "YEAR-MONTH-DAY"
         lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}")
         lines.append(f"{mark}    stations: {{left: {_quoted(photos.left)}, right: {_quoted(photos.right)}}}")
+    return lines + _videos(videos, {photos.day for photos in visits})
+
+
+def _videos(videos: Sequence[FoundVideo], days: Collection[date | None]) -> list[str]:
+    """Return a visit for each walk; behind a # where its day isn't known, or has a visit already."""
+    lines, seen = [], set(days)
+    for video in sorted(videos, key=lambda one: (one.day is None, str(one.day), one.left)):
+        mark = "# " if video.day is None or video.day in seen or not video.right else ""
+        seen.add(video.day)
+        day = video.day.isoformat() if video.day else "YEAR-MONTH-DAY"
+        eyes = f"left: {_quoted(video.left)}, right: {_quoted(video.right)}" if video.right else ""
+        lines.append(f"{mark}  - date: {day}  # a walk: its frames become stations")
+        lines.append(f"{mark}    video: {{{eyes or f'both: {_quoted(video.left)}'}}}")
     return lines
 
 

@@ -27,6 +27,7 @@ from asbuilt_bim.project.file import (
     TargetFile,
     ToleranceFile,
     ValuationFile,
+    VideoFile,
     VisitFile,
 )
 from asbuilt_bim.project.networks import NetworkChoice
@@ -63,12 +64,26 @@ class Station:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Video:
+    """A walk recorded as stereo video: `right` None where one file holds both eyes side by side."""
+
+    left: Path
+    right: Path | None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Return the one file or the two."""
+        return (self.left,) if self.right is None else (self.left, self.right)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
-    """The stations of one date, in the file's order."""
+    """The stations of one date, in the file's order; those of its video are made of it when a run begins."""
 
     date: date
     stations: tuple[Station, ...]
     camera_clock_wrong: bool = False  # its photos' own days don't count
+    video: Video | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,6 +155,7 @@ class Project:
     def sources(self) -> tuple[Path, ...]:
         """Return every file that the project reads; none of them is ever written."""
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
+        photos += [p for v in self.visits if v.video is not None for p in v.video.files]
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
         named = self.schedule, self.costs, self.observations, self.last_workbook, self.survey, self.poses
@@ -266,6 +282,8 @@ def _visit_pairs(day: date | None, visits: list[Visit], problems: Problems) -> t
     chosen = [visit for visit in visits if day in (None, visit.date)]
     if day is not None and not chosen:
         problems.add("rig.tags.visit", f"there is no visit of {day}")
+    if any(visit.video is not None for visit in chosen):
+        problems.add("rig.tags", "takes photos: the frames of a video aren't there yet; name photos under rig.tags")
     pairs = [(station.left, station.right) for visit in chosen for station in visit.stations]
     if len(pairs) > MAX_PAIRS:
         problems.add("rig.tags", f"{len(pairs):,} pairs, limit {MAX_PAIRS}; name one visit: visit: {visits[0].date}")
@@ -298,8 +316,8 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
     seen: dict[str, str] = {}
     stations = []
     listed = listed_stations(visit.stations, f"{where}.stations", checker)
-    if not visit.stations:
-        checker.problems.add(f"{where}.stations", "is empty: a visit has at least one station")
+    if not visit.stations and visit.video is None:
+        checker.problems.add(f"{where}.stations", "is empty: a visit has at least one station, or a video")
     for index, station in enumerate(listed):
         at = f"{where}.stations[{index}]"
         if reason := safe_name(station.name):
@@ -309,7 +327,20 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
             checker.problems.add(f"{at}.name", f"'{station.name}' is the name of {seen[key]} too; names are unique")
         seen.setdefault(key, at)
         stations.append(_station(station, at, checker))
-    return Visit(date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong)
+    video = _video(visit.video, f"{where}.video", checker) if visit.video is not None else None
+    return Visit(
+        date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong, video=video
+    )  # fmt: skip
+
+
+def _video(written: VideoFile, at: str, checker: PathChecker) -> Video:
+    if written.both is not None:
+        return Video(left=checker.file(written.both, f"{at}.both"), right=None)
+    left, right = (checker.file(text or "", f"{at}.{side}") for side, text in
+                   (("left", written.left), ("right", written.right)))  # fmt: skip
+    if left == right:
+        checker.problems.add(f"{at}.right", f"is the same file as left ({written.left}); one that holds both is `both`")
+    return Video(left=left, right=right)
 
 
 def _station(station: StationFile, at: str, checker: PathChecker) -> Station:
@@ -351,11 +382,14 @@ def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> 
 
 
 def _with_photos(written: ProjectFile, checker: PathChecker) -> Iterator[VisitFile]:
-    """Yield the visits that have stations: a pattern that no photo fits yet is of a visit to come."""
+    """Yield the visits that have stations: a pattern that no photo fits yet is of a visit to come.
+
+    Videos are left out: what is planned and checked before a run needs no frame of them.
+    """
     trial = replace(checker, problems=Problems(), files={})
     for visit in listed_visits(written.visits, trial):
         if listed_stations(visit.stations, "", trial):
-            yield visit
+            yield replace(visit, video=None)
 
 
 def _check_places(written: ProjectFile, problems: Problems) -> None:

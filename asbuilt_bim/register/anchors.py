@@ -8,6 +8,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import apply, rigid
 from asbuilt_bim.register.growth import Places, Viewpoint, grown
+from asbuilt_bim.register.point_links import PointLink
 from asbuilt_bim.register.tags import SQUARE
 
 NEAR_M = 0.3
@@ -27,6 +28,7 @@ def anchored(
     starts: Mapping[str, FloatArray],
     known_m: Mapping[int, FloatArray],
     sizes_m: Mapping[int, float],
+    links: Sequence[PointLink] = (),
 ) -> tuple[Places, int]:
     """Return all stations and prints that hang together with something known, in the world.
 
@@ -34,11 +36,11 @@ def anchored(
     The number beside them is how many centres agree in the mirror alone: then the survey is of no use.
     """
     corners = {tag: points for tag, points in known_m.items() if len(points) == 4}
-    found = grown(viewpoints, starts, corners, sizes_m) if starts else Places()
+    found = grown(viewpoints, starts, corners, sizes_m, links) if starts else Places()
     left = [one for one in viewpoints if one.name not in found.stations]
     while left:
         first = max(left, key=lambda one: (sum(len(one.seen.keys() & other.seen.keys()) for other in left), one.name))
-        block = grown(left, {first.name: np.eye(4)}, {}, sizes_m)
+        block = grown(left, {first.name: np.eye(4)}, {}, sizes_m, links)
         known = {tag: _corners(*place) for tag, place in found.tags.items()} | dict(known_m)
         local = {tag: _corners(*block.tags[tag]) for tag in block.tags if tag in known}
         local = {tag: own if len(known[tag]) == 4 else own.mean(axis=0)[None] for tag, own in local.items()}

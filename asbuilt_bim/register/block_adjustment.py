@@ -16,6 +16,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.robust_least_squares import cauchy
 from asbuilt_bim.geometry.transform import rotation_from_vector
+from asbuilt_bim.register.between import Between, BetweenRows, add_between, between_rows
 from asbuilt_bim.register.tags import SQUARE
 
 STATION, TAG, COMMON = 6, 7, 1
@@ -90,7 +91,7 @@ class Known:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Adjusted:
-    """The state at the least sum of squares, and how far each sighting (K,) and each known thing (L,) is off.
+    """The state at the least sum of squares, and how far each sighting (K,), known thing (L,) and link (T,) is off.
 
     That is the root mean square of its rows, in sigmas. Covariances are of each station (N, 6, 6) and print (M, 7, 7);
     `variance_factor` is the sum of squares over the degrees of freedom.
@@ -99,6 +100,7 @@ class Adjusted:
     state: State
     seen_off: FloatArray
     known_off: FloatArray
+    between_off: FloatArray
     station_covariance: FloatArray
     tag_covariance: FloatArray
     variance_factor: float
@@ -107,15 +109,21 @@ class Adjusted:
 
 
 def adjust(
-    state: State, seen: Sightings, known: Sequence[Known], disparity_sigma_px: float, *, reach: float | None = None
+    state: State,
+    seen: Sightings,
+    known: Sequence[Known],
+    disparity_sigma_px: float,
+    *,
+    between: Sequence[Between] = (),
+    reach: float | None = None,
 ) -> Adjusted | None:
     """Find the state that explains all rows; None where a print lies behind a camera that sees it.
 
     `reach` is that of Cauchy's weights in sigmas, None for weights of 1.
     """
-    trust = Trust(seen=np.ones(len(seen.tag)), known=np.ones(len(known)))
+    trust = Trust(seen=np.ones(len(seen.tag)), known=np.ones(len(known)), between=np.ones(len(between)))
     damping, converged = _DAMPING, False
-    rows = _all_rows(state, seen, known, disparity_sigma_px)
+    rows = _all_rows(state, seen, known, between, disparity_sigma_px)
     if rows is None:
         return None
     for _ in range(_ROUNDS):
@@ -128,7 +136,7 @@ def adjust(
                 return None
             continue
         there = _moved(state, step)
-        rows_there = _all_rows(there, seen, known, disparity_sigma_px)
+        rows_there = _all_rows(there, seen, known, between, disparity_sigma_px)
         if rows_there is None or rows_there.cost(trust) > rows.cost(trust) * (1.0 + 1e-9) + 1e-12:
             damping *= 10.0
             if damping > _MOST_DAMPING:
@@ -142,10 +150,11 @@ def adjust(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trust:
-    """Weights (K,) and (L,) of sightings and of what is known, in 0..1."""
+    """Weights (K,), (L,) and (T,) of sightings, of what is known and of links, in 0..1."""
 
     seen: FloatArray
     known: FloatArray
+    between: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -157,6 +166,7 @@ class _AllRows:
     by_tag: FloatArray  # (K, 16, 7)
     by_common: FloatArray  # (K, 16, 1)
     known: Sequence[tuple[Known, Rows]]
+    between: BetweenRows
     common: float
     disparity_sigma_px: float
     pixels: FloatArray  # (K, 4, 4)
@@ -165,10 +175,13 @@ class _AllRows:
         """Return the weighted sum of squares."""
         seen = float(trust.seen @ np.einsum("kr,kr->k", self.residual, self.residual))
         known = sum(float(w) * float(r @ r) for w, (_, (r, _)) in zip(trust.known, self.known, strict=True))
-        return float(seen + known + self.common**2)
+        linked = float(trust.between @ np.einsum("tr,tr->t", self.between.residual, self.between.residual))
+        return float(seen + known + linked + self.common**2)
 
 
-def _all_rows(state: State, seen: Sightings, known: Sequence[Known], disparity_sigma_px: float) -> _AllRows | None:
+def _all_rows(
+    state: State, seen: Sightings, known: Sequence[Known], between: Sequence[Between], disparity_sigma_px: float
+) -> _AllRows | None:
     off, by_point, points = _projected(state, seen)
     if off is None:
         return None
@@ -181,13 +194,14 @@ def _all_rows(state: State, seen: Sightings, known: Sequence[Known], disparity_s
         axis=-1,
     )
     white = _whitened(np.concatenate([off[..., None], -slopes], axis=-1), seen)
-    flat = white.reshape(len(off), 16, -1)
+    flat = white.reshape(len(off), 16, white.shape[-1])
     return _AllRows(
         residual=flat[:, :, 0],
         by_station=flat[:, :, 1 : 1 + STATION],
         by_tag=flat[:, :, 1 + STATION : 1 + STATION + TAG],
         by_common=flat[:, :, 1 + STATION + TAG :],
         known=[(one, one.rows(*_about(one, state))) for one in known],
+        between=between_rows(between, state.stations, state.disparity_px),
         common=state.disparity_px / disparity_sigma_px,
         disparity_sigma_px=disparity_sigma_px,
         pixels=off,
@@ -272,7 +286,8 @@ def _off(rows: _AllRows, seen: Sightings) -> tuple[FloatArray, FloatArray]:
 
 def _trust(rows: _AllRows, seen: Sightings, reach: float) -> Trust:
     of_seen, of_known = _off(rows, seen)
-    return Trust(seen=cauchy(of_seen, reach), known=cauchy(of_known, reach))
+    linked = cauchy(rows.between.off, reach)
+    return Trust(seen=cauchy(of_seen, reach), known=cauchy(of_known, reach), between=linked)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -310,6 +325,7 @@ def _normal(rows: _AllRows, seen: Sightings, trust: Trust, n: int, m: int) -> _N
             here = slice(STATION * one.index, STATION * (one.index + 1))
             matrix[here, here] += weight * slope.T @ slope
             right[here] -= weight * slope.T @ residual
+    add_between(matrix, right, rows.between, trust.between)
     matrix[-1, -1] += rows.disparity_sigma_px**-2
     right[-1] -= rows.common / rows.disparity_sigma_px
     return _Normal(matrix=matrix, right=right, of_tag=of_tag, right_of_tag=right_of_tag,
@@ -387,6 +403,7 @@ def _finished(
     count = float(trust.seen @ _counts(seen)) + sum(
         w * len(r) for w, (_, (r, _)) in zip(trust.known, rows.known, strict=True)
     )
+    count += STATION * float(trust.between.sum())
     free = max(count - STATION * n - TAG * m, 1.0)
     factor = rows.cost(trust) / free
     stations = covariance[:-COMMON, :-COMMON].reshape(n, STATION, n, STATION)[np.arange(n), :, np.arange(n)]
@@ -394,6 +411,7 @@ def _finished(
         state=state,
         seen_off=seen_off,
         known_off=known_off,
+        between_off=rows.between.off,
         station_covariance=max(factor, 1.0) * stations,
         tag_covariance=max(factor, 1.0) * np.array(of_tags).reshape(m, TAG, TAG),
         variance_factor=factor,

@@ -3,14 +3,16 @@
 Nothing here is exact, and what is wrong may stay in: the adjustment of the visit finds that.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.transform import inverse
 from asbuilt_bim.register.agree import largest_agreement
+from asbuilt_bim.register.point_links import PointLink
 from asbuilt_bim.register.solve import Sighted, project_both
 from asbuilt_bim.register.tags import SQUARE, guesses, square_through
 from asbuilt_bim.vision.markers.find import MarkerSighting
@@ -42,10 +44,12 @@ def grown(
     seeds: Mapping[str, FloatArray],
     surveyed_m: Mapping[int, FloatArray],
     sizes_m: Mapping[int, float],
+    links: Sequence[PointLink] = (),
 ) -> Places:
     """Return all that can be reached from stations (4, 4) that are placed, and from surveyed corners (4, 3) of prints.
 
-    A print starts where most of the stations that see it have it: one that was moved since it was surveyed, too.
+    A print starts where most of the stations that see it have it: one that was moved since it was surveyed, too. What
+    prints don't reach is reached by `links`, the one of the most points first.
     """
     found = Places(stations=dict(seeds))
     by_name = {one.name: one for one in viewpoints}
@@ -58,13 +62,27 @@ def grown(
             if one.name not in found.stations and count > failed_with.get(one.name, 0):
                 waiting.append((-count, one.name))
         if not waiting:
-            return found
+            if not _by_link(found, by_name, links):
+                return found
+            continue
         count, name = min(waiting)
         pose = _station_pose(by_name[name], found)
         if pose is None:
             failed_with[name] = -count  # tried again once more prints are placed
         else:
             found.stations[name] = pose
+
+
+def _by_link(found: Places, names: Collection[str], links: Sequence[PointLink]) -> bool:
+    """Place one more station beside one that is placed, and say whether there was one."""
+    for link in sorted(links, key=lambda one: (-one.points, one.first, one.second)):
+        if link.first in found.stations and link.second not in found.stations and link.second in names:
+            found.stations[link.second] = found.stations[link.first] @ link.first_from_second
+            return True
+        if link.second in found.stations and link.first not in found.stations and link.first in names:
+            found.stations[link.first] = found.stations[link.second] @ inverse(link.first_from_second)
+            return True
+    return False
 
 
 def turned_right(

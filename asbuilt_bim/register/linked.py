@@ -13,6 +13,7 @@ from asbuilt_bim.register.block_adjustment import Known
 from asbuilt_bim.register.growth import Viewpoint
 from asbuilt_bim.register.markers import judged
 from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.point_links import PointLink
 from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.tags import TagPlace
 from asbuilt_bim.register.visit import Sources, VisitPlaces, place_visit
@@ -81,6 +82,7 @@ def link_stations(
     survey: Mapping[int, SurveyedMarker],
     remembered: Mapping[int, TagPlace],
     options: RegisterOptions,
+    links: Sequence[PointLink] = (),
 ) -> Linked | None:
     """Place all stations together, and say of each where it stood or why not; None where nothing holds them.
 
@@ -97,6 +99,7 @@ def link_stations(
         sizes_m={},
         starts={name: pose.world_from_left for name, (pose, _) in alone.items() if pose is not None},
         points=points,
+        links=links,
     )
     places = place_visit(viewpoints, sources, options)
     if places.mirrored:
@@ -151,7 +154,8 @@ def _of_station(
     if by_markers and len(shared) >= MOST_SHARED and 2 * agree <= len(shared):
         return None, (*(one for one in kept if one.code is not Reason.MARKER_IN_ANOTHER_PLACE),
                       _not_placed(station, len(shared), agree))  # fmt: skip
-    if by_markers and len(used) < options.min_markers:
+    linked_to = places.linked_to.get(name, ())
+    if by_markers and not linked_to and len(used) < options.min_markers:
         few = rejected(
             Reason.MARKERS_TOO_FEW, about(SubjectKind.STATION, name), found=len(used), needed=options.min_markers,
             any_read=True,
@@ -164,7 +168,7 @@ def _of_station(
     method = own.method if own is not None else "linked"
     placed = StationPose(
         station=name, world_from_left=frozen(pose), covariance=frozen(covariance),
-        residual_px=places.residual_px[name], markers_used=used, method=method,
+        residual_px=places.residual_px[name], markers_used=used, method=method, linked_to=linked_to,
     )  # fmt: skip
     refused = judged(placed, options)
     if name in places.poses_off_m:

@@ -19,6 +19,7 @@ from asbuilt_bim.register.known import known_points
 from asbuilt_bim.register.linked import link_stations, worth_linking
 from asbuilt_bim.register.markers import judged_pose, off_values, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.point_look import look_for_links
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted
 from asbuilt_bim.register.tags import TagPlace
@@ -100,7 +101,8 @@ def register(
 ) -> Placement:
     """Place each station: by its given pose, else by its control points, else by the surveyed markers that it sees.
 
-    Then all of them together, where prints link them that nobody surveyed, or an earlier visit `remembered`, by id.
+    Then all of them together, where prints link them that nobody surveyed, or an earlier visit `remembered`, by id; and
+    where points that both show link a station that isn't placed yet.
     `given` and `control_points` are by the station's name. No station is placed by a mirrored survey. Markers place
     each station on its own, in as many processes as `share` has.
     """
@@ -120,13 +122,15 @@ def register(
     if mirrored is not None:
         found |= {one.station: (None, (_not_placed(one.station),)) for one in by_markers}
     tags: Mapping[int, TagPlace] = {}
-    if mirrored is None and worth_linking(measured, found, known, remembered, given):
+    unplaced = {name for name, (pose, _) in found.items() if pose is None}
+    links = look_for_links(measured, unplaced, share) if mirrored is None else ()
+    if mirrored is None and (links or worth_linking(measured, found, known, remembered, given)):
         cameras = {one.station: one.camera for one in measured}
         rows = {
             name: [known_points(one.name, 0, cameras[name], one) for one in own if found[name][0] is not None]
             for name, own in points.items() if name in cameras
         }  # fmt: skip
-        linked = link_stations(measured, found, given, rows, known, remembered, options)
+        linked = link_stations(measured, found, given, rows, known, remembered, options, links)
         if linked is not None and linked.mirrored is not None:
             notes = (linked.mirrored,)
             found |= {one.station: (None, (_not_placed(one.station),)) for one in by_markers}

@@ -24,6 +24,7 @@ class StationPose:
     covariance: FloatArray
     residual_px: float
     markers_used: tuple[int, ...]
+    linked_to: tuple[str, ...] = field(default=(), kw_only=True)  # stations that points of both photos link it to
     method: Literal["markers", "control_points", "given", "linked", "planes"]
 
 

@@ -11,11 +11,13 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.register.anchors import agree_freely, anchored
+from asbuilt_bim.register.between import Between, between
 from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Sightings, State, adjust
 from asbuilt_bim.register.growth import Places, Viewpoint, turned_right
 from asbuilt_bim.register.known import known_pose, known_size, surveyed_centre, surveyed_corners
 from asbuilt_bim.register.moved import moved_since
 from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.point_links import PointLink
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.redundancy import hanging
 from asbuilt_bim.register.tags import TagPlace
@@ -46,6 +48,7 @@ class Sources:
     sizes_m: Mapping[int, float]
     starts: Mapping[str, FloatArray]  # where stations are found to stand alone: a start, no knowledge
     points: Mapping[str, Sequence[Known]]  # rows of control points, by station
+    links: Sequence[PointLink] = ()  # of stations by points that both show
     size_share: float = SIZE_SHARE
     noise: CommonNoise = NOISE
 
@@ -68,6 +71,7 @@ class VisitPlaces:
     mirrored: int = 0
     torn: tuple[int, int] | None = None  # how many known places agree, of how many: not most of them
     shared: Mapping[str, frozenset[int]] = field(default_factory=dict)  # prints of a station that are others' or known
+    linked_to: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # stations that points link it to
     hanging: Mapping[str, int] = field(default_factory=dict)  # stations that one print alone holds, and which
 
 
@@ -89,7 +93,7 @@ def place_visit(viewpoints: Sequence[Viewpoint], sources: Sources, options: Regi
 
 def _placed(viewpoints: Sequence[Viewpoint], sources: Sources, options: RegisterOptions) -> VisitPlaces:
     viewpoints = sorted(viewpoints, key=lambda one: one.name)
-    places, mirrored = anchored(viewpoints, sources.starts, _corners(sources), sources.sizes_m)
+    places, mirrored = anchored(viewpoints, sources.starts, _corners(sources), sources.sizes_m, sources.links)
     if mirrored:
         return replace(NONE_PLACED, mirrored=mirrored)
     if not places.stations:
@@ -109,7 +113,7 @@ def _placed(viewpoints: Sequence[Viewpoint], sources: Sources, options: Register
     still = {tag for tag in _corners(sources) if tag not in found.moved_m}
     sure = (sources.poses.keys() | sources.points.keys()) - found.poses_off_m.keys()
     shared = _shared(viewpoints, places, sources)
-    found = replace(found, shared=shared, hanging=hanging(found.used, still, sure))
+    found = replace(found, shared=shared, hanging=hanging(found.used, still, sure, found.linked_to))
     anchors = [one for one in block.known if not one.name.startswith("size")]
     kept = len(anchors) - len(found.moved_m) - len(found.poses_off_m)
     if 2 * kept > len(anchors) or not found.moved_m:
@@ -152,6 +156,7 @@ class _Block:
     state: State
     seen: Sightings
     known: tuple[Known, ...]
+    between: tuple[Between, ...]
     origin_m: FloatArray
     sources: Sources
 
@@ -199,8 +204,15 @@ def _block(viewpoints: Sequence[Viewpoint], places: Places, sources: Sources, op
     names = tuple(one.name for one in here)
     return _Block(
         names=names, ids=ids, state=state, seen=seen, origin_m=origin, sources=sources,
-        known=_known(names, ids, sources, origin),
+        known=_known(names, ids, sources, origin), between=_between(names, sources.links),
     )  # fmt: skip
+
+
+def _between(names: Sequence[str], links: Sequence[PointLink]) -> tuple[Between, ...]:
+    row = {name: number for number, name in enumerate(names)}
+    inside = [one for one in links if one.first in row and one.second in row]
+    ordered = sorted(inside, key=lambda one: (one.first, one.second))
+    return tuple(between(one, row[one.first], row[one.second]) for one in ordered)
 
 
 def _known(names: Sequence[str], ids: Sequence[int], sources: Sources, origin: FloatArray) -> tuple[Known, ...]:
@@ -242,40 +254,47 @@ def _remembered(index: int, tag: int, place: TagPlace, origin: FloatArray, count
     return [known_pose(f"tag {tag}", index, pose, widened[:6, :6], of_tag=True), size]
 
 
-def _without_faults(block: _Block, options: RegisterOptions) -> tuple[Adjusted, BoolArray, BoolArray] | None:
-    """Adjust, leave out what is off, and adjust again; returns which sightings (K,) and known things (L,) stayed."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Kept:
+    """Which sightings (K,), known things (L,) and links (T,) stayed."""
+
+    seen: BoolArray
+    known: BoolArray
+    between: BoolArray
+
+
+def _without_faults(block: _Block, options: RegisterOptions) -> tuple[Adjusted, _Kept] | None:
+    """Adjust, leave out what is off the most, and adjust again, until nothing is off."""
     state = block.state
     sigma_px = options.rig_disparity_px
     made: Adjusted | None = None
     for reach in REACHES:
-        made = adjust(state, block.seen, block.known, sigma_px, reach=reach)
+        made = adjust(state, block.seen, block.known, sigma_px, between=block.between, reach=reach)
         if made is None:
             return None
         state = made.state
     assert made is not None
-    keep_seen, keep_known = made.seen_off <= LEFT_OUT_SIGMAS, made.known_off <= LEFT_OUT_SIGMAS
+    kept = _Kept(seen=made.seen_off <= LEFT_OUT_SIGMAS, known=made.known_off <= LEFT_OUT_SIGMAS,
+                 between=made.between_off <= LEFT_OUT_SIGMAS)  # fmt: skip
     for _ in range(MOST_LEFT_OUT):
-        known = [one for one, keep in zip(block.known, keep_known, strict=True) if keep]
-        made = adjust(state, block.seen.kept(keep_seen), known, sigma_px, reach=None)
+        known = [one for one, keep in zip(block.known, kept.known, strict=True) if keep]
+        links = [one for one, keep in zip(block.between, kept.between, strict=True) if keep]
+        made = adjust(state, block.seen.kept(kept.seen), known, sigma_px, between=links, reach=None)
         if made is None:
             return None
         state = made.state
-        worst_seen, worst_known = np.max(made.seen_off, initial=0.0), np.max(made.known_off, initial=0.0)
-        if max(worst_seen, worst_known) <= LEFT_OUT_SIGMAS:
+        offs = ((made.known_off, kept.known), (made.seen_off, kept.seen), (made.between_off, kept.between))
+        off, which = max(offs, key=lambda one: float(np.max(one[0], initial=0.0)))
+        if np.max(off, initial=0.0) <= LEFT_OUT_SIGMAS:
             break
-        if worst_known >= worst_seen:
-            keep_known[np.flatnonzero(keep_known)[int(np.argmax(made.known_off))]] = False
-        else:
-            keep_seen[np.flatnonzero(keep_seen)[int(np.argmax(made.seen_off))]] = False
-    return made, keep_seen, keep_known
+        which[np.flatnonzero(which)[int(np.argmax(off))]] = False
+    return made, kept
 
 
-def _result(
-    block: _Block, made: Adjusted, keep_seen: BoolArray, keep_known: BoolArray, options: RegisterOptions
-) -> VisitPlaces:
+def _result(block: _Block, made: Adjusted, keep: _Kept, options: RegisterOptions) -> VisitPlaces:
     back = np.eye(4)
     back[:3, 3] = block.origin_m
-    kept = block.seen.kept(keep_seen)
+    kept = block.seen.kept(keep.seen)
     poses, residual, used = {}, {}, {}
     for number, name in enumerate(block.names):
         mine = kept.station == number
@@ -292,12 +311,24 @@ def _result(
                       covariance=made.tag_covariance[j])
         for j, tag in enumerate(block.ids) if np.any(kept.tag == j)
     }  # fmt: skip
-    lost = {name: block.seen.tag[~keep_seen & (block.seen.station == n)] for n, name in enumerate(block.names)}
+    lost = {name: block.seen.tag[~keep.seen & (block.seen.station == n)] for n, name in enumerate(block.names)}
     return VisitPlaces(
         poses=poses, residual_px=residual, used=used, tags=tags,
         not_used={name: tuple(block.ids[tag] for tag in which) for name, which in lost.items() if len(which)},
-        moved_m=_moved_tags(block, tags, keep_known), poses_off_m=_poses_off(block, poses, keep_known),
+        moved_m=_moved_tags(block, tags, keep.known), poses_off_m=_poses_off(block, poses, keep.known),
+        linked_to=_linked_to(block, keep.between),
     )  # fmt: skip
+
+
+def _linked_to(block: _Block, keep: BoolArray) -> dict[str, tuple[str, ...]]:
+    """Return by station which others points link it to."""
+    found: dict[str, set[str]] = {}
+    for link, kept in zip(block.between, keep, strict=True):
+        if kept:
+            one, other = block.names[link.first], block.names[link.second]
+            found.setdefault(one, set()).add(other)
+            found.setdefault(other, set()).add(one)
+    return {name: tuple(sorted(others)) for name, others in found.items()}
 
 
 def _moved_tags(block: _Block, tags: Mapping[int, TagPlace], keep_known: BoolArray) -> dict[int, FloatArray]:

@@ -188,7 +188,7 @@ def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: S
     return StationRow(
         name=station.name,
         status="placed" if station.world_from_left is not None else "not placed",
-        markers=", ".join(map(str, station.markers_used)),
+        markers=", ".join([*map(str, station.markers_used), *(f"{name} (points)" for name in station.linked_to)]),
         residual_px=station.pose_residual_px,
         target_range_m=station.target_range_m,
         target_depth_m=station.target_depth_m,

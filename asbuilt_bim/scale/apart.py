@@ -65,11 +65,14 @@ class Ended:
     detail: str
 
 
-def run_apart(work: Callable[..., Result], *arguments: Any, limits: Limits) -> Result | Ended:
+def run_apart(
+    work: Callable[..., Result], *arguments: Any, limits: Limits, meanwhile: Callable[[], None] | None = None
+) -> Result | Ended:
     """Return what `work(*arguments)` returns in a process of its own, or how that ended. What it raises is raised here.
 
     `work` must be importable by name; arguments and result must pickle. The caller's main module isn't imported again,
-    so scripts need no guard. Where the interpreter can't be started anew, the work is done in this process.
+    so scripts need no guard. Where the interpreter can't be started anew, the work is done in this process. `meanwhile`
+    is called again and again until the answer is there.
     """
     if not sys.executable:
         return work(*arguments)
@@ -85,7 +88,7 @@ def run_apart(work: Callable[..., Result], *arguments: Any, limits: Limits) -> R
             env={**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": os.pathsep.join(folders)},
         ) as child:
             try:
-                ended = _watched(child, limits)
+                ended = _watched(child, limits, meanwhile)
             finally:
                 child.kill()
     if isinstance(ended, Ended):
@@ -96,7 +99,7 @@ def run_apart(work: Callable[..., Result], *arguments: Any, limits: Limits) -> R
     return cast(Result, answer)
 
 
-def _watched(child: subprocess.Popen[bytes], limits: Limits) -> bytes | Ended:
+def _watched(child: subprocess.Popen[bytes], limits: Limits, meanwhile: Callable[[], None] | None) -> bytes | Ended:
     """Wait for the child's answer, looking at its memory and at the clock."""
     late = time.monotonic() + PATIENCE * limits.seconds
     while True:
@@ -104,7 +107,8 @@ def _watched(child: subprocess.Popen[bytes], limits: Limits) -> bytes | Ended:
             answer, said = child.communicate(timeout=_LOOK_S)
             break
         except subprocess.TimeoutExpired:
-            pass
+            if meanwhile is not None:
+                meanwhile()
         if time.monotonic() > late:
             return Ended(why="time", detail=f"more than {PATIENCE * limits.seconds:.0f} s")
         if memory_of(child.pid) > limits.memory_bytes:

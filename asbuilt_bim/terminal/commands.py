@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import date, datetime
 from pathlib import Path
@@ -23,6 +24,7 @@ from asbuilt_bim.flow.output.publish import (
     with_revision,
 )
 from asbuilt_bim.flow.pipeline import RunResult, run_project
+from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.ifc.apart import inspect_file, strip_asbuilt
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.globalid_remap import known_again
@@ -86,10 +88,11 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         project = replace(project, pictures="whole")
     cache = Cache(folder=None if request.no_cache else default_folder())
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
-    with open_output(request.out, project.sources) as out:
+    with open_output(request.out, project.sources) as out, ExitStack() as until_end:
         before = previous_result(out)
         last = last_workbook(out, before, project.last_workbook)  # one that can't be read is said before anything else
         with screen.steps() as progress:
+            project = until_end.enter_context(with_video_stations(project, cache, progress))
             result = with_revision(run_project(project, place, progress), before)
         result = with_persons(result, project, before, last)
         before = known_again(before, result.design) if before is not None else None

@@ -34,7 +34,8 @@ def init_command(folder: Path, screen: Screen) -> int:
         raise output_error(folder, fault, stands="nothing was written") from fault
     pairs = sum(photos.pairs for photos in found.visits)
     counts = _count(len(found.designs), "IFC file"), _count(len(found.visits), "visit"), _count(pairs, "photo pair")
-    screen.say("{}: {}, {} with {}.".format(target, *counts))
+    walks = f", {_count(len(found.videos), 'video')}" if found.videos else ""
+    screen.say("{}: {}, {} with {}{}.".format(target, *counts, walks))
     screen.say("Still missing:")
     for number, what in enumerate(missing(found), start=1):
         screen.say(f"  {number}. {what}")

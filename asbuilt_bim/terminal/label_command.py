@@ -10,6 +10,7 @@ from asbuilt_bim.errors import AsBuiltError, OutputError
 from asbuilt_bim.flow.measure_visit import Progress, StationJob, Workplace, lost_station, options_of, read_pair
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.measure.station import RejectedStation, measure_in_detail
 from asbuilt_bim.project.networks import identities, load_models
 from asbuilt_bim.project.read import Project, read_project
@@ -37,9 +38,9 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
             f"{target}: is there already, perhaps with corrections by hand; name another, or pass --replace"
         )
     place = Workplace(workers=workers, cache=Cache(folder=default_folder()))
-    with screen.steps() as progress:
-        source = rig_of(project, place.cache, progress)
-        labels = label_project(project, source.rig, place, progress)
+    with screen.steps() as progress, with_video_stations(project, place.cache, progress) as visited:
+        source = rig_of(visited, place.cache, progress)
+        labels = label_project(visited, source.rig, place, progress)
     for name, reason in labels.left_out.items():
         screen.warn(f"{name} was LEFT OUT: {reason}")
     _write(target, json.dumps(coco_document(labels.photos), ensure_ascii=False, indent=1))

@@ -85,7 +85,7 @@ PLACES: Table = {
     ),
     Reason.STATION_NOT_LINKED: Words(
         reason="of the {seen} markers that it sees, too few are seen by a station that is placed",
-        remedy="show two markers or more that another station shows, too, well apart in the frame",
+        remedy="show two markers that another station shows, too, well apart in the frame; or half of what it shows",
     ),
     Reason.STATION_ON_ONE_MARKER: Words(
         reason="marker {marker} alone links it to what is known, and nothing checks that one",

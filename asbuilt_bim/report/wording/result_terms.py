@@ -237,6 +237,7 @@ TERMS = {
     "pose_residual_px": "Root mean square reprojection error in px.",
     "pose_method": "How it was placed.",
     "markers_used": "Ids of the markers used.",
+    "linked_to": "Stations that points of both photos link it to.",
     "ProgressReport.markers": "Markers that nobody surveyed, where photos found them; the next visit starts from them.",
     "marker_id": "Its number.",
     "world_from_marker": "Its place in world metres (4 x 4): x right of the print, y down, z into the wall.",

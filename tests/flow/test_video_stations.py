@@ -1,0 +1,119 @@
+"""Visits by video: stations of it, made once; what stands in the project file, and what goes wrong by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asbuilt_bim.errors import PhotoError, ProjectError
+from asbuilt_bim.flow.video_stations import with_video_stations
+from asbuilt_bim.project.found import find_files
+from asbuilt_bim.project.initial import initial_text
+from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.scale.cache import Cache
+from tests.camera.stereo_films import panned, write_film
+from tests.project_folder import plain, write_project
+
+BOTH = {"left": "walk_left.avi", "right": "walk_right.avi"}
+
+
+class Steps:
+    """Remembers what it was told."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[str, int, int, str]] = []
+
+    def __call__(self, step: str, done: int, total: int, what: str = "") -> None:
+        self.seen.append((step, done, total, what))
+
+
+@pytest.fixture(scope="module")
+def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("walk")
+    pairs = panned(60, 6.0)
+    write_film(folder / "walk_left.avi", [left for left, _ in pairs])
+    write_film(folder / "walk_right.avi", [right for _, right in pairs])
+    return folder
+
+
+def project(films: Path, visit: dict[str, Any]) -> Project:
+    return read_project(write_project(films, {**plain(), "visits": [{"date": "2026-03-02", **visit}]}))
+
+
+def test_a_walk_becomes_stations_once_and_is_found_again(films: Path, tmp_path: Path) -> None:
+    found = project(films, {"video": BOTH})
+    assert films / "walk_left.avi" in found.sources
+    first, second = Steps(), Steps()
+    with with_video_stations(found, Cache(folder=tmp_path), first) as one:
+        names = [station.name for station in one.visits[0].stations]
+        assert names[:2] == ["walk_0001", "walk_0002"]
+        before = {station.left: station.left.stat().st_mtime_ns for station in one.visits[0].stations}
+    with with_video_stations(found, Cache(folder=tmp_path), second) as two:
+        assert {s.left: s.left.stat().st_mtime_ns for s in two.visits[0].stations} == before
+    assert first.seen[0][:1] == ("frames 2026-03-02",)
+    assert first.seen[-1][1:] == (1, 1, f"{len(names)} stations")
+
+
+def test_without_a_cache_the_frames_go_when_the_run_ends(films: Path) -> None:
+    with with_video_stations(project(films, {"video": BOTH}), Cache(folder=None), Steps()) as found:
+        left = found.visits[0].stations[0].left
+        assert left.is_file()
+    assert not left.parent.exists()
+
+
+def test_a_visit_has_the_stations_that_are_listed_too(films: Path, tmp_path: Path) -> None:
+    listed = [{"name": "A1", "left": "v/A1_left.jpg", "right": "v/A1_right.jpg"}]
+    with with_video_stations(
+        project(films, {"stations": listed, "video": BOTH}), Cache(folder=tmp_path), Steps()
+    ) as one:
+        assert [station.name for station in one.visits[0].stations][:2] == ["A1", "walk_0001"]
+    listed[0]["name"] = "walk_0001"
+    found = project(films, {"stations": listed, "video": BOTH})
+    wanted = pytest.raises(ProjectError, match="'walk_0001' is a station of the video and listed")
+    with wanted, with_video_stations(found, Cache(folder=tmp_path), Steps()):
+        pass
+
+
+def test_a_missing_video_is_named(films: Path, tmp_path: Path) -> None:
+    found = project(films, {"video": {**BOTH, "right": "gone.avi"}})
+    gone = pytest.raises(PhotoError, match=r"gone\.avi: there is no such file")
+    with gone, with_video_stations(found, Cache(folder=tmp_path), Steps()):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("visit", "text"),
+    [
+        ({}, "a visit has at least one station, or a video"),
+        ({"video": {"left": "walk_left.avi"}}, "needs left and right, or both"),
+        ({"video": {"left": "walk_left.avi", "right": "walk_left.avi"}}, "is the same file as left"),
+        ({"video": {"both": "../walk.avi"}}, "leads out of the project folder"),
+    ],
+)
+def test_what_is_wrong_with_a_video_in_the_project_file_is_named(films: Path, visit: dict[str, Any], text: str) -> None:
+    with pytest.raises(ProjectError, match=text):
+        project(films, visit)
+
+
+def test_a_rig_is_not_calibrated_from_a_video_that_has_no_frames_yet(films: Path) -> None:
+    contents = {**plain(), "rig": {"tags": {}}, "visits": [{"date": "2026-03-02", "video": BOTH}]}
+    with pytest.raises(ProjectError, match="the frames of a video aren't there yet"):
+        read_project(write_project(films, contents))
+
+
+def test_what_is_planned_before_a_run_needs_no_video(films: Path) -> None:
+    path = write_project(films, {**plain(), "visits": [{"date": "2026-03-02", "video": {"both": "tomorrow.mp4"}}]})
+    assert read_project(path, visited=False).visits == ()
+
+
+def test_a_draft_names_the_videos_it_finds(tmp_path: Path) -> None:
+    (tmp_path / "2026-03-02").mkdir()
+    for name in ("walk_left.mp4", "walk_right.mp4"):
+        (tmp_path / "2026-03-02" / name).write_bytes(b"")
+    (tmp_path / "hall.mov").write_bytes(b"")
+    text = initial_text("Site", find_files(tmp_path))
+    assert "  - date: 2026-03-02  # a walk" in text
+    assert '    video: {left: "2026-03-02/walk_left.mp4", right: "2026-03-02/walk_right.mp4"}' in text
+    assert '#     video: {both: "hall.mov"}' in text
