@@ -78,6 +78,7 @@ CASES = (
     Case(script="rigs/zed.py", quick="--quick", slow="--check", data="stereo/zed_corridor"),
     Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
     Case(script="register/place.py", quick="--quick", slow=""),
+    Case(script="register/by_design.py", quick="--quick", slow="", packages=RENDERER),
     Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/ends.py", slow="", packages=RENDERER),

@@ -35,9 +35,10 @@ from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.project.tables.places import known_places
+from asbuilt_bim.register.by_design.notes import told_by_design
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
-from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker, by_design_values
+from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.report.tables import lost_stations
@@ -110,16 +111,7 @@ def monitor(
         displaced=standing.displaced,
     )
     report = replace(report, markers=_markers(placement, history, day, counts=bool(report.placed)))
-    return _saying_why(replace(report, notes=(*held.notes, *_by_design(matched.stations), *report.notes)))
-
-
-def _by_design(stations: Sequence[PlacedStation]) -> tuple[Note, ...]:
-    """Say of each station that the design placed how well that is known, and which place fits second best."""
-    return tuple(
-        noted(Reason.PLACED_BY_DESIGN, about(SubjectKind.STATION, one.pose.station), **by_design_values(one.pose))
-        for one in stations
-        if one.pose.by_design is not None
-    )
+    return _saying_why(replace(report, notes=(*held.notes, *told_by_design(matched.stations), *report.notes)))
 
 
 def _markers(placement: Placement, history: VisitHistory, day: date, *, counts: bool) -> tuple[MarkerRecord, ...]:

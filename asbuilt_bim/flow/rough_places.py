@@ -90,7 +90,9 @@ def crossing(text: str, lines: Sequence[GridLine]) -> FloatArray:
     ]
     pairs = [pair for pair in pairs if set(pair) <= labels]
     if not pairs:
-        raise ValueError(f"grid '{text[:60]}' names no two axes of the design; it has {_named([x.label for x in lines])}")
+        raise ValueError(
+            f"grid '{text[:60]}' names no two axes of the design; it has {_named([x.label for x in lines])}"
+        )
     found: list[FloatArray] = []
     for first, second in pairs:
         for one in (line for line in lines if line.label.strip().casefold() == first):

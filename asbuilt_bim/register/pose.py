@@ -4,9 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-
-from asbuilt_bim.codes import Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.station import StationMeasurement
@@ -15,7 +12,7 @@ from asbuilt_bim.register.tags import TagPlace
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ByDesign:
-    """What a pose by the design rests on: how many faces fit there, and the second best place, None where there is none.
+    """What a pose by the design rests on: how many faces fit, and the second best place, None where there is none.
 
     `second_chance` is how likely that one is beside the best.
     """
@@ -72,19 +69,3 @@ class SurveyedMarker:
     marker_id: int
     corners_m: FloatArray
     sigma_m: float
-
-
-def by_design_values(pose: StationPose) -> dict[str, Value]:
-    """Return what is told of a pose by the design: its sigmas, what it rests on, and the second best place."""
-    sigma = np.sqrt(np.diag(pose.covariance))
-    told = pose.by_design
-    values: dict[str, Value] = {
-        "sigma_m": float(sigma[3:].max()), "direction_sigma_rad": float(sigma[:3].max()),
-        "fits": 0 if told is None else told.faces,
-    }  # fmt: skip
-    if told is not None and told.second_away_m is not None and told.second_turned_rad is not None:
-        values |= {
-            "second_away_m": told.second_away_m, "second_turned_rad": told.second_turned_rad,
-            "second_chance": told.second_chance, "second_storey": told.second_storey,
-        }  # fmt: skip
-    return values

@@ -260,7 +260,7 @@ def main() -> int:
 
 
 def _tilts(case: Case) -> FloatArray:
-    """Return how far what a station takes for plumb is off it, about two level axes: what LEVEL_SIGMA_RAD stands for."""
+    """Return how far what a station takes for plumb is off, about two level axes: with the rig, LEVEL_SIGMA_RAD."""
     if case.station.vertical is None or case.true is None:
         return np.zeros(0)
     up = case.true[:3, :3] @ np.asarray(case.station.vertical)

@@ -98,7 +98,7 @@ def _element(name: str, box: Box, move: FloatArray) -> BimElement:
         )  # fmt: skip
     return BimElement(
         global_id=name, ifc_class="IfcWall", kind="wall", name=name, tag="", storey="S0", is_concrete=True,
-        vertices_m=frozen(np.concatenate([corners, corners + [0.0, 0.0, height]])),
+        vertices_m=frozen(np.concatenate([corners, corners + height * UP])),
         triangles=np.zeros((0, 3), dtype=np.int64), axis_from_world=frozen(np.eye(4)), length_m=box.sides_m[0],
         thickness_m=box.sides_m[1], height_m=height, volume_m3=1.0, faces=tuple(faces), qto={},
     )  # fmt: skip
@@ -195,9 +195,8 @@ def _hidden(eye: FloatArray, points: FloatArray, segments: FloatArray) -> np.nda
     with np.errstate(divide="ignore", invalid="ignore"):
         at_sight = (to[:, 0] * way[:, 1] - to[:, 1] * way[:, 0])[None] / cross
         at_way = (to[None, :, 0] * sight[:, None, 1] - to[None, :, 1] * sight[:, None, 0]) / cross
-    hidden: np.ndarray = (
-        (at_sight > 0.0) & (at_sight < 1.0 - 1e-6) & (at_way > 1e-9) & (at_way < 1.0 - 1e-9)
-    ).any(axis=1)
+    between = (at_sight > 0.0) & (at_sight < 1.0 - 1e-6) & (at_way > 1e-9) & (at_way < 1.0 - 1e-9)
+    hidden: np.ndarray = between.any(axis=1)
     return hidden
 
 

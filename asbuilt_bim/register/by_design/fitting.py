@@ -1,7 +1,7 @@
 """How well what was seen fits the design from a place: odds of each pair of faces, and the place that fits best.
 
-What isn't built can't be seen; what stands elsewhere is as likely anywhere. So a face that fits nowhere costs little and
-pulls nowhere.
+What isn't built can't be seen; what stands elsewhere is as likely anywhere. So a face that fits nowhere costs little,
+and pulls nowhere.
 
 Reference: Dempster, Laird & Rubin 1977, maximum likelihood from incomplete data via the EM algorithm.
 """

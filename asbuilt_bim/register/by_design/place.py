@@ -42,9 +42,7 @@ class _Place:
     design: Upright
 
 
-def pose_by_design(
-    station: StationMeasurement, rough: RoughPlace, design: BimModel, options: RegisterOptions
-) -> Found:
+def pose_by_design(station: StationMeasurement, rough: RoughPlace, design: BimModel, options: RegisterOptions) -> Found:
     """Find where a station stood by the design alone, near a rough place; without a pose the rejection says why."""
     subject = about(SubjectKind.STATION, station.station)
     seen = seen_faces(station)
@@ -52,7 +50,8 @@ def pose_by_design(
     if seen is None or count < 2:
         return None, (rejected(Reason.DESIGN_TOO_LITTLE_SEEN, subject, faces=count),)
     origin = _origin(design, rough)
-    places = _merged([one for storey in _storeys(design, rough) for one in _places(seen, rough, design, storey, origin, options)])
+    storeys = _storeys(design, rough)
+    places = _merged([one for storey in storeys for one in _places(seen, rough, design, storey, origin, options)])
     if not places:
         return None, (rejected(Reason.DESIGN_NOT_FOUND, subject, faces=count, fits=0),)
     chances = _chances(places)
@@ -65,7 +64,16 @@ def pose_by_design(
     height, sigma_m, elsewhere = camera_height(seen, best.design, best.fit, best.storey.elevation_m)
     if elsewhere > WRONG:
         return None, (rejected(Reason.DESIGN_HEIGHT_OPEN, subject, faces=fits),)
-    pose = _pose(station.station, station.camera.f_px, seen, best, origin, (height, sigma_m), _by_design(places, chances, fits), options)
+    pose = _pose(
+        station.station,
+        station.camera.f_px,
+        seen,
+        best,
+        origin,
+        (height, sigma_m),
+        _by_design(places, chances, fits),
+        options,
+    )
     refused = judged(pose, options)
     return (None, (refused,)) if refused is not None else (pose, ())
 
@@ -171,8 +179,8 @@ def _by_design(places: Sequence[_Place], chances: FloatArray, fits: int) -> ByDe
 
 
 def _pose(
-    name: str, focal_px: float, seen: Seen, place: _Place, origin: FloatArray, height: tuple[float, float], told: ByDesign,
-    options: RegisterOptions,
+    name: str, focal_px: float, seen: Seen, place: _Place, origin: FloatArray, height: tuple[float, float],
+    told: ByDesign, options: RegisterOptions,
 ) -> StationPose:  # fmt: skip
     """Return the pose with its covariance: turn and level place as fitted, height by feet, tilt by what is plumb."""
     world_from_level = np.eye(3)

@@ -54,9 +54,10 @@ class _Lines:
     def __init__(self, seen: Seen, design: Upright, may: BoolArray, prior: Prior, turn: float) -> None:
         faces = seen.faces
         angle = faces.angles_rad[:, None] + turn - design.angles_rad[None]
-        parallel = np.abs((angle + np.pi) % (2.0 * np.pi) - np.pi) <= np.maximum(
-            PARALLEL_RAD, 3.0 * seen.angle_sigma_rad
-        )[:, None]
+        parallel = (
+            np.abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
+            <= np.maximum(PARALLEL_RAD, 3.0 * seen.angle_sigma_rad)[:, None]
+        )
         one, other = np.nonzero(may & (parallel | design.round[None]))
         arms = (faces.middles_m @ turned(turn).T)[one]
         target = design.middles_m[other] - arms  # where the camera is, were the middles one

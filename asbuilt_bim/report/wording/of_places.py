@@ -33,7 +33,8 @@ def _control_point(values: Values) -> Words:
 
 def _ambiguous(values: Values) -> Words:
     """Say how far off the place is that fits nearly as well."""
-    other = " {away_m:.2f} m away fits, too, with a chance of {other_chance:.1g}" if "away_m" in values else " fits, too"
+    away = " {away_m:.2f} m away fits, too, with a chance of {other_chance:.1g}"
+    other = away if "away_m" in values else " fits, too"
     return Words(
         reason=fill(f"the design has more than one place for it: another one{other}", values),
         remedy="give its rough place more closely (near), or show what is there only once: a corner, a stair, markers",

@@ -17,11 +17,12 @@ def _by_design(note: Note) -> str:
     )
     if "second_away_m" not in note.values:
         return filled(text + "No second place fits", note)
-    chance = float(str(note.values["second_chance"]))
-    odds = f"a chance of {chance:.1g}" if chance >= _LEAST_TOLD else "a chance of under one in a million"
-    where = "The second best place is {second_away_m:.2f} m away"
-    storey = " on storey '{second_storey}'" if note.values["second_storey"] else ""
-    return filled(f"{text}{where}{storey}, turned by {{second_turned_rad:°}}: {odds}", note)
+    odds = f"{float(str(note.values['second_chance'])):.1g}"
+    if float(str(note.values["second_chance"])) < _LEAST_TOLD:
+        odds = "under one in a million"
+    where = "The second best place is {second_away_m:.2f} m away, turned by {second_turned_rad:°}"
+    storey = ", on '{second_storey}'" if note.values["second_storey"] else ""
+    return filled(f"{text}{where}{storey}. Its chance is {odds}", note)
 
 
 PLACE_NOTES: Mapping[Reason, Template] = {Reason.PLACED_BY_DESIGN: _by_design}

@@ -55,7 +55,7 @@ SAMPLES: Values = {
     "project_retention": 0.05,
     "project_tax": 0.07,
     "fits": 5,
-    **dict.fromkeys(("direction_sigma_rad", "second_away_m", "second_turned_rad", "second_chance"), 0.004),
+    **dict.fromkeys(("sigma_m", "direction_sigma_rad", "second_away_m", "second_turned_rad", "second_chance"), 0.004),
     "second_storey": "Mauer",
     "lengths": 12,
     **dict.fromkeys(("yaw_rad", "yaw_sigma_rad"), 0.0006),
