@@ -35,7 +35,7 @@ from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.project.tables.places import known_places
-from asbuilt_bim.register.by_design.notes import told_by_design
+from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
 from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
@@ -111,7 +111,7 @@ def monitor(
         displaced=standing.displaced,
     )
     report = replace(report, markers=_markers(placement, history, day, counts=bool(report.placed)))
-    return _saying_why(replace(report, notes=(*held.notes, *told_by_design(matched.stations), *report.notes)))
+    return _saying_why(replace(report, notes=(*held.notes, *design_notes(matched.stations), *report.notes)))
 
 
 def _markers(placement: Placement, history: VisitHistory, day: date, *, counts: bool) -> tuple[MarkerRecord, ...]:

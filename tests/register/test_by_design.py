@@ -11,7 +11,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.fitting import BUILT_M
-from asbuilt_bim.register.by_design.notes import told_by_design
+from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.place import pose_by_design
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.options import RegisterOptions
@@ -165,7 +165,7 @@ def test_one_station_that_the_design_places_places_the_others_by_markers_nobody_
         assert np.abs(pose.world_from_left[:3, 3] - true[name][:3, 3]).max() < 0.02
     assert not placement.rejections
     assert placement.tags.keys() == prints().keys()
-    assert [note.code for note in told_by_design(placement.stations)] == [Reason.PLACED_BY_DESIGN]
+    assert [note.code for note in design_notes(placement.stations)] == [Reason.PLACED_BY_DESIGN]
 
 
 def test_a_station_without_a_rough_place_is_never_placed_by_the_design() -> None:

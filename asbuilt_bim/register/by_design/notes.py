@@ -8,7 +8,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, Value, about, noted
 from asbuilt_bim.register.pose import ByDesign, PlacedStation, StationPose
 
 
-def told_by_design(stations: Sequence[PlacedStation]) -> tuple[Note, ...]:
+def design_notes(stations: Sequence[PlacedStation]) -> tuple[Note, ...]:
     """Say of each station that the design placed how well that is known, and which place fits second best."""
     return tuple(_note(one.pose, one.pose.by_design) for one in stations if one.pose.by_design is not None)
 
