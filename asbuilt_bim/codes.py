@@ -147,6 +147,11 @@ class Reason(StrEnum):
     MARKER_IN_ANOTHER_PLACE = "marker in another place"  # by the other stations of its visit
     STATION_NOT_LINKED = "station not linked"  # by any marker to a station that is placed
     STATION_ON_ONE_MARKER = "station on one marker"  # which links it to the others, and nothing checks that one
+    DESIGN_TOO_LITTLE_SEEN = "too little seen to place by the design"
+    DESIGN_NOT_FOUND = "not found in the design"  # near the rough place, what the station sees is nowhere designed
+    DESIGN_AMBIGUOUS = "ambiguous in the design"  # another place fits nearly as well
+    DESIGN_HEIGHT_OPEN = "height open by the design"  # feet and heads of the faces don't agree
+    DESIGN_POSE_CONTRADICTS = "place in the design contradicts"  # what markers say
     STATION_CONTRADICTS = "station contradicts the others"  # of another site, whose markers have the same numbers
     SURVEY_CONTRADICTS = "survey contradicts itself"  # most of its markers don't stand to each other as it says
     POSE_CONTRADICTS = "given pose contradicts"  # what markers say
@@ -182,6 +187,9 @@ class Reason(StrEnum):
     TAGS_NOT_FOUND = "no tag found in both photos"
 
     # Notes.
+
+    # On places.
+    PLACED_BY_DESIGN = "placed by the design"  # with its sigma, and the second best place
 
     # On the IFC file.
     CONTACT_NOT_TAKEN_OFF = "contact not taken off"

@@ -81,6 +81,7 @@ CASES = (
     Case(script="register/place.py", quick="--quick", slow=""),
     Case(script="register/ties.py", quick="--quick", slow="", packages=("asbuilt_synthetic",)),
     Case(script="register/real.py", quick="--quick", slow="--check", data="stereo"),
+    Case(script="register/by_design.py", quick="--quick", slow="", packages=RENDERER),
     Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/ends.py", slow="", packages=RENDERER),

@@ -14,6 +14,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.design_source import design_of, place_on_map, with_costs_table
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.rough_places import check_near, rough_places
 from asbuilt_bim.flow.shown_again import Shown
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
@@ -35,6 +36,8 @@ from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.project.tables.places import known_places
+from asbuilt_bim.register.by_design.notes import design_notes
+from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
 from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.survey import check_survey
@@ -72,6 +75,7 @@ def monitor(
     share: Share = in_turn,
     given: Mapping[str, StationPose] = NOTHING,
     control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
+    rough: RoughPlaces | None = None,
 ) -> ProgressReport:
     """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
 
@@ -83,7 +87,7 @@ def monitor(
     remembered = {marker_id: place_of(record) for marker_id, record in history.markers.items()}
     placement = register(
         tuple(measured), survey, options.register, given=given, control_points=control_points, remembered=remembered,
-        share=share,
+        share=share, rough=rough,
     )  # fmt: skip
     held = hold_against_design(placement, design, options.match, accept_shift, share)
     standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
@@ -108,7 +112,7 @@ def monitor(
         displaced=standing.displaced,
     )
     report = replace(report, markers=_markers(placement, history, day, counts=bool(report.placed)))
-    return _saying_why(replace(report, notes=(*held.notes, *report.notes)))
+    return _saying_why(replace(report, notes=(*held.notes, *design_notes(matched.stations), *report.notes)))
 
 
 def _markers(placement: Placement, history: VisitHistory, day: date, *, counts: bool) -> tuple[MarkerRecord, ...]:
@@ -150,6 +154,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     known_of = known_places(project, lambda: place_on_map(project))
     survey = known_of.survey
     stray = check_survey(survey, design)
+    check_near(project, design)
     progress("read the IFC", 1, 1, ", ".join(path.name for path in project.ifc))
     timer.done("read the IFC")
     source = rig_of(project, place.cache, progress)
@@ -173,6 +178,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         report = monitor(
             seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
             given=known_of.given(visit.date), control_points=known_of.clicked(visit.date, rig, seen.measured),
+            rough=rough_places(visit, design),
         )  # fmt: skip
         revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
         notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)

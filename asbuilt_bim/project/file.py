@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 from asbuilt_bim.camera.calibration.boards import FLATNESS_M, PRINT_SHARE
 from asbuilt_bim.project.options import Options
+from asbuilt_bim.register.by_design.rough import ABOUT_DEG, ABOUT_M
 from asbuilt_bim.storage.structure import Within
 from asbuilt_bim.vision.markers.find import Family
 
@@ -160,6 +161,41 @@ class PosesFile:
     coordinates: Literal["ifc", "map"] = "ifc"  # the map's: by the IFC file's map conversion
 
 
+Metres = Annotated[float, Within(low=-1e7, high=1e7, unit="m")]
+Compass = Literal[
+    "north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearFile:
+    """`near`: where a station stood, roughly; the design is searched from there."""
+
+    storey: str | None = None  # name or GlobalId
+    grid: str | None = None  # two axes of the IFC file's grid, such as B-3
+    x_m: Metres | None = None
+    y_m: Metres | None = None
+    looking: Compass | None = None
+    bearing_deg: Annotated[float, Within(low=-360.0, high=360.0, unit="deg")] | None = None
+    within_m: Annotated[float, Within(low=0.1, high=50.0, unit="m")] = ABOUT_M
+    within_deg: Annotated[float, Within(low=1.0, high=90.0, unit="deg")] = ABOUT_DEG
+
+    def __post_init__(self) -> None:
+        """Check what only several keys together can say.
+
+        Raises:
+            ValueError: nothing is said, or one thing twice or by half.
+        """
+        if self.storey is None and self.grid is None and self.x_m is None:
+            raise ValueError("needs a storey, a crossing of grid axes (grid: B-3), or x_m and y_m")
+        if (self.x_m is None) != (self.y_m is None):
+            raise ValueError("needs x_m and y_m, both")
+        if self.grid is not None and self.x_m is not None:
+            raise ValueError("needs grid, or x_m and y_m, not all of them")
+        if self.looking is not None and self.bearing_deg is not None:
+            raise ValueError("needs looking or bearing_deg, not both")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StationFile:
     """One of `visits[].stations`."""
@@ -168,6 +204,7 @@ class StationFile:
     left: str | None = None
     right: str | None = None
     both: str | None = None  # instead of left and right: a photo that holds both eyes side by side
+    near: NearFile | None = None  # instead of its visit's
 
     def __post_init__(self) -> None:
         """Check that the photos are given one way.
@@ -225,6 +262,7 @@ class VisitFile:
     stations: tuple[StationFile, ...] | PatternsFile = ()
     video: VideoFile | None = None
     camera_clock_wrong: bool = False  # the photos' own days don't count
+    near: NearFile | None = None  # of its stations that say nothing themselves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,9 +303,6 @@ class ToleranceFile:
             raise ValueError("needs standard (en13670-1), or own values: offset_m, plumb_m or both")
         if self.plumb_share and self.plumb_m is None:
             raise ValueError("plumb_share needs plumb_m, the limit of low elements")
-
-
-Metres = Annotated[float, Within(low=-1e7, high=1e7, unit="m")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -89,6 +89,8 @@ def _markers(surveys: Sequence[str]) -> list[str]:
     return [
         "# The markers: their survey, and the side of their black square as measured on the print.",
         f"# markers: {{survey: {survey}, size_m: 0.25}}",
+        "# Without a survey: say in each station roughly where it stood, and the design places it.",
+        "# near: {storey: Ground floor, grid: B-3, looking: north}",
     ]
 
 

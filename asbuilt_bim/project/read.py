@@ -18,7 +18,9 @@ from asbuilt_bim.progress.tolerance import EN_13670_1, PlumbLimit, Tolerance
 from asbuilt_bim.project.file import (
     BoardsFile,
     MarkersFile,
+    NearFile,
     NetworksFile,
+    PatternsFile,
     ProjectFile,
     RigFile,
     StationFile,
@@ -56,6 +58,7 @@ class Station:
     name: str
     left: Path
     right: Path
+    near: NearFile | None = None  # where it stood, roughly
 
     @property
     def side_by_side(self) -> bool:
@@ -326,7 +329,7 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         if key in seen:
             checker.problems.add(f"{at}.name", f"'{station.name}' is the name of {seen[key]} too; names are unique")
         seen.setdefault(key, at)
-        stations.append(_station(station, at, checker))
+        stations.append(replace(_station(station, at, checker), near=station.near or visit.near))
     video = _video(visit.video, f"{where}.video", checker) if visit.video is not None else None
     return Visit(
         date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong, video=video
@@ -395,10 +398,23 @@ def _with_photos(written: ProjectFile, checker: PathChecker) -> Iterator[VisitFi
 def _check_places(written: ProjectFile, problems: Problems) -> None:
     """Something must say where stations stand: a survey, poses, points, or the markers of an earlier result."""
     known = written.markers.survey, written.poses, written.control_points, *written.history
-    if not any(known):
-        problems.add("markers", "is missing: stations are placed by markers.survey, by poses, or by control_points")
+    if not any(known) and not _any_near(written):
+        problems.add(
+            "markers",
+            "is missing: stations are placed by markers.survey, by poses, by control_points, or by the design from a "
+            "rough place (near)",
+        )
     if written.rig.tags is not None and written.markers.size_m is None:
         problems.add("markers.size_m", "is missing: a rig is calibrated from tags of a known size")
+
+
+def _any_near(written: ProjectFile) -> bool:
+    """Say whether any station has a rough place."""
+    for visit in () if isinstance(written.visits, PatternsFile) else written.visits:
+        stations = () if isinstance(visit.stations, PatternsFile) else visit.stations
+        if visit.near is not None or any(station.near is not None for station in stations):
+            return True
+    return False
 
 
 def _check_dates(visits: tuple[VisitFile, ...], problems: Problems, *, visited: bool) -> None:

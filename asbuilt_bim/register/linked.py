@@ -23,6 +23,7 @@ SUPERSEDED = frozenset(
     {
         *(Reason.MARKERS_TOO_FEW, Reason.MARKERS_DISAGREE, Reason.MARKERS_AMBIGUOUS, Reason.POSE_RESIDUAL),
         *(Reason.POSE_UNCERTAIN, Reason.MARKER_CONTRADICTS, Reason.MARKER_NOT_SURVEYED),
+        *(Reason.DESIGN_TOO_LITTLE_SEEN, Reason.DESIGN_NOT_FOUND, Reason.DESIGN_AMBIGUOUS, Reason.DESIGN_HEIGHT_OPEN),
     }
 )
 """What a station says alone, and no longer once the visit places it."""
@@ -166,19 +167,24 @@ def _of_station(
         return None, (*kept, rejected(Reason.STATION_ON_ONE_MARKER, about(SubjectKind.STATION, name), **alone_by))
     pose, covariance = places.poses[name]
     method = own.method if own is not None else "linked"
+    off = name in places.poses_off_m
+    by_design = own.by_design if own is not None and not off else None
+    method = "linked" if method == "design" and off else method
     placed = StationPose(
         station=name, world_from_left=frozen(pose), covariance=frozen(covariance),
         residual_px=places.residual_px[name], markers_used=used, method=method, linked_to=linked_to,
+        by_design=by_design,
     )  # fmt: skip
     refused = judged(placed, options)
-    if name in places.poses_off_m:
-        kept += (_pose_off(name, places.poses_off_m[name]),)
+    if off:
+        code = Reason.DESIGN_POSE_CONTRADICTS if given[name].method == "design" else Reason.POSE_CONTRADICTS
+        kept += (_pose_off(code, name, places.poses_off_m[name]),)
     return (None, (*kept, refused)) if refused is not None else (placed, kept)
 
 
-def _pose_off(name: str, off_m: FloatArray) -> Rejection:
+def _pose_off(code: Reason, name: str, off_m: FloatArray) -> Rejection:
     away, up = float(np.linalg.norm(off_m)), float(off_m[2])
-    return rejected(Reason.POSE_CONTRADICTS, about(SubjectKind.STATION, name), away_m=away, up_m=up)
+    return rejected(code, about(SubjectKind.STATION, name), away_m=away, up_m=up)
 
 
 def _moved(places: VisitPlaces, sources: Sources) -> tuple[Rejection, ...]:

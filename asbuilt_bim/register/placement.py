@@ -15,8 +15,10 @@ from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import DepthReference, StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
+from asbuilt_bim.register.by_design.place import pose_by_design
+from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.known import known_points
-from asbuilt_bim.register.linked import link_stations, worth_linking
+from asbuilt_bim.register.linked import SUPERSEDED, Found, link_stations, worth_linking
 from asbuilt_bim.register.markers import judged_pose, off_values, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.point_look import look_for_links
@@ -98,8 +100,11 @@ def register(
     control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
     remembered: Mapping[int, TagPlace] = NO_TAGS,
     share: Share = in_turn,
+    rough: RoughPlaces | None = None,
 ) -> Placement:
     """Place each station: by its given pose, else by its control points, else by the surveyed markers that it sees.
+
+    What none of these places is looked for in the design, from where somebody says that it stood, roughly.
 
     Then all of them together, where prints link them that nobody surveyed, or an earlier visit `remembered`, by id; and
     where points that both show link a station that isn't placed yet.
@@ -117,6 +122,9 @@ def register(
             found[name] = given[name], ()
         elif name in control_points:
             found[name] = pose_from_control_points(station, control_points[name], options)
+    designed = _by_design(measured, found, rough, options) if mirrored is None else {}
+    found |= designed
+    given = {**given, **{name: pose for name, (pose, _) in designed.items() if pose is not None}}
     known = {one.marker_id: one for one in survey} if mirrored is None else {}
     notes: tuple[Rejection, ...] = () if mirrored is None else (mirrored,)
     if mirrored is not None:
@@ -142,6 +150,24 @@ def register(
         rejections=(*notes, *(note for station in measured for note in found[station.station][1])),
         tags=tags,
     )
+
+
+def _by_design(
+    measured: Sequence[StationMeasurement],
+    found: Mapping[str, Found],
+    rough: RoughPlaces | None,
+    options: RegisterOptions,
+) -> dict[str, Found]:
+    """Place by the design what has a rough place and nothing better; without success both reasons are told."""
+    placed: dict[str, Found] = {}
+    for one in measured if rough is not None else ():
+        own, notes = found[one.station]
+        if rough is None or own is not None or one.station not in rough.places:
+            continue
+        pose, reasons = pose_by_design(one, rough.places[one.station], rough.design, options)
+        kept = tuple(note for note in notes if pose is None or note.code not in SUPERSEDED)
+        placed[one.station] = pose, (*kept, *reasons)
+    return placed
 
 
 def _with_markers_alone(station: StationMeasurement) -> StationMeasurement:

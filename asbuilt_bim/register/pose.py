@@ -10,6 +10,20 @@ from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.tags import TagPlace
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ByDesign:
+    """What a pose by the design rests on: how many faces fit, and the second best place, None where there is none.
+
+    `second_chance` is how likely that one is beside the best.
+    """
+
+    faces: int
+    second_away_m: float | None
+    second_turned_rad: float | None
+    second_chance: float
+    second_storey: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StationPose:
     """`world_from_left` (4, 4) of the PHYSICAL left camera in world metres.
@@ -25,7 +39,8 @@ class StationPose:
     residual_px: float
     markers_used: tuple[int, ...]
     linked_to: tuple[str, ...] = field(default=(), kw_only=True)  # stations that points of both photos link it to
-    method: Literal["markers", "control_points", "given", "linked", "planes"]
+    method: Literal["markers", "control_points", "given", "linked", "design"]
+    by_design: ByDesign | None = None  # where the design alone placed it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -35,7 +35,7 @@ def places(folder: Path, rows: str, where: str = "ifc", scale: float = 1.0) -> K
 
 
 def test_a_project_without_markers_poses_or_points_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ProjectError, match=r"placed by markers\.survey, by poses, or by control_points"):
+    with pytest.raises(ProjectError, match=r"placed by markers\.survey, by poses, by control_points, or by the design"):
         project(tmp_path, "")
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.design_notes import DESIGN_NOTES
 from asbuilt_bim.report.wording.of_workbook.valuation_notes import VALUATION_NOTES
+from asbuilt_bim.report.wording.place_notes import PLACE_NOTES
 from asbuilt_bim.report.wording.plan_notes import PLAN_NOTES
 from asbuilt_bim.report.wording.rig_notes import RIG_NOTES
 from asbuilt_bim.report.wording.surface_notes import SURFACE_NOTES
@@ -14,6 +15,7 @@ from asbuilt_bim.report.wording.template import Template, filled
 NOTES: Mapping[Reason, Template] = {
     Reason.UNSTATED: "{text}",
     **DESIGN_NOTES,
+    **PLACE_NOTES,
     **PLAN_NOTES,
     **SURFACE_NOTES,
     **RIG_NOTES,

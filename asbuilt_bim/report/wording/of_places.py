@@ -31,6 +31,16 @@ def _control_point(values: Values) -> Words:
     return _contradicts("points", "click it again, or check its coordinates", values)
 
 
+def _ambiguous(values: Values) -> Words:
+    """Say how far off the place is that fits nearly as well."""
+    away = " {away_m:.2f} m away fits, too, with a chance of {other_chance:.1g}"
+    other = away if "away_m" in values else " fits, too"
+    return Words(
+        reason=fill(f"the design has more than one place for it: another one{other}", values),
+        remedy="give its rough place more closely (near), or show what is there only once: a corner, a stair, markers",
+    )
+
+
 PLACES: Table = {
     Reason.MARKER_NOT_SURVEYED: Words(
         reason="the survey has no such marker", remedy="add its four corners to the survey, or take the print down"
@@ -90,6 +100,28 @@ PLACES: Table = {
     Reason.STATION_ON_ONE_MARKER: Words(
         reason="marker {marker} alone links it to what is known, and nothing checks that one",
         remedy="show one marker more that another station shows, too, or survey one more",
+    ),
+    Reason.DESIGN_TOO_LITTLE_SEEN: Words(
+        reason="too few upright faces within 20 m were measured to place it by the design",
+        value="{faces}",
+        limit="at least 2, at an angle",
+        remedy="show a corner, a column, or two walls at an angle",
+    ),
+    Reason.DESIGN_NOT_FOUND: Words(
+        reason="near its rough place nothing in the design fits well enough: {fits} of {faces} measured faces do at "
+        "best",
+        remedy="check the rough place, its storey and its bearing; show more walls and columns that are built as "
+        "designed, at an angle to each other, or markers",
+    ),
+    Reason.DESIGN_AMBIGUOUS: _ambiguous,
+    Reason.DESIGN_HEIGHT_OPEN: Words(
+        reason="its height over the design stays open: feet and heads of its {faces} faces don't agree on one",
+        remedy="show where walls and columns meet the floor",
+    ),
+    Reason.DESIGN_POSE_CONTRADICTS: Words(
+        reason="its place in the design contradicts its markers and was left out",
+        value="{away_m:.2f} m, of these {up_m:.2f} m in height",
+        remedy="check its rough place; something may be built beside its design",
     ),
     Reason.STATION_CONTRADICTS: Words(
         reason="it sees its markers where the other stations don't: {agree} of {seen} agree. It is of another site, or "

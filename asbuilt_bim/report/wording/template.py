@@ -1,5 +1,6 @@
 """Templates of sentences: `{area_m2:m²}` writes a value with its unit, `{count:# task|# tasks}` counts."""
 
+import math
 import string
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -13,6 +14,8 @@ Template = str | Callable[[Note], str]
 _AS: Mapping[str, Callable[[Any], str]] = {
     "m²": lambda area_m2: f"{area_m2:.2f} m²",
     "tenth m²": lambda area_m2: f"{area_m2:.1f} m²",
+    "mm": lambda length_m: f"{length_m * 1000:.0f} mm",
+    "°": lambda angle_rad: f"{math.degrees(angle_rad):.2f}°",
     "px": lambda length_px: f"{length_px:.2f} px",
     "%": percent,
     "tenth %": lambda share: f"{share * 100:.1f} %",

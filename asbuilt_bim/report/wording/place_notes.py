@@ -1,0 +1,28 @@
+"""Sentences on where stations stood."""
+
+from collections.abc import Mapping
+
+from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.report.wording.template import Template, filled
+
+_LEAST_TOLD = 1e-6
+"""Of a chance: what is less likely is told as less than that."""
+
+
+def _by_design(note: Note) -> str:
+    """Say how well a place is known that the design alone gave, and which place fits second best."""
+    text = (
+        "Station {subject.name}: placed by the design. {fits:# measured face lies|# measured faces lie} on it there. "
+        "Place ± {sigma_m:mm}, direction ± {direction_sigma_rad:°}. "
+    )
+    if "second_away_m" not in note.values:
+        return filled(text + "No second place fits", note)
+    odds = f"{float(str(note.values['second_chance'])):.1g}"
+    if float(str(note.values["second_chance"])) < _LEAST_TOLD:
+        odds = "under one in a million"
+    where = "The second best place is {second_away_m:.2f} m away, turned by {second_turned_rad:°}"
+    storey = ", on '{second_storey}'" if note.values["second_storey"] else ""
+    return filled(f"{text}{where}{storey}. Its chance is {odds}", note)
+
+
+PLACE_NOTES: Mapping[Reason, Template] = {Reason.PLACED_BY_DESIGN: _by_design}
