@@ -24,7 +24,7 @@ WRONG = 1e-3
 MISTAKEN = 0.05
 """How often somebody is wrong about a place, by a storey, a date or a photo: one in twenty, before anything is seen."""
 LEVEL_SIGMA_RAD = 5e-4
-"""How well a photo pair knows what is plumb, the rig's principal point left aside: read off ten stations of the sample, as assumed."""
+"""How well a photo pair knows what is plumb, the rig's principal point left aside: read off ten of the sample."""
 ABOVE_M, BELOW_M = 12.0, 5.0
 """What is seen from a storey begins so far under its floor at most, and ends so far over it."""
 SAME_M, SAME_RAD = 0.10, float(np.radians(2.0))
