@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.report import DesignFaceRecord, MarkerRecord, ProgressReport
+from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, MarkerRecord, ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState
 
 SAME_ANGLE_RAD = float(np.radians(5.0))
@@ -29,7 +29,7 @@ class VisitHistory:
     visits: tuple[date, ...]
     faces: dict[str, tuple[DesignFaceRecord, ...]]
     first_built: dict[str, date]  # the first visit that saw something of it built, of what is still held to stand
-    complete_on: dict[str, date]  # the first visit since which it has been complete
+    complete_on: dict[str, date]  # the first visit since which it has been complete, and certainly so
     unfinished_on: dict[str, date]  # the last visit that saw it unfinished
     last_seen: dict[str, date]
     best_when_seen: dict[str, float]  # the best estimate of the last visit that had one
@@ -65,7 +65,7 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
     for record in report.faces:
         faces[record.element] = (*faces.get(record.element, ()), record)
     built = {e.global_id: e.first_built or day for e in report.elements if e.cells_built > 0.0}
-    complete = {e.global_id: e.complete_on or day for e in report.elements if e.state == "complete"}
+    complete = {e.global_id: e.complete_on or day for e in report.elements if _certain(e)}
     return VisitHistory(
         visits=tuple(sorted({*history.visits, *report.earlier_visits, day})),
         faces=history.faces | faces,
@@ -78,6 +78,11 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
         moves_m={e.global_id: frozen(np.array(e.move_m)) for e in report.elements if e.move_m is not None},
         markers=history.markers | {record.marker_id: record for record in report.markers},
     )
+
+
+def _certain(element: ElementProgress) -> bool:
+    """Say whether an element is complete beyond what was not seen of it; results of before said so of all that are."""
+    return element.state == "complete" and element.completion.lower >= ProgressOptions().complete_from
 
 
 def frame_of(record: DesignFaceRecord) -> PlaneFrame | CylinderFrame:

@@ -73,7 +73,7 @@ class ElementProgress:
     doubts: tuple[Note, ...] = ()  # of the notes, what to look at before it is paid for
     best_when_seen: float | None = None  # the best estimate of the last visit that had one
     first_built: date | None = None  # the first visit that saw something of it built, of what is still held to stand
-    complete_on: date | None = None  # the first visit since which it has been complete
+    complete_on: date | None = None  # the first visit since which it has been complete, and that much of it certain
     unfinished_on: date | None = None  # the last visit that saw it unfinished
     move_m: tuple[float, ...] | None = None  # how it stands beside its design, in the world
     accepted: bool = False  # by a person: what is said of it is of where it stands
@@ -116,7 +116,7 @@ class TaskProgress:
     schedule_start: datetime | None
     schedule_finish: datetime | None
     actual_start: date | None  # first visit that saw something built; None where unknown
-    actual_finish: date | None  # only when all its elements are complete
+    actual_finish: date | None  # only when all its elements are complete, and certainly so
     late: bool | None  # its planned finish has passed, and it is not complete; None where unknown
     identification: str = ""
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first

@@ -9,6 +9,7 @@ from datetime import date
 
 from asbuilt_bim.bim.model import CostLine
 from asbuilt_bim.progress.completion.earned_value import earned
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import (
     Completion,
     CostProgress,
@@ -85,6 +86,7 @@ def element(key: str, seen: Seen, day: date, kind: str = "wall") -> ElementProgr
         stations=("A1",) if known else (),
         last_seen=day if known else None,
         notes=(),
+        as_far_as_seen=seen.state == "complete" and seen.lower < ProgressOptions().nearly_all,
     )
 
 

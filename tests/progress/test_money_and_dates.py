@@ -235,5 +235,19 @@ def test_a_task_that_makes_a_slab_too_is_told_by_its_lower_bound_and_never_finis
     assert (told.note.values["others"], told.note.values["of"]) == (1, 2)
 
 
+def test_a_task_is_finished_only_where_all_of_each_element_is_certain_not_as_far_as_seen() -> None:
+    """Complete as far as seen: what was seen stands, and a fifth was not seen."""
+    nearly = [replace(unseen(FULL.faces[0]), built_uv_m=polygon.box(0, 0, 0.5, 2.4), stations={"A1": 1.0})]
+    surfaces = [*nearly, *(unseen(face) for face in FULL.faces[1:])]
+    first = summarise(surfaces, NOTHING, model([FULL], (task("A"),), ()), EMPTY_HISTORY, DAY)
+    (one,), (made,) = first.elements, first.tasks
+    assert one.completion.best == 1.0 and one.completion.lower < 0.97
+    told = verdict(made)
+    assert (made.actual_finish, told.finished, told.share) == (None, False, made.progress.completion.lower)
+    history = remember(EMPTY_HISTORY, replace(first, elements=(replace(one, state="complete", complete_on=DAY),)))
+    again = summarise(poured(FULL, 3.0), NOTHING, model([FULL], (task("A"),), ()), history, LATER)
+    assert again.tasks[0].actual_finish == LATER  # the day that saw it, also after an older result that said so before
+
+
 def test_faces_without_a_decision_are_listed_as_unobserved() -> None:
     assert set(report().unobserved) >= {face.face_id for face in UNSEEN.faces}

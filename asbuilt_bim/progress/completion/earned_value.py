@@ -71,13 +71,14 @@ def earned(
 def certain_share(element: ElementProgress, *, pieces: bool, takes_off: bool) -> float:
     """Return the share (0..1) of an element that a certificate counts: the lower bound; the upper of what is taken off.
 
-    Of what is counted in pieces an element counts whole or not at all: whole where it is complete.
+    Of what is counted in pieces an element counts whole or not at all: whole where it was seen complete, and not only
+    as far as it was seen.
     """
     if not pieces:
         return round(element.completion.upper if takes_off else element.completion.lower, SHARE_DECIMALS)
     if takes_off:
         return 1.0 if element.completion.upper > 0.0 else 0.0
-    return 1.0 if element.state == "complete" else 0.0
+    return 1.0 if element.shown_state == "complete" else 0.0
 
 
 def certain_quantity(

@@ -87,6 +87,7 @@ def progress_of(
         state, stations = "displaced", list(displaced.stations)
         doubts = [_displaced(subject, displaced)]
         notes = [*doubts, *notes]
+    sure = state == "complete" and completion.lower >= options.complete_from
     worst = max((s for s in surfaces if s.offset_m is not None), key=lambda s: abs(s.offset_m or 0.0), default=None)
     leaning = max((s for s in surfaces if s.tilt_rad is not None), key=lambda s: abs(s.tilt_rad or 0.0), default=None)
     return ElementProgress(
@@ -117,7 +118,7 @@ def progress_of(
         doubts=each_once(doubts),
         best_when_seen=_best_when_seen(element, completion, history, displaced),
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
-        complete_on=history.complete_on.get(element.global_id, visit_date) if state == "complete" else None,
+        complete_on=history.complete_on.get(element.global_id, visit_date) if sure else None,
         unfinished_on=visit_date if seen_unfinished else history.unfinished_on.get(element.global_id),
         move_m=_plain(displaced.move_m) if displaced else None,
         accepted=displaced is not None and displaced.accepted,

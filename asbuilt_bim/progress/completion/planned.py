@@ -21,7 +21,7 @@ class TaskVerdict:
 
     knowledge: Knowledge
     share: float | None  # 0..1
-    finished: bool  # all its elements are complete
+    finished: bool  # all its elements are complete, and as much of each is certain
     note: Note
 
 

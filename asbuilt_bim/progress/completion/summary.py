@@ -108,11 +108,12 @@ def task_progress(
     calendar: WorkCalendar = EVERY_DAY,
 ) -> TaskProgress:
     """Return a task's progress. Its start is the first visit that saw something of it built; its finish the first one
-    that found all of its elements complete. A task with elements that aren't measured here is never finished here.
+    that found all of its elements complete, and as much of each certain (`complete_from`). A task with elements that
+    aren't measured here is never finished here.
     """
     members = [elements[key] for key in task.elements if key in elements]
     others = task.others + len(task.elements) - len(members)
-    complete = bool(members) and not others and all(element.state == "complete" for element in members)
+    complete = bool(members) and not others and all(element.complete_on for element in members)
     measured = group(task.global_id, task.name, members, surfaces, options)
     share = len(members) / max(len(members) + others, 1)
     made = TaskProgress(

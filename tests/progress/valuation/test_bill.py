@@ -40,13 +40,13 @@ def test_certified_is_the_sum_of_the_elements_and_its_amount_is_the_printed_quan
     assert made.quantity == 3.75 and made.amount == cents(3.75 * 33.33)
 
 
-def test_pieces_are_whole_and_a_piece_counts_when_it_is_complete() -> None:
+def test_pieces_are_whole_and_only_one_seen_complete_counts_not_one_complete_as_far_as_seen() -> None:
     keys = [f"c{n}" for n in range(8)]
     nearly = Seen(lower=0.82, best=0.9, upper=0.95)
     seen = dict.fromkeys(keys, nearly) | {"c0": WHOLE, "c1": Seen(lower=0.6, best=1.0, upper=1.0)}
     (made,) = only(made_report(seen, [cost_line("1", 3, 8.0, 180.0, keys)], FIRST, ValuationInputs())).lines
-    assert (made.quantity, made.amount) == (2.0, 360.0)
-    assert made.line.as_built_lower == 2.0 and made.line.as_built_best == 7.0
+    assert (made.quantity, made.amount) == (1.0, 180.0)
+    assert made.line.as_built_lower == 1.0 and made.line.as_built_best == 7.0
 
 
 def test_of_pieces_that_are_taken_off_those_that_may_be_built_count_whole() -> None:

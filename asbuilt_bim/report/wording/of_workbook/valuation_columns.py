@@ -57,7 +57,7 @@ COST_PARTS = (
         "percent",
         9,
         "What photos make certain of the element; what wasn't seen counts as not built (of a line that takes money off "
-        "as built). Of what is counted in pieces: 100 % if it is complete, else 0 %.",
+        "as built). Of what is counted in pieces: 100 % if it was seen complete (not only as far as seen), else 0 %.",
     ),
     _column("Best", "percent", 9, "The best estimate of the element, by photos; unknown if too little was seen."),
     _column("Seen by a person", "percent", 10, "From the observations table. Beside the photos, never mixed in."),
