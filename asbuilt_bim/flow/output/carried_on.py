@@ -41,14 +41,18 @@ def inputs_of(
     """Return what persons bring to the next valuation, and notes: by the last workbook, else by the result before it.
 
     `past` are results of other runs' folders that the project's history names. The project's terms are the first's.
+    Later on they count where they were changed in the project file since, and nobody changed them in the workbook.
     """
     counts = project.observations == "count"
     known = next((one.valuation for one in (before, *reversed(past)) if one is not None and one.valuation), None)
     inputs = known or _first(project)
     if last is not None and last.inputs is not NO_INPUTS:
         inputs = last.inputs
+    own = _first(project).terms
+    if known is not None and known.project_terms not in (None, own) and inputs.terms == known.terms:
+        inputs = replace(inputs, terms=own)
     notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
-    return replace(inputs, count_observations=counts), notes
+    return replace(inputs, count_observations=counts, project_terms=own), notes
 
 
 def _terms_kept(project: ValuationFile, kept: Terms) -> tuple[Note, ...]:
@@ -69,4 +73,5 @@ def _terms_kept(project: ValuationFile, kept: Terms) -> tuple[Note, ...]:
 
 
 def _first(project: ValuationFile) -> ValuationInputs:
-    return ValuationInputs(terms=Terms(retention=project.retention_percent / 100.0, tax=project.tax_percent / 100.0))
+    terms = Terms(retention=project.retention_percent / 100.0, tax=project.tax_percent / 100.0)
+    return ValuationInputs(terms=terms, project_terms=terms)

@@ -117,6 +117,7 @@ class ValuationInputs:
     before: tuple[BillTotals, ...] = ()  # the sums up to the last certificate, or as a person typed them
     paid: tuple[Paid, ...] = ()  # up to the last certificate
     paid_variations: dict[str, float] = field(default_factory=dict)  # by number, in cents, up to the last certificate
+    project_terms: Terms | None = None  # what the project file said of them; None in older results
 
     @property
     def number(self) -> int:

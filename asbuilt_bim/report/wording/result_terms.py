@@ -335,6 +335,7 @@ TERMS = {
     "signed_on": "When.",
     "totals": "Its sums, a bill each.",
     "terms": "Retention and tax.",
+    "project_terms": "Retention and tax by the project file at that run.",
     "count_observations": "Whether what persons saw counts in the valuation.",
     "overrides": "Values set by persons.",
     "rates": "Rates set by persons.",

@@ -37,7 +37,26 @@ def folder(path: Path, report: ProgressReport) -> OutputFolder:
 
 def test_a_first_workbook_begins_with_the_projects_terms(tmp_path: Path) -> None:
     inputs, notes = inputs_of(PROJECT, None, None)
-    assert inputs == ValuationInputs(terms=Terms(retention=0.05, tax=0.19), count_observations=True) and notes == ()
+    terms = Terms(retention=0.05, tax=0.19)
+    assert inputs == ValuationInputs(terms=terms, count_observations=True, project_terms=terms) and notes == ()
+
+
+def test_terms_written_into_the_project_file_after_a_first_run_count_from_then_on(tmp_path: Path) -> None:
+    first, _ = inputs_of(ValuationFile(), None, None)
+    before = with_valuation(sample_report(), first)
+    inputs, notes = inputs_of(PROJECT, last_workbook(folder(tmp_path, before), before), before)
+    assert inputs.terms == Terms(retention=0.05, tax=0.19) and notes == ()
+
+
+def test_terms_that_a_surveyor_typed_outlast_those_of_a_project_file_that_stays_as_it_is(tmp_path: Path) -> None:
+    first, _ = inputs_of(PROJECT, None, None)
+    out = folder(tmp_path, before := with_valuation(sample_report(), first))
+    typed(tmp_path / "quantities.xlsx", {("", "retention_rate"): 0.0, ("", "tax_rate"): 0.0})
+    second, told = inputs_of(PROJECT, last_workbook(out, before), before)
+    third, again = inputs_of(PROJECT, None, with_valuation(sample_report(), second))
+    assert second.terms == third.terms == Terms() and len(told) == len(again) == 1
+    changed = ValuationFile(retention_percent=3.0)
+    assert inputs_of(changed, None, with_valuation(sample_report(), third))[0].terms == Terms(retention=0.03, tax=0.0)
 
 
 def test_a_workbook_that_nobody_changed_is_what_its_result_says(tmp_path: Path) -> None:
