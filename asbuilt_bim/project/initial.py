@@ -15,14 +15,15 @@ def initial_text(name: str, found: FoundFiles) -> str:
     """Return a project file that names all that was found, and has a comment wherever something is missing."""
     lines = [
         FIRST,
-        "# Drafted from what lay in this folder. Read it through: what begins with # is yours to fill in.",
+        "# Drafted from what lay in this folder. Read it through. What is yours to fill in looks like #target:",
+        "# there take the # away, and nothing else.",
         "format: asbuilt-bim/project",
         "version: 1",
         f"name: {_quoted(name)}",
         *_design(found.designs),
         *_rig(found),
         "# The red disc, measured across. It checks the scale.",
-        "# target: {diameter_m: 0.30}",
+        "#target: {diameter_m: 0.30}",
         *_markers(found.surveys),
         *_visits(found.visits, found.videos),
     ]
@@ -63,7 +64,7 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
 
 def _design(designs: Sequence[str]) -> list[str]:
     if not designs:
-        return ["# The design, an IFC2X3, IFC4 or IFC4X3 file.", "# ifc: design.ifc"]
+        return ["# The design, an IFC2X3, IFC4 or IFC4X3 file.", "#ifc: design.ifc"]
     if len(designs) == 1:
         return [f"ifc: {_quoted(designs[0])}"]
     return ["# Keep those that are the design.", "ifc:", *(f"  - {_quoted(design)}" for design in designs)]
@@ -74,13 +75,13 @@ def _rig(found: FoundFiles) -> list[str]:
         others = [f"# or: {_quoted(rig)}" for rig in found.rigs[1:]]
         return ["rig:", f"  file: {_quoted(found.rigs[0])}", *others]
     if not found.boards:
-        return ["# The calibrated camera: a rig file, or photos of a board.", "# rig: {file: rig.yaml}"]
+        return ["# The calibrated camera: a rig file, or photos of a board.", "#rig: {file: rig.yaml}"]
     boards = found.boards[0]
     return [
         f"# The board: {boards.pairs} pairs were found. Give what is printed on it, and a square's side as measured.",
-        "# rig:",
-        "#   boards: {kind: charuco, columns: 7, rows: 9, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_100,",
-        f"#            left: {_quoted(boards.left)}, right: {_quoted(boards.right)}}}",
+        "#rig:",
+        "#  boards: {kind: charuco, columns: 7, rows: 9, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_100,",
+        f"#           left: {_quoted(boards.left)}, right: {_quoted(boards.right)}}}",
     ]
 
 
@@ -88,22 +89,22 @@ def _markers(surveys: Sequence[str]) -> list[str]:
     survey = _quoted(surveys[0]) if surveys else "markers.csv"
     return [
         "# The markers: their survey, and the side of their black square as measured on the print.",
-        f"# markers: {{survey: {survey}, size_m: 0.25}}",
-        "# Without a survey: say in each station roughly where it stood, and the design places it.",
-        "# near: {storey: Ground floor, grid: B-3, looking: north}",
+        f"#markers: {{survey: {survey}, size_m: 0.25, sigma_m: 0.003}}",
+        "# Without a survey: say in each station roughly where it stood, and the design places it, as in",
+        "# - {name: A1, left: A1_l.jpg, right: A1_r.jpg, near: {storey: Ground floor, grid: B-3, looking: north}}",
     ]
 
 
 def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo]) -> list[str]:
     if not visits and not videos:
         return [
-            "# visits:",
+            "#visits:",
             '#   - {date: 2026-03-02, stations: {left: "visits/2026-03-02/*_left.jpg", '
             'right: "visits/2026-03-02/*_right.jpg"}}',
         ]
     lines = ["visits:"]
     for photos in sorted(visits, key=lambda one: (one.day is None, str(one.day), one.left)):
-        mark = "" if photos.day else "# "
+        mark = "" if photos.day else "#"
         day = photos.day.isoformat() if photos.day else "YEAR-MONTH-DAY"
         lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}")
         lines.append(f"{mark}    stations: {{left: {_quoted(photos.left)}, right: {_quoted(photos.right)}}}")
@@ -114,7 +115,7 @@ def _videos(videos: Sequence[FoundVideo], days: Collection[date | None]) -> list
     """Return a visit for each walk; behind a # where its day isn't known, or has a visit already."""
     lines, seen = [], set(days)
     for video in sorted(videos, key=lambda one: (one.day is None, str(one.day), one.left)):
-        mark = "# " if video.day is None or video.day in seen or not video.right else ""
+        mark = "#" if video.day is None or video.day in seen or not video.right else ""
         seen.add(video.day)
         day = video.day.isoformat() if video.day else "YEAR-MONTH-DAY"
         eyes = f"left: {_quoted(video.left)}, right: {_quoted(video.right)}" if video.right else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from datetime import date
 from pathlib import Path
@@ -37,7 +38,7 @@ def test_the_samples_folder_gives_the_samples_project_once_three_lengths_are_fil
     assert board in text
     filled = text.replace(board, "kind: charuco, columns: 9, rows: 7, square_m: 0.08, marker_m: 0.06")
     for line in ("rig:", "  boards:", "           left", "target:", "markers:"):
-        filled = filled.replace(f"# {line}", line).replace(f"#{line}", line)
+        filled = filled.replace(f"#{line}", line)
     (site / "project.yaml").write_text(filled)
     ours, theirs = read_project(site / "project.yaml"), read_project(SAMPLE / "project.yaml")
     assert [(v.date, sorted(s.name for s in v.stations)) for v in ours.visits] == [
@@ -46,6 +47,16 @@ def test_the_samples_folder_gives_the_samples_project_once_three_lengths_are_fil
     assert ours.rig.boards == theirs.rig.boards
     assert ours.ifc[0].name == theirs.ifc[0].name and ours.survey.name == theirs.survey.name
     assert len(missing(found)) == 3  # the board, the disc and the markers: only a tape tells them
+
+
+@pytest.mark.parametrize("files", [(), ("design.ifc", "calibration/left_1.jpg", "calibration/right_1.jpg")])
+def test_a_draft_is_yaml_once_the_hashes_before_its_keys_are_taken_away_and_nothing_else(
+    tmp_path: Path, files: tuple[str, ...]
+) -> None:
+    text = initial_text("Site", find_files(made(tmp_path, *files)))
+    document = yaml.safe_load(re.sub(r"^#(?=\S|  )", "", text, flags=re.MULTILINE))
+    assert {"ifc", "rig", "target", "markers", "visits"} <= document.keys()
+    assert document["target"] == {"diameter_m": 0.3} and document["markers"]["sigma_m"] == 0.003
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from asbuilt_bim.progress.completion.rollup import weighted
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.page.trades import Trades, trades_of
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
@@ -47,6 +48,8 @@ class Due:
     due: float
     certified: float  # in all, before retention and tax
     contract: float
+    retention: float  # as a share, kept back of what is due
+    tax: float  # as a share, in what is due
 
 
 def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
@@ -69,6 +72,7 @@ def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
 def money_due(report: ProgressReport) -> tuple[Due, ...]:
     """Return what each bill owes; none where the design has no cost lines."""
     made = [bill for bill in bills(report) if bill.lines]
+    terms = (report.valuation or NO_INPUTS).terms
     return tuple(
         Due(
             name=bill.schedule if len(made) > 1 else "",
@@ -76,6 +80,8 @@ def money_due(report: ProgressReport) -> tuple[Due, ...]:
             due=bill.period.payable,
             certified=bill.cumulative.gross,
             contract=bill.contract,
+            retention=terms.retention,
+            tax=terms.tax,
         )
         for bill in made
     )
