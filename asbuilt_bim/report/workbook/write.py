@@ -18,6 +18,7 @@ from asbuilt_bim.report.tables import (
     storey_names,
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_workbook.columns import (
     ELEMENTS,
@@ -178,7 +179,8 @@ def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
     return (
         name,
         len(group.elements),
-        group.complete,
+        group.complete - group.as_far_as_seen,
+        group.as_far_as_seen,
         group.part,
         group.not_started,
         group.displaced,
@@ -186,7 +188,7 @@ def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
         group.design_area_m2,
         group.as_built_area_m2 if seen else None,
         group.as_built_sigma_m2 if seen else None,
-        done.best,
+        best_shown(done),
         done.lower,
         done.upper,
         done.coverage,

@@ -30,6 +30,7 @@ STOREYS = (
     _column("Storey", "text", 30, "Building storey, from below; the last line is the whole building."),
     _column("Elements", "count", 10, "Walls and columns."),
     _column("Complete", "count", 10, "Elements seen complete."),
+    _column("Complete as far as seen", "count", 10, "Nothing of them is seen open, and less than 90 % is certain."),
     _column("Part", "count", 8, "Elements seen built in part."),
     _column("Not started", "count", 10, "Elements seen not started."),
     _column("Displaced", "count", 10, "Elements built beside their design: nothing of them counts until accepted."),
@@ -37,7 +38,7 @@ STOREYS = (
     _column("Design area [m²]", "area", 13, "Exposed lateral surface of the design."),
     _column("As-built area [m²], of the sides photographed", "area", 13, "Measured area; only what photos show."),
     _column("Sigma [m²]", "quantity", 10, "Standard deviation of the as-built area (about 2 in 3 lie within)."),
-    _column("Completion best", "percent", 12, _BEST),
+    _column("Completion best", "percent", 12, "Best estimate; unknown where less than half was seen."),
     _column("Completion lower", "percent", 12, _LOWER),
     _column("Completion upper", "percent", 12, _UPPER),
     _column("Coverage", "percent", 11, _COVERAGE),
@@ -46,7 +47,7 @@ STOREYS = (
 ELEMENTS = (
     _column("Storey", "text", 16, "Building storey."),
     _column("Name", "text", 26, "The element's name in the IFC file."),
-    _column("State", "text", 12, "complete, part, not started, displaced, or unknown."),
+    _column("State", "text", 22, "complete, complete as far as seen, part, not started, displaced, or unknown."),
     _column("Design area [m²]", "area", 10, "Exposed lateral surface of the design: openings and contact taken off."),
     _column(
         "As-built area [m²], of the sides photographed",
