@@ -79,7 +79,6 @@ CASES = (
     Case(script="rigs/zed.py", quick="--quick", slow="--check", data="stereo/zed_corridor"),
     Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
     Case(script="register/place.py", quick="--quick", slow=""),
-    Case(script="register/ties.py", quick="--quick", slow="", packages=("asbuilt_synthetic",)),
     Case(script="register/real.py", quick="--quick", slow="--check", data="stereo"),
     Case(script="register/by_design.py", quick="--quick", slow="", packages=RENDERER),
     Case(script="rigs/factory.py", quick="--check", data="stereo"),

@@ -32,8 +32,8 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.read import Project, read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.task_rows import late_words
-from asbuilt_bim.report.wording.alike import days_alike, notes_alike
 from asbuilt_bim.report.wording.changes import changes
+from asbuilt_bim.report.wording.of_page.alike import days_alike, notes_alike
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.scale.cluster import Scheduler

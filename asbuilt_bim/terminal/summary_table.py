@@ -14,7 +14,6 @@ from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressRepor
 from asbuilt_bim.project.read import Visit
 from asbuilt_bim.report.page.calibration import area_words, verdict
 from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
-from asbuilt_bim.report.wording.alike import notes_alike, rejections_alike
 from asbuilt_bim.report.wording.completion import (
     AT_LEAST,
     BEST,
@@ -26,6 +25,7 @@ from asbuilt_bim.report.wording.completion import (
     seen_words,
 )
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page.alike import notes_alike, rejections_alike
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import area, percent, percent_certain, plain
 from asbuilt_bim.terminal.screen import Screen

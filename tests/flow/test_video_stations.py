@@ -116,4 +116,4 @@ def test_a_draft_names_the_videos_it_finds(tmp_path: Path) -> None:
     text = initial_text("Site", find_files(tmp_path))
     assert "  - date: 2026-03-02  # a walk" in text
     assert '    video: {left: "2026-03-02/walk_left.mp4", right: "2026-03-02/walk_right.mp4"}' in text
-    assert '#     video: {both: "hall.mov"}' in text
+    assert '#    video: {both: "hall.mov"}' in text

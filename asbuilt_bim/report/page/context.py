@@ -30,7 +30,7 @@ from asbuilt_bim.report.tables import (
     storey_names,
 )
 from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
-from asbuilt_bim.report.wording.alike import doubts_alike, notes_alike, rejections_alike
+from asbuilt_bim.report.wording.of_page.alike import doubts_alike, notes_alike, rejections_alike
 from asbuilt_bim.report.wording.reasons import words_of
 
 Context = dict[str, Any]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.page.write import page_html
-from asbuilt_bim.report.wording.alike import MOST_NAMED, days_alike, doubts_alike, notes_alike, rejections_alike
+from asbuilt_bim.report.wording.of_page.alike import MOST_NAMED, days_alike, doubts_alike, notes_alike, rejections_alike
 from tests.report.sample_report import sample_report
 
 
