@@ -35,6 +35,7 @@ from asbuilt_bim.project.networks import people_sought
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.project.tables.observations import read_observations
+from asbuilt_bim.project.tables.outlines import read_outlines, without_outlined
 from asbuilt_bim.project.tables.places import known_places
 from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
@@ -161,6 +162,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     rig = source.rig
     timer.done("rig")
     known, past = 0, read_past(project.history, project.visits[0].date)
+    outlines = read_outlines(project)
     others = remapped_ids(past[-1], design) if past else {}
     past = tuple(with_new_ids(report, others) for report in past)
     history = reduce(remember, past, EMPTY_HISTORY)
@@ -184,14 +186,18 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)
         report = replace(report, rig=seen.rig, notes=notes, observations=observed)
         report = with_tolerance(report, design, project.tolerance)
-        report = replace(report, pictures=project.pictures, people_sought=people_sought(project.networks))
+        report = replace(
+            report, pictures=project.pictures, people_sought=people_sought(project.networks),
+            people_outlined=len(outlines),
+        )  # fmt: skip
         names = [station.name for station in visit.stations if station.name not in report.placed]
         left_out += _left_out(names, visit.date)
         history = remember(history, report)
         timer.done("register, match, judge")
         progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(_named(report, project, visit))
-        pictures.update({picture_name(visit.date, name): picture for name, picture in seen.pictures.items()})
+        shown_now = without_outlined(seen.pictures, outlines, visit.date, rig, seen.measured)
+        pictures.update({picture_name(visit.date, name): picture for name, picture in shown_now.items()})
         known += seen.from_cache
     return RunResult(
         rig=rig,
