@@ -265,6 +265,8 @@ class Reason(StrEnum):
     SCHEDULE_DATE_CONTRADICTED = "date in schedule contradicted"
     SCHEDULE_DATE_MISSING = "date in schedule missing"
     SCHEDULE_DATES_MORE = "more dates in schedule"
+    SCHEDULE_ROWS_UNDATED = "tasks of schedule without dates"
+    SCHEDULE_DATES_TAKEN = "dates of schedule before the IFC's"
     SCHEDULE_AMBIGUOUS = "tasks fit more than once"
     SCHEDULE_NOT_LINKED = "tasks not linked"
     SCHEDULE_LACKS_TASKS = "schedule lacks tasks"
