@@ -74,7 +74,12 @@ def visit_plan(
         due=due,
         later=len(design.elements) - len(due),
         has_dates=any(task.schedule_start is not None for task in design.tasks),
+        by_tags=bool(survey) or not (project.poses or project.control_points or _any_near(project)),
     )
+
+
+def _any_near(project: Project) -> bool:
+    return any(station.near is not None for one in project.visits for station in one.stations)
 
 
 def known_report(
