@@ -11,7 +11,7 @@ from asbuilt_bim.project.read import Project, Visit
 from asbuilt_bim.report.tables import lost_stations
 
 
-def told_of_undoing(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
+def with_undoing_noted(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
     """Say in a report that counts which later visit would undo what it saw: that one has older photos, it seems."""
     told: list[ProgressReport] = []
     for index, report in enumerate(reports):
