@@ -176,6 +176,8 @@ class Reason(StrEnum):
     # Against the visits before.
     VISIT_UNDOES = "visit undoes earlier ones"  # what they saw built is open, on a broad front
     STATION_VISIT_UNDOES = "station in a visit that undoes"
+    VISITS_CONTRADICT = "visits contradict each other"  # one saw built what a later one sees open: neither decides
+    STATION_VISIT_CONTRADICTS = "station in a visit that contradicts another"
     # Calibration.
     BOARD_NOT_FOUND = "board not found"
     BOARD_PAIR_TWICE = "board pair twice"

@@ -22,7 +22,7 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import are_of_its_day, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -68,6 +68,7 @@ class MeasuredVisit:
     rig: tuple[RigRecord, ...] = ()
     rig_notes: tuple[Note, ...] = ()
     shown: tuple[Shown, ...] = ()  # what the stations of this visit and of those before it showed
+    of_its_day: bool = False  # every station's photos say so, and nobody says that the camera's clock is wrong
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +140,8 @@ def measure_visit(
     lengths = KnownLengths(diameter_m=project.target.diameter_m, size_m=project.markers.size_m, survey=survey)
     watched = watch_rig(in_order, rig, again if project.rig.refine else None, lengths)
     seen = _gathered(watch_scale(watched, project, rig, survey), known)
-    return replace(seen, rejections=(*other_days(visit, taken), *seen.rejections), shown=all_shown)
+    warned = (*other_days(visit, taken), *seen.rejections)
+    return replace(seen, rejections=warned, shown=all_shown, of_its_day=are_of_its_day(visit, taken))
 
 
 def _measured(

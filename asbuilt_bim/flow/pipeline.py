@@ -9,13 +9,14 @@ from functools import reduce
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.design_source import design_of, place_on_map, with_costs_table
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
-from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.rig_source import ProjectRig, rig_of
 from asbuilt_bim.flow.rough_places import check_near, rough_places
 from asbuilt_bim.flow.shown_again import Shown
+from asbuilt_bim.flow.visit_report import left_out, left_out_before, named, with_undoing_noted
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
@@ -30,20 +31,21 @@ from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.states.undone import undone_front
 from asbuilt_bim.progress.tolerance_checks import with_tolerance
+from asbuilt_bim.progress.valuation.inputs import Observation
+from asbuilt_bim.progress.visits.order import Contradiction, contradictions, likeliest_wrong, refusals
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.networks import people_sought
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.project.read import Project
 from asbuilt_bim.project.tables.observations import read_observations
-from asbuilt_bim.project.tables.outlines import read_outlines, without_outlined
-from asbuilt_bim.project.tables.places import known_places
+from asbuilt_bim.project.tables.outlines import Outline, read_outlines, without_outlined
+from asbuilt_bim.project.tables.places import KnownPlaces, known_places
 from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
 from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.result.document import read_past
-from asbuilt_bim.report.tables import lost_stations
 from asbuilt_bim.scale.executor import one_thread
 from asbuilt_bim.scale.share import AmongProcesses, Share, in_turn
 from asbuilt_bim.schedule.read import scheduled
@@ -77,13 +79,15 @@ def monitor(
     given: Mapping[str, StationPose] = NOTHING,
     control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
     rough: RoughPlaces | None = None,
+    barred: Sequence[Rejection] = (),
 ) -> ProgressReport:
     """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
 
     What is known to be wrong decides nothing. Where the survey lies beside the design, or the visit would undo what
-    earlier ones saw, not one station counts, and everything is as the visits before left it. Nothing is said of
-    elements that stand beside their design, until a person accepts that: then they are judged where they stand. `share`
-    has stations placed and matched and elements judged, here or in several processes: that changes nothing.
+    earlier ones saw, or is `barred` for what another visit says, not one station counts, and everything is as the
+    visits before left it. Nothing is said of elements that stand beside their design, until a person accepts that: then
+    they are judged where they stand. `share` has stations placed and matched and elements judged, here or in several
+    processes: that changes nothing.
     """
     remembered = {marker_id: place_of(record) for marker_id, record in history.markers.items()}
     placement = register(
@@ -91,13 +95,15 @@ def monitor(
         share=share, rough=rough,
     )  # fmt: skip
     held = hold_against_design(placement, design, options.match, accept_shift, share)
-    standing = where_they_stand(held.matched, design, options.match, history.moves_m, accept_moved)
+    against = (*barred, *refused_stations(held.matched, Reason.STATION_VISIT_CONTRADICTS)) if barred else ()
+    seen = without_stations(held.matched, design, options.match) if barred else held.matched
+    standing = where_they_stand(seen, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
     matched = adjust_with_design(standing.matched, design, options.match)
     surfaces = classify_surface(matched, design, history, options.progress, beside, share)
     undone = undone_front(surfaces, design, history, day, options.progress)
     if undone:
-        undone += refused_stations(matched, Reason.STATION_VISIT_UNDOES)
+        against = (*undone, *refused_stations(matched, Reason.STATION_VISIT_UNDOES))
         matched = without_stations(matched, design, options.match)
         surfaces = classify_surface(matched, design, history, options.progress, beside, share)
     placed = {station.measurement.station for station in matched.stations}
@@ -107,7 +113,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*held.rejections, *undone, *rejections, *placement.rejections),
+        rejections=(*held.rejections, *against, *rejections, *placement.rejections),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
         displaced=standing.displaced,
@@ -161,92 +167,113 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     source = rig_of(project, place.cache, progress)
     rig = source.rig
     timer.done("rig")
-    known, past = 0, read_past(project.history, project.visits[0].date)
-    outlines = read_outlines(project)
+    past = read_past(project.history, project.visits[0].date)
     others = remapped_ids(past[-1], design) if past else {}
-    past = tuple(with_new_ids(report, others) for report in past)
-    history = reduce(remember, past, EMPTY_HISTORY)
-    reports: list[ProgressReport] = []
-    left_out = _left_out_before(past)  # at earlier visits: the last report alone would never say it
-    pictures: dict[str, bytes] = {}
-    shown: tuple[Shown, ...] = ()
-    share = AmongProcesses(workers=place.workers)
-    for visit in project.visits:
-        seen = measure_visit(visit, project, rig, place, progress, survey, shown)
-        shown = seen.shown
-        timer.done("measure")
-        rejections = (*source.warnings, *seen.rejections, *stray)
-        accepted = project.accepted_shift, project.accept_moved
-        report = monitor(
-            seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
-            given=known_of.given(visit.date), control_points=known_of.clicked(visit.date, rig, seen.measured),
-            rough=rough_places(visit, design),
-        )  # fmt: skip
-        revised = (*remap_notes(past[-1], others), *revision_notes(past[-1], report)) if past else ()
-        notes = (*report.notes, *unknown, *seen.rig_notes, *revised, *left_out)
-        report = replace(report, rig=seen.rig, notes=notes, observations=observed)
-        report = with_tolerance(report, design, project.tolerance)
-        report = replace(
-            report, pictures=project.pictures, people_sought=people_sought(project.networks),
-            people_outlined=len(outlines),
-        )  # fmt: skip
-        names = [station.name for station in visit.stations if station.name not in report.placed]
-        left_out += _left_out(names, visit.date)
-        history = remember(history, report)
-        timer.done("register, match, judge")
-        progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
-        reports.append(_named(report, project, visit))
-        shown_now = without_outlined(seen.pictures, outlines, visit.date, rig, seen.measured)
-        pictures.update({picture_name(visit.date, name): picture for name, picture in shown_now.items()})
-        known += seen.from_cache
+    known = _Known(
+        project=project, place=place, progress=progress, timer=timer, design=design, rig=source, places=known_of,
+        past=tuple(with_new_ids(report, others) for report in past), stray=stray, observed=observed, unknown=unknown,
+        others=others, outlines=read_outlines(project),
+    )  # fmt: skip
+    found, barred = set[Contradiction](), dict[date, tuple[Rejection, ...]]()
+    while True:
+        judged = _judged(known, barred)
+        found |= set(contradictions(judged.reports))
+        in_order = sorted(found, key=lambda one: (one.later, one.earlier))
+        wrong = likeliest_wrong(in_order, judged.of_their_days)
+        if wrong <= judged.refused | barred.keys():
+            break
+        barred = dict(refusals(in_order, wrong))
     return RunResult(
         rig=rig,
         calibration=source.calibration,
         design=design,
-        reports=_told_of_undoing(reports),
-        pictures=pictures,
+        reports=with_undoing_noted(judged.reports),
+        pictures=judged.pictures,
         seconds=timer.seconds,
-        from_cache=known,
-        past=past,
+        from_cache=judged.from_cache,
+        past=known.past,
     )
 
 
-def _told_of_undoing(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
-    """Say in a visit's report which later visit would undo it: one of the two has the other's photos, maybe."""
-    told: list[ProgressReport] = []
-    for index, report in enumerate(reports):
-        later = [one for one in reports[index + 1 :] if any(r.code is Reason.VISIT_UNDOES for r in one.rejections)]
-        subject = about(SubjectKind.VISIT, report.visit_date.isoformat())
-        notes = [noted(Reason.LATER_VISIT_UNDOES, subject, later=one.visit_date.isoformat()) for one in later]
-        told.append(report if report.nothing_seen else replace(report, notes=(*notes, *report.notes)))
-    return tuple(told)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Known:
+    """What a run knows before it looks at its visits; `past` are reports of earlier runs, with today's GlobalIds."""
+
+    project: Project
+    place: Workplace
+    progress: Progress
+    timer: StepTimer
+    design: BimModel
+    rig: ProjectRig
+    places: KnownPlaces
+    past: tuple[ProgressReport, ...]
+    stray: tuple[Rejection, ...]
+    observed: tuple[Observation, ...]
+    unknown: tuple[Note, ...]
+    others: Mapping[str, str]
+    outlines: tuple[Outline, ...]
 
 
-def _left_out_before(past: Sequence[ProgressReport]) -> list[Note]:
-    """Return the notes on stations that visits carried over could not use, their own and those they had from before."""
-    notes: list[Note] = []
-    for report in past:
-        notes += [note for note in report.notes if note.code == Reason.STATIONS_NOT_USED]
-        notes += _left_out([row.name for row in lost_stations(report)], report.visit_date)
-    return list(each_once(notes))
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Judged:
+    """The visits' reports and pictures, which visits undo others, and which have photos that say they are theirs."""
+
+    reports: tuple[ProgressReport, ...]
+    pictures: dict[str, bytes]
+    from_cache: int
+    of_their_days: frozenset[date]
+
+    @property
+    def refused(self) -> frozenset[date]:
+        """Return the visits that decided nothing, since they would undo earlier ones."""
+        undoing = (one for one in self.reports if any(r.code is Reason.VISIT_UNDOES for r in one.rejections))
+        return frozenset(one.visit_date for one in undoing)
 
 
-def _left_out(names: Sequence[str], day: date) -> list[Note]:
-    """Return a note for the reports of later visits, where stations of a day count for nothing."""
-    subject = about(SubjectKind.VISIT, day.isoformat())
-    return [noted(Reason.STATIONS_NOT_USED, subject, stations=tuple(names))] if names else []
+def _judged(known: _Known, barred: Mapping[date, Sequence[Rejection]]) -> _Judged:
+    """Judge every visit with the history of those before; those that are `barred` decide nothing.
 
-
-def _named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:
-    """Return a report with the project's name and the stations' photo paths, which pure code doesn't know."""
-    photos = {station.name: station for station in visit.stations}
-    stations = tuple(
-        replace(
-            record,
-            left_photo=project.relative(photos[record.name].left),
-            right_photo=project.relative(photos[record.name].right),
-            picture=picture_name(visit.date, record.name),
-        )
-        for record in report.stations
+    Where visits contradict each other this is done again without them: then stations come from the cache.
+    """
+    project, past, design = known.project, known.past, known.design
+    history = reduce(remember, past, EMPTY_HISTORY)
+    from_cache = 0
+    reports: list[ProgressReport] = []
+    lost = left_out_before(past)  # at earlier visits: the last report alone would never say it
+    pictures: dict[str, bytes] = {}
+    of_their_days: set[date] = set()
+    shown: tuple[Shown, ...] = ()
+    survey = known.places.survey
+    share = AmongProcesses(workers=known.place.workers)
+    for visit in project.visits:
+        seen = measure_visit(visit, project, known.rig.rig, known.place, known.progress, survey, shown)
+        shown = seen.shown
+        of_their_days |= {visit.date} if seen.of_its_day else set()
+        known.timer.done("measure")
+        rejections = (*known.rig.warnings, *seen.rejections, *known.stray)
+        accepted = project.accepted_shift, project.accept_moved
+        report = monitor(
+            seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
+            given=known.places.given(visit.date), rough=rough_places(visit, design), barred=barred.get(visit.date, ()),
+            control_points=known.places.clicked(visit.date, known.rig.rig, seen.measured),
+        )  # fmt: skip
+        revised = (*remap_notes(past[-1], known.others), *revision_notes(past[-1], report)) if past else ()
+        notes = (*report.notes, *known.unknown, *seen.rig_notes, *revised, *lost)
+        report = replace(report, rig=seen.rig, notes=notes, observations=known.observed)
+        report = with_tolerance(report, design, project.tolerance)
+        report = replace(
+            report, pictures=project.pictures, people_sought=people_sought(project.networks),
+            people_outlined=len(known.outlines),
+        )  # fmt: skip
+        names = [station.name for station in visit.stations if station.name not in report.placed]
+        lost += left_out(names, visit.date)
+        history = remember(history, report)
+        known.timer.done("register, match, judge")
+        known.progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
+        reports.append(named(report, project, visit))
+        shown_now = without_outlined(seen.pictures, known.outlines, visit.date, known.rig.rig, seen.measured)
+        pictures.update({picture_name(visit.date, name): picture for name, picture in shown_now.items()})
+        from_cache += seen.from_cache
+    return _Judged(
+        reports=tuple(reports), pictures=pictures, from_cache=from_cache, of_their_days=frozenset(of_their_days)
     )
-    return replace(report, project_name=project.name, stations=stations)

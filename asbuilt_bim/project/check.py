@@ -36,6 +36,12 @@ def of_other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[str, ...]:
     return off if len(off) < len(taken) else tuple(station.name for station in visit.stations)
 
 
+def are_of_its_day(visit: Visit, taken: Mapping[str, date]) -> bool:
+    """Say whether every station's photos say that they were `taken` (by station) on the visit's day."""
+    days = [taken.get(station.name) for station in visit.stations]
+    return not visit.camera_clock_wrong and all(day is not None and abs(day - visit.date) <= NEAR for day in days)
+
+
 def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]:
     """Return one warning where photos say that they were `taken` (by station) on another day than the visit's."""
     off = {name: day for name, day in taken.items() if abs(day - visit.date) > NEAR}

@@ -34,7 +34,9 @@ def undone_front(
     if len(gone) <= risen:
         return ()
     names = tuple(element.name or element.global_id for element in gone)
-    return (rejected(Reason.VISIT_UNDOES, about(SubjectKind.VISIT, day.isoformat()), elements=names, risen=risen),)
+    ids = tuple(element.global_id for element in gone)
+    subject = about(SubjectKind.VISIT, day.isoformat())
+    return (rejected(Reason.VISIT_UNDOES, subject, elements=names, risen=risen, global_ids=ids),)
 
 
 def _is_gone(element: BimElement, states: Mapping[str, SurfaceState]) -> bool:

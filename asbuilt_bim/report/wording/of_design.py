@@ -44,13 +44,29 @@ def _accept(values: Values) -> str:
     return f". To accept the shift, write accept_survey_shift with {', '.join(keys)}"
 
 
-def _undoes(values: Values) -> Words:
+def _contradict(values: Values) -> Words:
+    others = values["others"]
+    days = ", ".join(str(day) for day in others) if isinstance(others, tuple) else ""
+    count, named = _elements(values)
+    return Words(
+        reason=f"it and the visit of {days} contradict each other: the earlier saw {count} elements built that look "
+        f"open at the later: {named}. Concrete doesn't vanish, so their photos may be exchanged",
+        remedy="correct the dates, or copy the photos again: until then neither decides anything",
+    )
+
+
+def _elements(values: Values) -> tuple[int, str]:
+    """Return how many elements are named, and the first few of their names."""
     elements = values["elements"]
     names = [str(name) for name in elements] if isinstance(elements, tuple) else []
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return len(names), f"{', '.join(names[:MOST_NAMED])}{more}"
+
+
+def _undoes(values: Values) -> Words:
+    count, named = _elements(values)
     return Words(
-        reason=f"{len(names)} elements look open that earlier visits saw built: {', '.join(names[:MOST_NAMED])}{more}; "
-        f"only {values['risen']} have risen",
+        reason=f"{count} elements look open that earlier visits saw built: {named}; only {values['risen']} have risen",
         remedy="check whether visits were exchanged, and whether the survey and the IFC file are of this site: this "
         "visit decides nothing",
     )
@@ -103,6 +119,7 @@ DESIGN: Table = {
     Reason.SURVEY_SHIFTED_IN_HEIGHT: _shifted_in_height,
     Reason.SHIFT_OTHER_THAN_ACCEPTED: _accepted_other,
     Reason.VISIT_UNDOES: _undoes,
+    Reason.VISITS_CONTRADICT: _contradict,
     Reason.DESIGN_UNLIKE: Words(reason="none of {faces} measured faces fits the design", remedy=_SITES),
     Reason.DESIGN_HARDLY_ALIKE: Words(
         reason="only {fits} of {faces} measured plane faces fit the design", remedy=_SITES

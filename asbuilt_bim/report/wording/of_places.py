@@ -160,4 +160,5 @@ PLACES: Table = {
     Reason.STATION_SURVEY_MIRRORED: Words(reason="the survey is a mirror image of the site"),
     Reason.STATION_SURVEY_REFUSED: Words(reason="by this survey nothing lies where it is designed"),
     Reason.STATION_VISIT_UNDOES: Words(reason="its visit would undo what earlier ones saw"),
+    Reason.STATION_VISIT_CONTRADICTS: Words(reason="its visit and another one contradict each other"),
 }

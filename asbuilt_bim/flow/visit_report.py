@@ -1,0 +1,52 @@
+"""What a visit's report says beyond its own photos: photo paths, and what other visits have to do with it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import date
+
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
+from asbuilt_bim.flow.measure_visit import picture_name
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.report.tables import lost_stations
+
+
+def with_undoing_noted(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
+    """Say in a report that counts which later visit would undo what it saw: that one has older photos, it seems."""
+    told: list[ProgressReport] = []
+    for index, report in enumerate(reports):
+        later = [one for one in reports[index + 1 :] if any(r.code is Reason.VISIT_UNDOES for r in one.rejections)]
+        subject = about(SubjectKind.VISIT, report.visit_date.isoformat())
+        notes = [noted(Reason.LATER_VISIT_UNDOES, subject, later=one.visit_date.isoformat()) for one in later]
+        told.append(report if report.nothing_seen else replace(report, notes=(*notes, *report.notes)))
+    return tuple(told)
+
+
+def left_out_before(past: Sequence[ProgressReport]) -> list[Note]:
+    """Return the notes on stations that visits carried over could not use, their own and those they had from before."""
+    notes: list[Note] = []
+    for report in past:
+        notes += [note for note in report.notes if note.code == Reason.STATIONS_NOT_USED]
+        notes += left_out([row.name for row in lost_stations(report)], report.visit_date)
+    return list(each_once(notes))
+
+
+def left_out(names: Sequence[str], day: date) -> list[Note]:
+    """Return a note for the reports of later visits, where stations of a day count for nothing."""
+    subject = about(SubjectKind.VISIT, day.isoformat())
+    return [noted(Reason.STATIONS_NOT_USED, subject, stations=tuple(names))] if names else []
+
+
+def named(report: ProgressReport, project: Project, visit: Visit) -> ProgressReport:
+    """Return a report with the project's name and the stations' photo paths, which pure code doesn't know."""
+    photos = {station.name: station for station in visit.stations}
+    stations = tuple(
+        replace(
+            record,
+            left_photo=project.relative(photos[record.name].left),
+            right_photo=project.relative(photos[record.name].right),
+            picture=picture_name(visit.date, record.name),
+        )
+        for record in report.stations
+    )
+    return replace(report, project_name=project.name, stations=stations)
