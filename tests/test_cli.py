@@ -19,7 +19,7 @@ from rich.text import Text
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.project.read import Visit
+from asbuilt_bim.project.model import Visit
 from asbuilt_bim.terminal.crash import KEPT, write_crash_log
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import warn_of_visit

@@ -23,7 +23,7 @@ from asbuilt_bim.measure.station_faces import thumbnail
 from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, checked_station
 from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
-from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.tables.places import KnownPlaces
 from asbuilt_bim.register.placement import NO_TAGS, register
 from asbuilt_bim.register.tags import TagPlace

@@ -23,8 +23,8 @@ from asbuilt_bim.measure.station import (
 )
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.check import are_of_its_day, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
-from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.rig_lengths import KnownLengths
 from asbuilt_bim.scale.apart import Limits

@@ -21,7 +21,7 @@ from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.visits.expected import VisitPlan, expected_stations
 from asbuilt_bim.progress.visits.plan_visit import plan_visit
 from asbuilt_bim.progress.visits.tags import helpful_tags, surveyed_tags
-from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.tags import TagPlace
 from asbuilt_bim.report.result.document import read_result

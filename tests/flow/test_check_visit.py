@@ -18,8 +18,9 @@ from asbuilt_bim.flow.check_visit import check_stations
 from asbuilt_bim.flow.measure_visit import options_of, read_pair
 from asbuilt_bim.measure.station import StationMeasurement, StationPhotos, measure_station
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
 from tests.photo_damage import _rewrite
 from tests.site_fixture import contents, rig_file, site, small_project, write
