@@ -13,7 +13,7 @@ from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, rejected
-from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair
+from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair, with_photos
 from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, decoded, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import stations_shown_before
 from asbuilt_bim.measure.options import MeasureOptions
@@ -124,8 +124,10 @@ def _sighted(
     found: dict[str, Outcome] = {}
     options = options_of(project)
 
+    by_name = {station.name: station for station in stations}
+
     def note(name: str, outcome: Outcome) -> None:
-        found[name] = outcome
+        found[name] = with_photos(outcome, by_name[name], project)
         progress("check", len(found), len(stations), name)
 
     def jobs() -> Iterator[SightJob]:
