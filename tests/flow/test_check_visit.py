@@ -138,9 +138,8 @@ def test_an_eye_that_is_missing_is_named_by_side_and_file(project: Project, tmp_
     assert isinstance(missing, RejectedStation)
     (reason,) = missing.rejections
     assert reason.code is Reason.PHOTO_MISSING and reason.values["side"] == "right"
-    assert "its right photo is missing: there is no" in str(words_of(reason)) and "G2_right.jpg" in str(
-        words_of(reason)
-    )
+    words = str(words_of(reason))
+    assert "its right photo is missing: there is no" in words and "G2_right.jpg" in words
 
 
 def test_the_day_is_that_of_the_photos_and_todays_only_where_they_tell_none(visit: CheckedVisit) -> None:
