@@ -60,6 +60,7 @@ class Reason(StrEnum):
     # Photos of a station.
     PHOTO_UNUSABLE = "photo unusable"
     PHOTO_MISSING = "photo missing"
+    PHOTOS_GREY = "photos without colour"
     PHOTO_TURNED = "photo turned"  # its pixels
     PHOTO_SIZE = "photo of another size"
     PHOTO_HELD_TURNED = "photo held turned"  # by its EXIF: the camera was
@@ -136,6 +137,7 @@ class Reason(StrEnum):
     MARKER_NOT_SURVEYED = "marker not surveyed"
     MARKER_CONTRADICTS = "marker contradicts the others"
     MARKER_FAR = "marker far from the building"
+    MARKERS_OF_OTHER_FAMILY = "markers of another family"
     MARKERS_TOO_FEW = "markers too few"
     MARKERS_DISAGREE = "markers disagree"
     MARKERS_AMBIGUOUS = "markers ambiguous"

@@ -5,16 +5,17 @@ The first part of measuring it, and all that a check on site needs.
 
 from dataclasses import dataclass
 
-from asbuilt_bim.camera.photo.quality import StationQuality, photo_faults, quality_of
+from asbuilt_bim.camera.photo.quality import StationQuality, is_grey, photo_faults, quality_of
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, Values, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.measure.options import MeasureOptions
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence, without_scale
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, check_rig, read_station
 from asbuilt_bim.measure.step_timer import StepTimer
-from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers
+from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers, other_family
 from asbuilt_bim.vision.stereo.rig_health import StationHealth
 from asbuilt_bim.vision.target.find import TargetSighting, find_target
 
@@ -53,7 +54,14 @@ def sight_station(
     timer.done("check")
     target, found = find_target(pair, options.target)
     reasons = (*faults, *found)
+    if target is None and (is_grey(pair.left) or is_grey(pair.right)):
+        grey = rejected(Reason.PHOTOS_GREY, about(SubjectKind.STATION, photos.name))
+        reasons, found = (*reasons, grey), (grey, *found)
     markers = find_markers(pair, options.marker_family)
+    if not markers and (other := other_family(pair, options.marker_family)):
+        station = about(SubjectKind.STATION, photos.name)
+        values: Values = {"family": options.marker_family, "other": other[0], "found": other[1]}
+        reasons = (*reasons, rejected(Reason.MARKERS_OF_OTHER_FAMILY, station, **values))
     scale = scale_evidence(pair, target, markers, options.target)
     timer.done("target and markers")
     least = options.least_markers_without_target

@@ -3,6 +3,7 @@
 import os
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
@@ -14,6 +15,8 @@ MAX_NAME = 64
 """A station's name becomes part of file names; longer ones meet Windows' 260 characters."""
 MAX_PATH, MAX_PART = 4000, 255
 """Bytes that the systems allow in a path and in one name of it."""
+MOST_SHOWN = 3
+"""Names that a message shows of what is there instead."""
 MAX_PAIRS = 500
 """Of board photos, all held in memory; nobody takes a hundred, and a folder with a site's photos holds thousands."""
 
@@ -38,6 +41,19 @@ def stars_of(pattern: str, name: str) -> tuple[str, ...]:
     parts = re.split(r"[\\/]", pattern)[-1].split("*")
     fitting = re.fullmatch("(.*)".join(re.escape(part) for part in parts), name, re.IGNORECASE)
     return fitting.groups() if fitting else ()
+
+
+def _lack(folder: Path, names: Sequence[str]) -> str:
+    """Say why no file of a folder fits a pattern: it isn't there, it is empty, or its files have other names."""
+    if not folder.is_dir():
+        beside = sorted(one.name for one in folder.parent.iterdir() if one.is_dir()) if folder.parent.is_dir() else []
+        there = f"; beside it: {_some(beside)}" if beside else ""
+        return f"there is no folder {folder}{there}"
+    return f"no file fits it in {folder}" + (f", which holds {_some(names)}" if names else ", which is empty")
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:MOST_SHOWN]) + (f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +130,7 @@ class PathChecker:
         if not found and not may_be_none:
             literal = "".join(sign for sign in "?[]{}" if sign in name)
             hint = f"; of patterns only * is known here, {' '.join(literal)} stand for themselves" if literal else ""
-            self.problems.add(where, f"'{pattern}': no file fits it in {base}{hint}")
+            self.problems.add(where, f"'{pattern}': {_lack(base, [file.name for file in files])}{hint}")
         return {stars: file for stars, file in found.items() if self._inside(file, where, file.name)}
 
     def _join(self, text: str, where: str) -> Path:

@@ -79,3 +79,17 @@ def test_nothing_is_said_of_what_only_follows_from_a_mistake(tmp_path: Path, cha
     key = change[1].partition(":")[0]
     assert 1 <= len(rows) <= 2 and any(key in row for row in rows)
     assert not any("is empty" in row or "is placed" in row or "there is no" in row for row in rows)
+
+
+def test_a_pattern_says_what_is_there_instead(tmp_path: Path) -> None:
+    lines = WHOLE.splitlines()
+    stations = '    stations: {left: "2026-03-02/*_left.jpg", right: "2026-03-02/*_right.jpg"}'
+    (tmp_path / "02.03.2026").mkdir()
+    text = "\n".join([*lines[:8], stations])
+    rows = named(tmp_path, (WHOLE, text))
+    assert len(rows) == 1 and "there is no folder" in rows[0] and rows[0].endswith("beside it: 02.03.2026")
+    (tmp_path / "2026-03-02").mkdir()
+    assert named(tmp_path, (WHOLE, text))[0].endswith("which is empty")
+    for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg"):
+        (tmp_path / "2026-03-02" / name).touch()
+    assert named(tmp_path, (WHOLE, text))[0].endswith("which holds a.jpg, b.jpg, c.jpg and 1 more")

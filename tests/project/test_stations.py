@@ -67,7 +67,7 @@ def test_several_stars_are_one_name_and_what_separates_them_is_left_out(tmp_path
         ({"left": "v/A_left.jpg", "right": "v/A_right.jpg"}, r"needs a \* in the file's name"),
         ({"left": "v/*.jpg"}, "needs left and right, or both"),
         ({"left": "v/*-*.jpg", "right": "v/*.jpg"}, r"as many \*"),
-        ({"left": "x/*_left.jpg", "right": "x/*_right.jpg"}, "no file fits it"),
+        ({"left": "x/*_left.jpg", "right": "x/*_right.jpg"}, "there is no folder"),
         ({"left": "../*_left.jpg", "right": "../*_right.jpg"}, "leads out of the project folder"),
         ({"left": "*/a*_left.jpg", "right": "*/a*_right.jpg"}, r"only the file's name may hold a \*"),
         ({"left": "v/CON*.jpg", "right": "v/CON*.jpeg", "names": "x"}, "unknown key"),

@@ -46,6 +46,9 @@ MOST_MOTION_PX = 2.5
 MOST_SMEARED = 0.04
 """Of the parts. Things seen from the side make up to 5 % of them look so on other people's real pairs, mostly 1 %."""
 
+GREY_LEVELS = 3
+"""Between the colours of a grey pixel: what rounding luma and chroma to whole levels and back can make of it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PhotoQuality:
@@ -75,6 +78,12 @@ def quality_of(pair: RectifiedPair, left_file: bytes, right_file: bytes) -> Stat
         left=photo_quality(pair.left, pair.valid_left, left_file),
         right=photo_quality(pair.right, pair.valid_right, right_file),
     )
+
+
+def is_grey(photo: ByteImage) -> bool:
+    """Say whether a photo (H, W, 3) has no colour at all: taken in black and white, or saved so."""
+    spread = photo.max(axis=2).astype(np.int16) - photo.min(axis=2)
+    return int(spread.max(initial=0)) <= GREY_LEVELS
 
 
 def clipped(photo: ByteImage) -> BoolArray:

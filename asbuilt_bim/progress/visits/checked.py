@@ -17,7 +17,14 @@ ASPECTS: tuple[Aspect, ...] = ("photos", "pair", "rig", "disc", "tags", "place")
 """In the order in which they are looked at: what follows one that failed isn't."""
 
 _OF_PHOTOS = PHOTO_FAULTS | {
-    *(Reason.PHOTO_UNUSABLE, Reason.PHOTO_TURNED, Reason.PHOTO_SIZE, Reason.PHOTO_HELD_TURNED, Reason.PHOTO_ZOOMED),
+    *(
+        Reason.PHOTO_UNUSABLE,
+        Reason.PHOTOS_GREY,
+        Reason.PHOTO_TURNED,
+        Reason.PHOTO_SIZE,
+        Reason.PHOTO_HELD_TURNED,
+        Reason.PHOTO_ZOOMED,
+    ),
     *(Reason.PHOTO_OF_OTHER_MODEL, Reason.PHOTO_OF_OTHER_CAMERA, Reason.PHOTOS_UNUSABLE, Reason.PHOTOS_DIFFER_IN_SIZE),
     *(Reason.PHOTOS_SAVED_AGAIN, Reason.PHOTOS_OF_OTHER_DAY, Reason.STATION_OF_OTHER_DAY, Reason.STATION_FAILED),
     *(Reason.STATION_MEMORY, Reason.STATION_CRASHED, Reason.STATION_WORKER_LOST, Reason.STATION_ENDLESS),
@@ -39,7 +46,7 @@ _OF_DISC = {
 }
 _OF_ASPECT: Mapping[Aspect, frozenset[Reason]] = {
     "photos": frozenset(_OF_PHOTOS), "pair": frozenset(_OF_PAIR), "rig": frozenset(_OF_RIG),
-    "disc": frozenset(_OF_DISC),
+    "disc": frozenset(_OF_DISC), "tags": frozenset({Reason.MARKERS_OF_OTHER_FAMILY}),
 }  # fmt: skip
 _NO_DOUBT = frozenset({Reason.DISC_NOT_TARGET, Reason.DISC_SPARE, Reason.MARKER_NOT_SURVEYED})
 """What is said of a station that it takes nothing from: another red thing, a tag that waits for its survey."""

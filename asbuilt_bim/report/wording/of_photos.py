@@ -69,6 +69,10 @@ PHOTOS: Table = {
         remedy="copy it from the camera under that name, or take the station again: one eye alone measures nothing",
     ),
     Reason.PHOTO_UNUSABLE: Words(reason="{detail}"),
+    Reason.PHOTOS_GREY: Words(
+        reason="a photo has no colour: the red disc can't be found in it, nor concrete be told from formwork",
+        remedy="give both photos in colour as the cameras stored them; turn a black-and-white mode off",
+    ),
     Reason.PHOTO_TURNED: Words(
         reason="the photo is rotated against the rig",
         value="{size_px:px}",

@@ -52,6 +52,12 @@ PLACES: Table = {
         limit="{limit_m:.0f} m",
         remedy="check its row in the survey",
     ),
+    Reason.MARKERS_OF_OTHER_FAMILY: Words(
+        reason="its markers are not of the family that the project names",
+        value="{found} of {other}",
+        limit="markers.family: {family}",
+        remedy="write family: {other} under markers",
+    ),
     Reason.MARKERS_TOO_FEW: _too_few,
     Reason.MARKERS_DISAGREE: Words(
         reason="no two of its {found} surveyed markers agree on one pose",

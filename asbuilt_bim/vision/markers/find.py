@@ -84,6 +84,19 @@ def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[M
     return tuple(sightings)
 
 
+def other_family(pair: RectifiedPair, family: str) -> tuple[str, int] | None:
+    """Return a family of which both photos show two markers and more, and how many; for a pair with none of `family`.
+
+    Clutter is read as a marker of a small family now and then, but not as two, each on one row of both photos.
+    """
+    for other in FAMILIES:
+        if other != family and len(detect(pair.left, pair.valid_left, other)[0]) >= 2:
+            both = [one for one in find_markers(pair, other) if one.right_px is not None]
+            if len(both) >= 2:
+                return other, len(both)
+    return None
+
+
 def detect(
     image: ByteImage, valid: BoolArray, family: str, *, bowed: bool = False
 ) -> tuple[dict[int, tuple[FloatArray, float]], set[int]]:

@@ -9,7 +9,7 @@ import pytest
 
 from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.vision.markers.find import FAMILIES, Family, find_markers
+from asbuilt_bim.vision.markers.find import FAMILIES, Family, find_markers, other_family
 from tests.vision.flat_scene import CAMERA, Flat, pair_of, printed
 
 SIDE_M = 0.28
@@ -88,6 +88,17 @@ def test_a_turned_marker_keeps_the_order_of_its_print() -> None:
 def test_a_marker_of_each_family_that_a_project_may_name_is_read(family: str) -> None:
     (sighting,) = find_markers(pair_of([tag(5, (0.0, 0.0, 3.0), family=family)]), family)
     assert sighting.marker_id == 5
+
+
+@pytest.mark.parametrize("family", sorted(set(get_args(Family)) - {"apriltag_36h11"}))
+def test_markers_of_another_family_than_the_projects_are_recognised(family: str) -> None:
+    two = pair_of([tag(5, (-0.4, 0.0, 3.0), family=family), tag(7, (0.4, 0.0, 3.0), family=family)])
+    assert find_markers(two, "apriltag_36h11") == ()
+    assert other_family(two, "apriltag_36h11") == (family, 2)
+
+
+def test_one_marker_of_another_family_may_be_clutter_and_says_nothing() -> None:
+    assert other_family(pair_of([tag(5, (0.0, 0.0, 3.0), family="apriltag_16h5")]), "apriltag_36h11") is None
 
 
 def test_an_unknown_family_is_refused_with_the_known_ones() -> None:
