@@ -110,7 +110,7 @@ def hardly_overlapping(left: Path, right: Path) -> None:
 
 
 DAMAGES: dict[str, tuple[Damage, tuple[str, ...]]] = {
-    "missing": (missing, ("missing_right.jpg", "no such file", "copy it there")),
+    "missing": (missing, ("missing_right.jpg", "right photo is missing", "copy it")),
     "truncated": (truncated, ("truncated_left.jpg", "cut short|truncated|missing", "copy")),
     "text": (text, ("text_left.jpg", "text|no JPEG|not a picture|no picture", "copy")),
     "empty": (empty, ("empty_right.jpg", "empty", "copy")),

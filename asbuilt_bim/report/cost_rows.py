@@ -17,12 +17,12 @@ class CostGroup:
     currency: str
     lines: tuple[CostProgress, ...]
     planned: float
-    earned_best: float | None  # of the lines of which enough was seen; None where there is none
+    earned_best: float | None  # None where too little was seen of a line
     earned_lower: float
 
     @property
     def unknown(self) -> int:
-        """Return how many lines the best sum is without."""
+        """Return of how many lines too little was seen for a best estimate."""
         return sum(line.earned_best_shown is None for line in self.lines)
 
 
@@ -40,7 +40,7 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
                 currency=currency,
                 lines=tuple(lines),
                 planned=total(line.planned_value for line in lines),
-                earned_best=total(known) if known else None,
+                earned_best=total(known) if len(known) == len(lines) else None,
                 earned_lower=total(line.earned_lower for line in lines),
             )
         )

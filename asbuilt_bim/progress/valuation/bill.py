@@ -144,7 +144,7 @@ class Bill:
     previous: Sums
     period: Sums
     cumulative: Sums
-    best: float | None  # of the lines of which enough was seen; None where there is none
+    best: float | None  # None where less than half of a line was seen: a sum without it is no estimate of all
 
     @property
     def contract(self) -> float:
@@ -359,7 +359,7 @@ def _bill(
         previous=previous,
         period=cumulative.minus(previous),
         cumulative=cumulative,
-        best=total(best) if best else None,
+        best=total(best) if best and len(best) == sum(not line.gone for line in lines) else None,
     )
 
 

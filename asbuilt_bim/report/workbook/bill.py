@@ -153,12 +153,12 @@ def _total(sheet: Worksheet, row: int, first: int, last: int, bill: Bill, styles
         column = _C[heading]
         amounts = f"{column}${first}:{column}${last}"
         cells[heading] = Formula(f"=ROUND(SUMIF({own},{amounts}),2)", values[heading])
-    best = _C["Best amount"]
+    best, needed = _C["Best amount"], sum(not line.gone for line in bill.lines)
     known = f'COUNTIFS({own},{best}${first}:{best}${last},">-1E+300")'
     cells["Best amount"] = Formula(
-        f'=IF({known}=0,"{UNKNOWN}",ROUND(SUMIF({own},{best}${first}:{best}${last}),2))',
+        f'=IF({known}<{max(needed, 1)},"{UNKNOWN}",ROUND(SUMIF({own},{best}${first}:{best}${last}),2))',
         UNKNOWN if bill.best is None else bill.best,
     )
     if left := bill.without_best:
-        cells["Check"] = f"best: without {left}"
+        cells["Check"] = f"best: {left} unknown"
     write_row(sheet, row, [cells.get(column.heading, "") for column in COLUMNS], COLUMNS, styles, "total")

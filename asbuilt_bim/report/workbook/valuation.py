@@ -145,9 +145,9 @@ def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tup
 
 
 def _best_heading(bill: Bill) -> str:
-    """Head the best estimates, and say of how many lines they are where they aren't of all."""
+    """Head the best estimate, and say of how many lines there is none: without them no sum is an estimate of all."""
     left, lines = bill.without_best, len(bill.lines)
-    return f"Best, {lines - left} of {lines} lines" if 0 < left < lines else "Best"
+    return f"Best ({left} of {lines} lines unknown)" if left else "Best"
 
 
 def _value(sums: Sums, what: str) -> float:

@@ -183,4 +183,6 @@ def test_no_best_amount_stands_where_less_than_half_was_seen() -> None:
     assert (row["Best quantity"], row["Best amount"]) == ("unknown", "unknown")
     heads = [str(cell.value) for cells in made["Valuation"].iter_rows() for cell in cells if cell.value]
     own = [line for line in report.cost_lines if line.currency == first.currency]
-    assert f"Best, {len(own) - 1} of {len(own)} lines" in heads
+    assert f"Best (1 of {len(own)} lines unknown)" in heads
+    bill = next(one for one in bills(report) if one.currency == first.currency)
+    assert bill.best is None, "a sum without a line is no estimate of all, and may lie under what is certain"

@@ -33,13 +33,19 @@ BILL = (
         "Best amount",
         "money",
         12,
-        "= best quantity x rate, beside it: never what is paid. A sum leaves out unknown ones.",
+        "= best quantity x rate, beside it: never what is paid. No sum where one is unknown.",
     ),
     _column(
         "Check",
         "text",
         13,
-        "falls: less is certified than before. Look why before you sign. best: lines that the best sum is without.",
+        _column(
+            "Check",
+            "text",
+            13,
+            "falls: less is certified than before. Look why before you sign. best: how many lines have "
+            "no best estimate; then there is no sum of them.",
+        ),
     ),
     _column(
         "Best quantity", "quantity", 11, "The best estimate by photos alone; unknown where less than half was seen."
