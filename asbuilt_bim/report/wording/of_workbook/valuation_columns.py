@@ -39,13 +39,8 @@ BILL = (
         "Check",
         "text",
         13,
-        _column(
-            "Check",
-            "text",
-            13,
-            "falls: less is certified than before. Look why before you sign. best: how many lines have "
-            "no best estimate; then there is no sum of them.",
-        ),
+        "falls: less is certified than before. Look why before you sign. best: how many lines have no best estimate; "
+        "then there is no sum of them.",
     ),
     _column(
         "Best quantity", "quantity", 11, "The best estimate by photos alone; unknown where less than half was seen."
