@@ -38,7 +38,7 @@ _COUNTS = tuple(
     _column(f"elements{state}", "integer", meaning, always=True)
     for state, meaning in (
         ("", "Walls and columns of it."),
-        ("_complete", "Of these, complete."),
+        ("_complete", "Of these, complete, also as far as seen."),
         ("_part", "Of these, built in part."),
         ("_not_started", "Of these, not started."),
         ("_displaced", "Of these, beside their design."),
@@ -60,7 +60,12 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("name", "string", "Its name."),
         _column("storey_id", "string", "GlobalId of its storey."),
         _column("storey", "string", "Name of its storey."),
-        _column("state", "string", "complete, part, not started, displaced or unknown.", always=True),
+        _column(
+            "state",
+            "string",
+            "complete, complete as far as seen, part, not started, displaced or unknown.",
+            always=True,
+        ),
         *_COMPLETION,
         *_AREAS,
         _column("design_volume_m3", "number", "Net volume of the design.", always=True),

@@ -12,7 +12,7 @@ NULL = "-"
 """What ifccsv takes for no value (its own default in Python, `--null=-` on its command line)."""
 _OF_ELEMENTS: Mapping[str, Callable[[ElementProgress], object]] = {
     "GlobalId": lambda e: e.global_id,
-    "AsBuilt_Progress.State": lambda e: e.state,
+    "AsBuilt_Progress.State": lambda e: e.shown_state,
     "AsBuilt_Progress.CompletionBest": lambda e: e.completion.best,
     "AsBuilt_Progress.CompletionLower": lambda e: e.completion.lower,
     "AsBuilt_Progress.CompletionUpper": lambda e: e.completion.upper,

@@ -54,7 +54,7 @@ def _element(element: ElementProgress) -> Row:
         "type_name": element.type_name or None,
         "name": element.name or None,
         "storey_id": element.storey or None,
-        "state": element.state,
+        "state": element.shown_state,
         **_completion(element.completion),
         "design_area_m2": element.design_area_m2,
         "as_built_area_m2": element.as_built_area_m2,

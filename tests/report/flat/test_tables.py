@@ -48,6 +48,16 @@ def test_there_is_one_row_of_each_element_and_visit_and_one_visit_is_the_newest(
     assert sum(row["newest"] == "true" for row in rows) == count
 
 
+def test_what_is_complete_as_far_as_seen_is_called_so_in_tables_and_exchange(tmp_path: Path) -> None:
+    report = sample_report()
+    element = replace(report.elements[0], state="complete", as_far_as_seen=True)
+    report = replace(report, elements=(element, *report.elements[1:]))
+    write_tables((report,), tmp_path)
+    row = next(row for row in read(tmp_path, "elements") if row["global_id"] == element.global_id)
+    assert row["state"] == "complete as far as seen"
+    assert f"{element.global_id},complete as far as seen," in ifccsv_text(report)
+
+
 def test_an_elements_zones_stand_in_its_row(tmp_path: Path) -> None:
     report = sample_report()
     first = replace(report.elements[0], zones=("Pour 1", "Lot B"))
