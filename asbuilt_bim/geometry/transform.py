@@ -58,6 +58,12 @@ def skew(vector: ArrayLike) -> FloatArray:
     return matrices
 
 
+def wrapped(angle_rad: ArrayLike) -> FloatArray:
+    """Return angles (...) in radians, turned by whole turns into [-pi, pi)."""
+    turned: FloatArray = (np.asarray(angle_rad, dtype=np.float64) + np.pi) % (2.0 * np.pi) - np.pi
+    return turned
+
+
 def cross(a: ArrayLike, b: ArrayLike) -> FloatArray:
     """Return cross products (..., 3) of vectors (..., 3), as `np.cross` to the last digit, but five times as fast."""
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)

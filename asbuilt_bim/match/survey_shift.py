@@ -236,8 +236,8 @@ def _refined(seen: Upright, walls: Upright, place: Placing, turns: bool) -> Plac
 
 
 def _is_apart(one: Placing, other: Placing) -> bool:
-    turned = (one.turn_rad - other.turn_rad + np.pi) % (2.0 * np.pi) - np.pi
-    return float(np.linalg.norm(one.move_m - other.move_m)) > NEAR_M or np.cos(turned) < PARALLEL_COS
+    parallel = np.cos(one.turn_rad - other.turn_rad) >= PARALLEL_COS
+    return bool(np.linalg.norm(one.move_m - other.move_m) > NEAR_M or not parallel)
 
 
 def _moved(place: Placing, origin: FloatArray) -> dict[str, Value]:

@@ -9,6 +9,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
@@ -115,7 +116,7 @@ def _is_near(fault: Rejection, accepted: Shift, stations: Sequence[PlacedStation
     )
     places = np.array([[*one.pose.world_from_left[:3, 3], 1.0] for one in stations])
     apart = np.linalg.norm(places @ (found.undo() - accepted.undo()).T, axis=1)
-    turned = (found.turn_rad - accepted.turn_rad + np.pi) % (2.0 * np.pi) - np.pi
+    turned = float(wrapped(found.turn_rad - accepted.turn_rad))
     return bool(apart.max(initial=0.0) <= COARSE_M and abs(turned) <= COARSE_RAD)
 
 

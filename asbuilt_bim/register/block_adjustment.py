@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.robust_least_squares import cauchy
-from asbuilt_bim.geometry.transform import rotation_from_vector
+from asbuilt_bim.geometry.transform import rotation_from_vector, skew
 from asbuilt_bim.register.between import Between, BetweenRows, add_between, between_rows
 from asbuilt_bim.register.tags import SQUARE
 
@@ -190,7 +190,7 @@ def _all_rows(
     by_common = np.zeros((*off.shape, COMMON))
     by_common[:, :, 2, 0] = -1.0
     slopes = np.concatenate(
-        [by_point @ _skews(arms), -by_point, -by_point @ _skews(own), by_point, by_point @ own[..., None], by_common],
+        [by_point @ skew(arms), -by_point, -by_point @ skew(own), by_point, by_point @ own[..., None], by_common],
         axis=-1,
     )
     white = _whitened(np.concatenate([off[..., None], -slopes], axis=-1), seen)
@@ -235,15 +235,6 @@ def _projected(state: State, seen: Sightings) -> tuple[FloatArray | None, FloatA
     by_left, by_right = np.stack([f / z, zero, -f * x / z**2], -1), np.stack([f / z, zero, -f * (x - b) / z**2], -1)
     by_point = np.stack([by_left, across, by_right, across], axis=2) @ turn[:, None]
     return seen.pixels - pixels, by_point, points
-
-
-def _skews(vectors: FloatArray) -> FloatArray:
-    """Return the matrices (..., 3, 3) with `skew(a) @ b == cross(a, b)`."""
-    result = np.zeros((*vectors.shape, 3))
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    result[..., 0, 1], result[..., 0, 2], result[..., 1, 0] = -z, y, z
-    result[..., 1, 2], result[..., 2, 0], result[..., 2, 1] = -x, -y, x
-    return result
 
 
 def _whitened(rows: FloatArray, seen: Sightings) -> FloatArray:

@@ -18,7 +18,7 @@ def surveyed_corners(name: str, index: int, corners_m: FloatArray, sigma_m: floa
     def rows(pose: FloatArray, size_m: float) -> Rows:
         arms = (SQUARE * size_m) @ pose[:3, :3].T
         slopes = np.zeros((4, 3, TAG))
-        slopes[:, :, :3] = -np.stack([skew(arm) for arm in arms])
+        slopes[:, :, :3] = -skew(arms)
         slopes[:, :, 3:6] = np.eye(3)
         slopes[:, :, 6] = arms
         both = np.concatenate([(arms + pose[:3, 3] - corners_m)[:, :, None], slopes], axis=2)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector
+from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, skew
 from asbuilt_bim.vision.landmarks.find import Landmarks, parts_of
 
 LEAST_POINTS = 15
@@ -150,15 +150,8 @@ def _off(
     _, of_b = _predicted(second.camera, pairs.points_b[good])
     carried = slopes @ pose[:3, :3] @ np.linalg.inv(of_b)
     other = carried @ _noise(second.landmarks, pairs.of_b[good], n) @ carried.transpose(0, 2, 1)
-    by_pose = np.concatenate([slopes @ -_skews(points - pose[:3, 3]), slopes], axis=2)
+    by_pose = np.concatenate([slopes @ -skew(points - pose[:3, 3]), slopes], axis=2)
     return pairs.a[good] - predicted, _noise(first.landmarks, pairs.of_a[good], n) + other, by_pose
-
-
-def _skews(vectors: FloatArray) -> FloatArray:
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    rows = [np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))]
-    return np.stack(rows, axis=1)
 
 
 def _agree(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray) -> BoolArray:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.register.by_design.planes import FURTHEST_M, Seen, Upright
 
 BUILT_M = 0.01
@@ -54,8 +55,8 @@ class Prior:
             total -= 0.5 * float(off @ off) + np.log(2.0 * np.pi * self.sigma_m**2)
         if self.sigma_rad is None:
             return float(total - np.log(2.0 * np.pi))
-        turned = _wrapped(np.array(turn_rad - self.turn_rad)) / self.sigma_rad
-        return float(total - 0.5 * turned**2 - np.log(np.sqrt(2.0 * np.pi) * self.sigma_rad))
+        sigmas = float(wrapped(turn_rad - self.turn_rad)) / self.sigma_rad
+        return float(total - 0.5 * sigmas**2 - np.log(np.sqrt(2.0 * np.pi) * self.sigma_rad))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,18 +81,13 @@ def turned(turn_rad: float) -> FloatArray:
     return np.array([[cos, -sin], [sin, cos]])
 
 
-def _wrapped(angle: FloatArray) -> FloatArray:
-    wrapped: FloatArray = (angle + np.pi) % (2.0 * np.pi) - np.pi
-    return wrapped
-
-
 def _off(seen: Seen, design: Upright, turn: float, place: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return by how far each seen face lies off each design face (N, F): across it, along it, and in direction."""
     faces = seen.faces
     way = (faces.middles_m @ turned(turn).T + place)[:, None] - design.middles_m[None]
     across = np.einsum("nfk,fk->nf", way, design.normals)
     along = np.einsum("nfk,fk->nf", way, design.along)
-    angle = _wrapped(faces.angles_rad[:, None] + turn - design.angles_rad[None])
+    angle = wrapped(faces.angles_rad[:, None] + turn - design.angles_rad[None])
     return across, along, angle
 
 
@@ -221,7 +217,7 @@ def _step(
     same_width = np.abs(seen.faces.halves_m - design.halves_m[on]) <= 2.0 * ENDS_M
     ends = np.where(is_round, across, ENDS_M)
     add(along, ends, own * np.where(is_round, 1.0, seen.whole * same_width))
-    angle = _wrapped(seen.faces.angles_rad + turn - design.angles_rad[on])
+    angle = wrapped(seen.faces.angles_rad + turn - design.angles_rad[on])
     rows.append(np.tile([1.0, 0.0, 0.0, 0.0], (len(on), 1)))
     off.append(angle)
     weight.append(np.where(is_round, 0.0, own / (np.square(seen.angle_sigma_rad) + np.square(_built_turn(design)[on]))))
@@ -231,7 +227,7 @@ def _step(
     held = np.zeros(4) if prior.sigma_m is None else np.array([0.0, *[prior.sigma_m**-2] * 2, 0.0])
     held[0] = 0.0 if prior.sigma_rad is None else prior.sigma_rad**-2
     held[3] = disparity_px**-2
-    away = np.array([_wrapped(np.array(turn - prior.turn_rad)), *(place - prior.level_m), 0.0])
+    away = np.array([wrapped(turn - prior.turn_rad), *(place - prior.level_m), 0.0])
     normal[np.diag_indices(4)] += held
     right -= held * away
     if not _held(normal):

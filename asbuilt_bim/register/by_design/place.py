@@ -9,6 +9,7 @@ from asbuilt_bim.bim.model import BimModel, Storey
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.fitting import HEIGHT_LOOSE_M, Fitted, Prior, fitted, possible, turned
 from asbuilt_bim.register.by_design.heights import CAMERA_M, camera_height
@@ -35,7 +36,7 @@ Found = tuple[StationPose | None, tuple[Rejection, ...]]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Place:
-    """A place that fits, on a storey: `chance` is how likely it is, with all others and none at all counted in."""
+    """A place that fits, the storey it is on, and the storey's design faces."""
 
     fit: Fitted
     storey: Storey
@@ -141,7 +142,7 @@ def _merged(places: Sequence[_Place]) -> list[_Place]:
 
 
 def _same(one: _Place, other: _Place) -> bool:
-    turn = (one.fit.turn_rad - other.fit.turn_rad + np.pi) % (2.0 * np.pi) - np.pi
+    turn = float(wrapped(one.fit.turn_rad - other.fit.turn_rad))
     near = np.linalg.norm(one.fit.place_m - other.fit.place_m) <= SAME_M and abs(turn) <= SAME_RAD
     return bool(near and one.storey.global_id == other.storey.global_id)
 
@@ -168,7 +169,7 @@ def _by_design(places: Sequence[_Place], chances: FloatArray, fits: int) -> ByDe
     if len(places) < 2:
         return ByDesign(faces=fits, second_away_m=None, second_turned_rad=None, second_chance=0.0, second_storey="")
     other = places[1]
-    turn = (other.fit.turn_rad - best.fit.turn_rad + np.pi) % (2.0 * np.pi) - np.pi
+    turn = float(wrapped(other.fit.turn_rad - best.fit.turn_rad))
     return ByDesign(
         faces=fits,
         second_away_m=float(np.linalg.norm(best.fit.place_m - other.fit.place_m)),

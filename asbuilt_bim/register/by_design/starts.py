@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.register.by_design.fitting import PAST_M, Prior, turned
 from asbuilt_bim.register.by_design.planes import Seen, Upright
 
@@ -28,9 +29,9 @@ def _turns(seen: Seen, design: Upright, may: BoolArray, prior: Prior) -> list[fl
     """Return the turns that lay most faces parallel to one of the design, the likeliest first."""
     use = ~seen.faces.round & (seen.angle_sigma_rad < TURN_BAND_RAD)
     one, other = np.nonzero(may & use[:, None] & ~design.round[None])
-    turns = (design.angles_rad[other] - seen.faces.angles_rad[one] + np.pi) % (2.0 * np.pi) - np.pi
+    turns = wrapped(design.angles_rad[other] - seen.faces.angles_rad[one])
     if prior.sigma_rad is not None:
-        off = (turns - prior.turn_rad + np.pi) % (2.0 * np.pi) - np.pi
+        off = wrapped(turns - prior.turn_rad)
         near = np.abs(off) <= REACH * prior.sigma_rad
         one, turns = one[near], prior.turn_rad + off[near]
     weight = np.minimum(2.0 * seen.faces.halves_m, 2.0) + 0.5
@@ -54,10 +55,7 @@ class _Lines:
     def __init__(self, seen: Seen, design: Upright, may: BoolArray, prior: Prior, turn: float) -> None:
         faces = seen.faces
         angle = faces.angles_rad[:, None] + turn - design.angles_rad[None]
-        parallel = (
-            np.abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
-            <= np.maximum(PARALLEL_RAD, 3.0 * seen.angle_sigma_rad)[:, None]
-        )
+        parallel = np.abs(wrapped(angle)) <= np.maximum(PARALLEL_RAD, 3.0 * seen.angle_sigma_rad)[:, None]
         one, other = np.nonzero(may & (parallel | design.round[None]))
         arms = (faces.middles_m @ turned(turn).T)[one]
         target = design.middles_m[other] - arms  # where the camera is, were the middles one
