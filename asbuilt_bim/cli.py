@@ -48,7 +48,9 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--insecure-scheduler", is_flag=True, help="Allow plain tcp to a scheduler on another machine.")
 @click.option("--no-cache", is_flag=True, help="Measure every station again.")
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
-@click.option("--whole-photos", is_flag=True, help="Blur nothing in pictures but people that a network finds.")
+@click.option(
+    "--whole-photos", is_flag=True, help="Blur nothing in pictures but people that a network or an outline finds."
+)
 @click.option("--quiet", is_flag=True, help="Say only what was left out and what went wrong.")
 @click.option(
     "--keep-runs",
@@ -84,15 +86,16 @@ def run(context: click.Context, /, **options: Any) -> None:
     "--ifc", type=_FILE, multiple=True, help="The IFC file, if it has moved since the run. Repeat for several."
 )
 @click.option("--colour", is_flag=True, help="Paint the elements of the IFC copy by state.")
+@click.option("--whole-photos", is_flag=True, help="Blur nothing in pictures but people whom `run` blurred.")
 @click.pass_context
-def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: bool) -> None:
+def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: bool, whole_photos: bool) -> None:
     """Make every output in FOLDER again, from its result.json and the IFC file alone."""
     screen = Screen()
 
     def action() -> int:
         from asbuilt_bim.terminal.commands import report_command
 
-        return report_command(folder, ifc, screen, datetime.now(UTC), colour=colour)
+        return report_command(folder, ifc, screen, datetime.now(UTC), colour=colour, whole_photos=whole_photos)
 
     guarded(context, screen, action)
 

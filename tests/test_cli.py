@@ -123,6 +123,11 @@ def test_every_output_can_be_made_again_from_the_result_and_the_ifc(
     assert photos and all(
         (copy.parent / photo.decode()).is_file() for photo in photos
     )  # links that a viewer can follow
+    page = moved / "out" / "report.html"
+    assert "All else is blurred" in page.read_text(encoding="utf-8")
+    assert invoke("report", moved / "out", "--whole-photos").exit_code == 0
+    assert "Pictures show whole photos" in page.read_text(encoding="utf-8")
+    assert (moved / "out" / "result.json").read_bytes() == before["result.json"]
     assert invoke("report", moved / "out", "--colour").exit_code == 0
     assert b"AsBuilt_Colour complete" in copy.read_bytes()
     (moved / "design.ifc").write_bytes((moved / "design.ifc").read_bytes() + b"\n")

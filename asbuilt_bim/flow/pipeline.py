@@ -38,6 +38,7 @@ from asbuilt_bim.project.networks import people_sought
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.read import Project
 from asbuilt_bim.project.tables.observations import read_observations
+from asbuilt_bim.project.tables.outlines import Outline, read_outlines, without_outlined
 from asbuilt_bim.project.tables.places import KnownPlaces, known_places
 from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
@@ -171,7 +172,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     known = _Known(
         project=project, place=place, progress=progress, timer=timer, design=design, rig=source, places=known_of,
         past=tuple(with_new_ids(report, others) for report in past), stray=stray, observed=observed, unknown=unknown,
-        others=others,
+        others=others, outlines=read_outlines(project),
     )  # fmt: skip
     found, barred = set[Contradiction](), dict[date, tuple[Rejection, ...]]()
     while True:
@@ -210,6 +211,7 @@ class _Known:
     observed: tuple[Observation, ...]
     unknown: tuple[Note, ...]
     others: Mapping[str, str]
+    outlines: tuple[Outline, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -259,14 +261,18 @@ def _judged(known: _Known, barred: Mapping[date, Sequence[Rejection]]) -> _Judge
         notes = (*report.notes, *known.unknown, *seen.rig_notes, *revised, *lost)
         report = replace(report, rig=seen.rig, notes=notes, observations=known.observed)
         report = with_tolerance(report, design, project.tolerance)
-        report = replace(report, pictures=project.pictures, people_sought=people_sought(project.networks))
+        report = replace(
+            report, pictures=project.pictures, people_sought=people_sought(project.networks),
+            people_outlined=len(known.outlines),
+        )  # fmt: skip
         names = [station.name for station in visit.stations if station.name not in report.placed]
         lost += left_out(names, visit.date)
         history = remember(history, report)
         known.timer.done("register, match, judge")
         known.progress("judge", len(reports) + 1, len(project.visits), visit.date.isoformat())
         reports.append(named(report, project, visit))
-        pictures.update({picture_name(visit.date, name): picture for name, picture in seen.pictures.items()})
+        shown_now = without_outlined(seen.pictures, known.outlines, visit.date, known.rig.rig, seen.measured)
+        pictures.update({picture_name(visit.date, name): picture for name, picture in shown_now.items()})
         from_cache += seen.from_cache
     return _Judged(
         reports=tuple(reports), pictures=pictures, from_cache=from_cache, of_their_days=frozenset(of_their_days)

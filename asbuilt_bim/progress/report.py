@@ -226,6 +226,7 @@ class StationRecord:
     picture: str  # overlay's base picture, relative to the run folder: "pictures/<station>.jpg", without EXIF
     seconds: dict[str, float]
     linked_to: tuple[str, ...] = ()  # stations that points of both photos link it to
+    before_px: tuple[FloatArray, ...] = ()  # rings (N, 2) round what stands before its faces: blurred in pictures
 
     @property
     def overlay(self) -> str:
@@ -349,6 +350,7 @@ class ProgressReport:
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
     pictures: Literal["elements", "whole"] = "elements"  # what pictures that leave show sharp
     people_sought: bool | None = None  # by a network, in every photo; None: from before this was recorded
+    people_outlined: int = 0  # outlines that a person gave, of all visits; what they hold is blurred in pictures
     markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before
 
     @property

@@ -139,6 +139,7 @@ class Project:
     history: tuple[Path, ...] = ()  # results of earlier runs
     tolerance: Tolerance | None = None
     pictures: Literal["elements", "whole"] = "elements"
+    people: Path | None = None  # a table of outlines, to blur
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()
     accepted_shift: Shift | None = None  # of the survey, by a person
@@ -162,7 +163,7 @@ class Project:
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
         named = self.schedule, self.costs, self.observations, self.last_workbook, self.survey, self.poses
-        tables = [file for file in (*named, self.control_points) if file is not None]
+        tables = [file for file in (*named, self.control_points, self.people) if file is not None]
         return (self.path, *self.ifc, *self.history, *tables, *rig, *boards, *photos)
 
     def relative(self, path: Path) -> str:
@@ -233,6 +234,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
         networks=_networks(written.networks, written.options, checker),
         tolerance=_tolerance(written.tolerance),
         pictures=written.pictures,
+        people=checker.file(written.people, "people") if written.people else None,
         accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),
         accepted_shift=_accepted(written.accept_survey_shift),

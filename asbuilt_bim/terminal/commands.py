@@ -146,7 +146,15 @@ def _nothing_seen(report: ProgressReport) -> str:
     return f"visit {report.visit_date.isoformat()}: not one station could be used, so {known}"
 
 
-def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: datetime, *, colour: bool = False) -> int:
+def report_command(
+    folder: Path,
+    ifc: Sequence[Path],
+    screen: Screen,
+    when: datetime,
+    *,
+    colour: bool = False,
+    whole_photos: bool = False,
+) -> int:
     """Make the outputs of a folder's current run again.
 
     Raises:
@@ -157,7 +165,7 @@ def report_command(folder: Path, ifc: Sequence[Path], screen: Screen, when: date
     if read_current(folder) is None:  # before the folder is taken: one without runs stays as it is
         raise ResultError(no_run(folder))
     with open_output(folder) as out:
-        published = publish_again(out, ifc, when, colour=colour)
+        published = publish_again(out, ifc, when, colour=colour, whole_photos=whole_photos)
     _show(read_result(published.folder / "result.json"), None, screen, folder / CHANGES)
     _say_where(folder, published, screen)
     return 0

@@ -91,10 +91,13 @@ def publish_run(
     return replace(published, warnings=(*warnings, *published.warnings))
 
 
-def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, colour: bool = False) -> Published:
+def publish_again(
+    out: OutputFolder, ifc: Sequence[Path], when: datetime, *, colour: bool = False, whole_photos: bool = False
+) -> Published:
     """Make every output of the current run again, from its `result.json`, its pictures and the IFC files alone.
 
     `ifc` names all of them, in their order, where they have been moved; nothing where they are in their place.
+    `whole_photos` shows photos whole this time, whatever the run did; `result.json` stays as the run wrote it.
 
     Raises:
         ResultError: there is no run yet, its result is damaged, or the IFC is not the one that it was made from.
@@ -122,7 +125,7 @@ def publish_again(out: OutputFolder, ifc: Sequence[Path], when: datetime, *, col
                 shutil.copyfile(current.folder / name, folder / name)
         if last is not None:
             write_result(report, folder / "result.json")
-        _write_views(folder, sources, colour)
+        _write_views(folder, sources, colour, whole_photos=whole_photos)
         warnings.extend(run_writers(writers, report, folder))
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
@@ -195,9 +198,11 @@ def _places_digest(project: Project) -> str:
     return file_digest(files[0]) if len(files) == 1 else digest_of([file_digest(file) for file in files])
 
 
-def _write_views(folder: Path, ifc: Sequence[Path], colour: bool) -> ProgressReport:
+def _write_views(folder: Path, ifc: Sequence[Path], colour: bool, *, whole_photos: bool = False) -> ProgressReport:
     """Write what is made from a run folder's results, as they stand there: `run` and `report` write the same."""
     report = read_result(folder / "result.json")
+    if whole_photos:
+        report = replace(report, pictures="whole")
     earlier = read_before(folder, report.visit_date)
     write_outputs(report, folder, folder, earlier=earlier)
     for one in earlier:

@@ -10,6 +10,7 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.standing_before import standing_before
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.report import DesignFaceRecord, FaceRecord, MarkerRecord, StationRecord
 from asbuilt_bim.progress.surface import SurfaceState
@@ -49,6 +50,7 @@ def station_record(
         pose_method=pose.method if pose else "",
         markers_used=pose.markers_used if pose else (),
         linked_to=pose.linked_to if pose else (),
+        before_px=standing_before(station),
         target_left_px=target.left_px if target else None,
         target_right_px=target.right_px if target else None,
         target_radius_px=target.radius_px if target else None,

@@ -148,7 +148,7 @@ def _rows(
     faults: list[str] = []
     for row in table.rows:
         try:
-            _known_station(project, row)
+            known_station(project, row)
             found.append(read(row, table))
         except ValueError as problem:
             faults.append(f"row {row.number}: {problem}")
@@ -156,7 +156,12 @@ def _rows(
     return tuple(found)
 
 
-def _known_station(project: Project, row: TableRow) -> None:
+def known_station(project: Project, row: TableRow) -> None:
+    """See that a row's station is in the project, on its day where it names one.
+
+    Raises:
+        ValueError: it isn't.
+    """
     day, name = day_in(row, "date"), row.text("station").strip()
     names = {station.name for visit in project.visits if day in (None, visit.date) for station in visit.stations}
     if name not in names:
@@ -164,9 +169,14 @@ def _known_station(project: Project, row: TableRow) -> None:
         raise ValueError(f"there is no station '{name[:60]}'{of} in the project file")
 
 
-def _number(
+def number_of(
     row: TableRow, column: str, table: TableFile, low: float, high: float, default: float | None = None
 ) -> float:
+    """Return a cell's number, the `default` where it is empty.
+
+    Raises:
+        ValueError: there is none, or it isn't from `low` to `high`.
+    """
     value = number_in(row, column, table)
     value = default if value is None else value
     if value is None:
@@ -177,25 +187,27 @@ def _number(
 
 
 def _xyz(row: TableRow, table: TableFile) -> FloatArray:
-    return np.array([_number(row, axis, table, -MAX_COORDINATE_M, MAX_COORDINATE_M) for axis in ("x_m", "y_m", "z_m")])
+    return np.array(
+        [number_of(row, axis, table, -MAX_COORDINATE_M, MAX_COORDINATE_M) for axis in ("x_m", "y_m", "z_m")]
+    )
 
 
 def _pose(row: TableRow, table: TableFile) -> GivenPose:
-    bearing = np.radians(_number(row, "bearing_deg", table, -360.0, 360.0))
-    pitch = np.radians(_number(row, "pitch_deg", table, -90.0, 90.0, 0.0))
-    roll = np.radians(_number(row, "roll_deg", table, -180.0, 180.0, 0.0))
-    sigma_deg = _number(row, "sigma_deg", table, LEAST_SIGMA, MOST_SIGMA_DEG, MOST_SIGMA_DEG)
+    bearing = np.radians(number_of(row, "bearing_deg", table, -360.0, 360.0))
+    pitch = np.radians(number_of(row, "pitch_deg", table, -90.0, 90.0, 0.0))
+    roll = np.radians(number_of(row, "roll_deg", table, -180.0, 180.0, 0.0))
+    sigma_deg = number_of(row, "sigma_deg", table, LEAST_SIGMA, MOST_SIGMA_DEG, MOST_SIGMA_DEG)
     return GivenPose(
         day=day_in(row, "date"),
         station=row.text("station").strip(),
         world_from_left=frozen(rigid(looking(float(bearing), float(pitch), float(roll)), _xyz(row, table))),
-        sigma_m=_number(row, "sigma_m", table, LEAST_SIGMA, MOST_SIGMA_M),
+        sigma_m=number_of(row, "sigma_m", table, LEAST_SIGMA, MOST_SIGMA_M),
         sigma_rad=float(np.radians(sigma_deg)),
     )
 
 
 def _point(row: TableRow, table: TableFile) -> ClickedPoint:
-    pixel = [_number(row, axis, table, -MOST_PIXEL, MOST_PIXEL) for axis in ("x_px", "y_px")]
+    pixel = [number_of(row, axis, table, -MOST_PIXEL, MOST_PIXEL) for axis in ("x_px", "y_px")]
     return ClickedPoint(
         day=day_in(row, "date"),
         station=row.text("station").strip(),

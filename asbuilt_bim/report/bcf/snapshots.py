@@ -10,7 +10,7 @@ from asbuilt_bim.progress.report import ProgressReport, StationRecord
 from asbuilt_bim.report.bcf.topics import Topic
 from asbuilt_bim.report.drawings.colours import bgr
 from asbuilt_bim.report.drawings.overlay import decode_picture, narrowed
-from asbuilt_bim.report.drawings.private import blurred_but
+from asbuilt_bim.report.drawings.private import shower_of
 from asbuilt_bim.report.page.cuts import Cut, Photo, box_round, cuts_by_element
 
 WIDTH_PX, MOST = 640, 100
@@ -31,8 +31,9 @@ def snapshots_of(report: ProgressReport, topics: Sequence[Topic], pictures: Mapp
         if topic.station in stations and pictures.get(topic.station):
             of_station.setdefault(topic.station, []).append(topic)
     found: dict[str, bytes] = {}
+    shower = shower_of(report, whole=report.pictures == "whole")
     for name, own in of_station.items():
-        image = decode_picture(pictures[name], f"station {name}")
+        image = shower.shown(decode_picture(pictures[name], f"station {name}"), stations[name])
         photo = Photo(key=name, station=stations[name], jpeg="", width=image.shape[1], height=image.shape[0])
         cuts = cuts_by_element(report, [photo])
         for topic in own:
@@ -55,12 +56,7 @@ def _beside_design(image: ByteImage, photo: Photo, report: ProgressReport) -> By
     rings = _outlines(station, names, photo.width / station.width_px)
     if not rings:
         return None
-    return _drawn(
-        blurred_but(image, [(ring,) for ring in rings]),
-        rings,
-        box_round(rings, photo.width, photo.height),
-        _BESIDE_DESIGN,
-    )
+    return _drawn(image, rings, box_round(rings, photo.width, photo.height), _BESIDE_DESIGN)
 
 
 def _outlines(station: StationRecord, names: set[str], scale: float) -> tuple[FloatArray, ...]:

@@ -62,6 +62,14 @@ def surface_m(face: DesignFaceRecord, uv_m: FloatArray) -> FloatArray:
     return lateral
 
 
+def distance_to(face: DesignFaceRecord, station: StationRecord) -> float:
+    """Return how far (m) a face's nearest corner is from a placed station, `NEAREST_M` at least."""
+    corners = corners_m(face)
+    if station.world_from_left is None or not len(corners):
+        return NEAREST_M
+    return max(NEAREST_M, float(np.linalg.norm(corners - station.world_from_left[:3, 3], axis=1).min()))
+
+
 def projected(face: DesignFaceRecord, station: StationRecord) -> FloatArray:
     """Return the corners (N, 2) of a face in a station's rectified pixels; none of a face that reaches past it."""
     return _pixels(corners_m(face), station)

@@ -23,6 +23,7 @@ class ArrayForm:
 
 ARRAY_FORMS: dict[str, ArrayForm] = {
     "outline_px": ArrayForm(nesting=1, shape=(None, 2), decimals=PIXEL_DECIMALS),
+    "before_px": ArrayForm(nesting=1, shape=(None, 2), decimals=PIXEL_DECIMALS),
     "outline_world_m": ArrayForm(nesting=1, shape=(None, 3), decimals=METRE_DECIMALS),
     "exposed_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "built_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),

@@ -110,6 +110,8 @@ TERMS = {
     "x2_m": "The other end, world x.",
     "y2_m": "The same, world y.",
     "ProgressReport.pictures": "What pictures that leave show sharp: elements and what was measured, or whole photos.",
+    "people_outlined": "How many outlines of people a person gave; what they hold is blurred in pictures.",
+    "before_px": "Rings round what is seen nearer than its faces: blurred in pictures, for a person may stand there.",
     "people_sought": "Whether a network looks for people, to blur them; null where that isn't known.",
     "tolerance": "The tolerance that the project asks for; of an element, what was found. Null where it asks for none.",
     "Tolerance.name": "Its name.",

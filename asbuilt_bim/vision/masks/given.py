@@ -44,7 +44,7 @@ class GivenMasks:
             at, _ = rectified_map(pair.camera, self.photo, pair.camera.rectified_from_left)
         found: list[Instance] = []
         for given in self.masks:
-            mask = _drawn(given, self.photo, pair.camera)
+            mask = mask_of(given, self.photo, pair.camera)
             if given.pixels is not None and at is not None:
                 mask |= _carried(given.pixels, at)
             mask &= pair.valid_left
@@ -91,7 +91,8 @@ def region_mask(rings: Rings, shape: tuple[int, int]) -> BoolArray:
     return canvas > 0
 
 
-def _drawn(given: GivenMask, photo: Intrinsics, camera: RectifiedCamera) -> BoolArray:
+def mask_of(given: GivenMask, photo: Intrinsics, camera: RectifiedCamera) -> BoolArray:
+    """Return the pixels (H, W) of the rectified frame that a mask's polygons hold."""
     shape = (camera.height_px, camera.width_px)
     mask = np.zeros(shape, dtype=bool)
     for rings in (inside for whole in given.polygons for inside in _in_photo(whole, photo)):

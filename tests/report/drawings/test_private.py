@@ -57,7 +57,7 @@ def test_where_outlines_overlap_both_are_sharp() -> None:
     assert np.array_equal(shown[260:490, 260:490], image[260:490, 260:490])
 
 
-def test_an_element_that_a_photo_decided_is_sharp_where_the_design_has_it() -> None:
+def test_where_an_element_is_missing_nobody_past_its_place_can_be_known_but_that_it_is_missing_shows() -> None:
     report, station = with_one_face(sample_report())
     pose = np.eye(4)
     design = replace(
@@ -74,15 +74,32 @@ def test_an_element_that_a_photo_decided_is_sharp_where_the_design_has_it() -> N
     station = replace(station, world_from_left=frozen(pose), rectified_from_left=frozen(np.eye(3)))
     report = replace(report, faces=(design, *report.faces[1:]), stations=(station, *report.stations[1:]))
     image = noise()
+    image[:, 640:, 2] = 255  # half of it is red: cells keep that
     shown = shower_of(report, whole=False).shown(image, station)
     scale = 1280 / station.width_px
 
-    def same_at(u_m: float, v_m: float) -> bool:
+    def at(u_m: float, v_m: float) -> tuple[slice, slice]:
         x = round((station.f_px * (u_m - 1.0) / 5.0 + station.cx_px) * scale)
         y = round((station.f_px * (v_m - 1.0) / 5.0 + station.cy_px) * scale)
-        return np.array_equal(shown[y - 4 : y + 4, x - 4 : x + 4], image[y - 4 : y + 4, x - 4 : x + 4])
+        return slice(y - 4, y + 4), slice(x - 4, x + 4)
 
-    assert same_at(1.2, 1.2) and same_at(0.3, 1.5) and not same_at(0.8, 0.8)
+    red, other, before = (shown[at(*where)].astype(float) for where in ((1.5, 1.5), (0.3, 1.5), (0.8, 0.8)))
+    assert max(red.std(axis=(0, 1)).max(), other.std(axis=(0, 1)).max()) < 25.0  # of noise whose own is 74
+    assert red[..., 2].mean() > 220.0 and abs(other[..., 2].mean() - 128.0) < 40.0
+    assert before.std(axis=(0, 1)).max() < 8.0
+
+
+def test_what_stands_before_an_element_is_blurred_and_the_target_is_not() -> None:
+    report, station = with_one_face(sample_report())
+    scale = station.width_px / 1280
+    body = frozen(np.array([[180.0, 150.0], [260.0, 150.0], [260.0, 350.0], [180.0, 350.0]]) * scale)
+    disc = {"target_left_px": frozen(np.array([220.0, 200.0]) * scale), "target_radius_px": 15.0 * scale}
+    station = replace(station, before_px=(body,), **disc)
+    image = noise()
+    shown = shower_of(report, whole=False).shown(image, station)
+    assert np.array_equal(shown[120:140, 120:160], image[120:140, 120:160])
+    assert np.array_equal(shown[192:208, 212:228], image[192:208, 212:228])
+    assert shown[250:340, 190:250].astype(float).std(axis=(0, 1)).max() < 25.0
 
 
 def test_pages_and_overlays_hold_the_blurred_picture_alone(tmp_path: Path) -> None:
@@ -102,7 +119,8 @@ def test_pages_and_overlays_hold_the_blurred_picture_alone(tmp_path: Path) -> No
 
 def test_the_page_says_what_its_pictures_show_and_whether_people_were_looked_for() -> None:
     report = sample_report()
-    assert "all else is blurred" in page_html(report, {})
+    assert "All else is blurred" in page_html(report, {})
+    assert "What 2 outlines given by hand held is blurred" in page_html(replace(report, people_outlined=2), {})
     assert "can be recognised" in page_html(replace(report, people_sought=False), {})
     page = page_html(replace(report, people_sought=True, pictures="whole"), {})
     assert "whole photos, as the project file asks" in page and "blurs those that it finds" in page

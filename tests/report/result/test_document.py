@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.report.result import document as document_module
-from asbuilt_bim.report.result.document import read_result, result_document, write_result
+from asbuilt_bim.report.result.document import MINOR, read_result, result_document, write_result
 from asbuilt_bim.report.result.schema import result_schema
 from asbuilt_bim.storage.schemas import schema
 from tests.report.sample_report import sample_report
@@ -144,7 +144,7 @@ def test_a_key_given_twice_is_refused(path):
 
 
 def test_keys_of_a_newer_minor_version_are_passed_over(path):
-    damage(path, lambda d: (d.update(minor=9, weather="rain"), d["elements"][0].update(colour="grey")))
+    damage(path, lambda d: (d.update(minor=MINOR + 1, weather="rain"), d["elements"][0].update(colour="grey")))
     assert read_result(path).elements[0].name == "C-01"
 
 

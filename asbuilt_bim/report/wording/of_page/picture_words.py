@@ -3,17 +3,20 @@
 from typing import Literal
 
 _SHOWN = {
-    "elements": "Pictures are sharp where elements were seen, standing or missing, and where something was measured; "
-    "all else is blurred.",
+    "elements": "Pictures are sharp where elements were seen and where something was measured; where one is missing "
+    "they are coarse. All else is blurred, and what is seen to stand before them.",
     "whole": "Pictures show whole photos, as the project file asks.",
 }
 _PEOPLE = {
     True: "A network looks for people and blurs those that it finds. Look for those that it missed.",
-    False: "No network looks for people: who stands before an element can be recognised.",
+    False: "No network looks for people. Who leans on an element can be recognised.",
     None: "Whether people were looked for isn't recorded.",
 }
+_WHOLE_UNSOUGHT = "No network looks for people: who is in a photo can be recognised."
 
 
-def picture_words(pictures: Literal["elements", "whole"], people_sought: bool | None) -> str:
-    """Say what pictures show, and what was done about people."""
-    return f"{_SHOWN[pictures]} {_PEOPLE[people_sought]}"
+def picture_words(pictures: Literal["elements", "whole"], people_sought: bool | None, outlined: int = 0) -> str:
+    """Say what pictures show, and what was done about people, of whom so many were `outlined` by hand."""
+    people = _WHOLE_UNSOUGHT if pictures == "whole" and people_sought is False else _PEOPLE[people_sought]
+    given = f" What {'an outline' if outlined == 1 else f'{outlined} outlines'} given by hand held is blurred."
+    return f"{_SHOWN[pictures]} {people}{given if outlined else ''}"
