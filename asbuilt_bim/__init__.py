@@ -10,7 +10,7 @@ _HOMES = {
     "Figure": "asbuilt_bim.report.drawings.figures",
     "PairMeasurement": "asbuilt_bim.measure.pair",
     "ProgressReport": "asbuilt_bim.progress.report",
-    "Project": "asbuilt_bim.project.read",
+    "Project": "asbuilt_bim.project.model",
     "Run": "asbuilt_bim.api",
     "figures": "asbuilt_bim.report.drawings.figures",
     "measure_document": "asbuilt_bim.report.result.measure_document",

@@ -13,7 +13,7 @@ from asbuilt_bim.ifc.apart import read_design as read_design
 from asbuilt_bim.ifc.apart import strip_asbuilt as strip_asbuilt
 from asbuilt_bim.measure.pair import PairMeasurement as PairMeasurement
 from asbuilt_bim.progress.report import ProgressReport as ProgressReport
-from asbuilt_bim.project.read import Project as Project
+from asbuilt_bim.project.model import Project as Project
 from asbuilt_bim.project.read import read_project as read_project
 from asbuilt_bim.report.drawings.figures import Figure as Figure
 from asbuilt_bim.report.drawings.figures import figures as figures

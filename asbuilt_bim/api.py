@@ -14,7 +14,8 @@ from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.ifc import apart
 from asbuilt_bim.progress.report import ProgressReport, ShownState
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.writers import load_writers

@@ -59,6 +59,7 @@ class Reason(StrEnum):
     # Rejections.
     # Photos of a station.
     PHOTO_UNUSABLE = "photo unusable"
+    PHOTO_MISSING = "photo missing"
     PHOTO_TURNED = "photo turned"  # its pixels
     PHOTO_SIZE = "photo of another size"
     PHOTO_HELD_TURNED = "photo held turned"  # by its EXIF: the camera was
@@ -267,6 +268,8 @@ class Reason(StrEnum):
     SCHEDULE_DATE_CONTRADICTED = "date in schedule contradicted"
     SCHEDULE_DATE_MISSING = "date in schedule missing"
     SCHEDULE_DATES_MORE = "more dates in schedule"
+    SCHEDULE_ROWS_UNDATED = "tasks of schedule without dates"
+    SCHEDULE_DATES_TAKEN = "dates of schedule before the IFC's"
     SCHEDULE_AMBIGUOUS = "tasks fit more than once"
     SCHEDULE_NOT_LINKED = "tasks not linked"
     SCHEDULE_LACKS_TASKS = "schedule lacks tasks"
@@ -373,6 +376,10 @@ PHOTO_FAULTS = frozenset(
     }
 )
 """Codes of the state of a station's photos."""
+EYES_SWAPPED = frozenset(
+    {Reason.PHOTO_OF_OTHER_SIDE, Reason.PHOTOS_OF_OTHER_SIDES, Reason.PHOTOS_SWAPPED, Reason.PHOTOS_LOOK_SWAPPED}
+)
+"""Codes of a pair whose left and right photo are exchanged: new names mend it, no new photo is needed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,7 @@ from rich.text import Text
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.project.read import Visit
+from asbuilt_bim.project.model import Visit
 from asbuilt_bim.terminal.crash import KEPT, write_crash_log
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import warn_of_visit
@@ -188,7 +188,9 @@ def test_a_station_left_out_is_named_loudly_and_strict_makes_it_an_error(project
         "run", tmp_path / "p/project.yaml", "--out", tmp_path / "out", "--strict", "--workers", 1, "--quiet"
     )
     assert result.exit_code == 1, result.output
-    assert f"station {station} was LEFT OUT: photo photos/{station}_right.jpg: there is no such file" in result.stderr
+    assert (
+        f"station {station} was LEFT OUT: its right photo is missing: there is no photos/{station}_r" in result.stderr
+    )
     assert result.stdout == ""
     assert f"WITHOUT 1 OF 2 STATIONS: of the visit of 2026-03-16 {station} counts" in result.stderr.splitlines()[-2]
     assert (tmp_path / "out/report.html").is_file()

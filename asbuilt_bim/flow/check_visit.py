@@ -13,7 +13,7 @@ from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, rejected
-from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair
+from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair, with_photos
 from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, decoded, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import stations_shown_before
 from asbuilt_bim.measure.options import MeasureOptions
@@ -23,7 +23,7 @@ from asbuilt_bim.measure.station_faces import thumbnail
 from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, checked_station
 from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
-from asbuilt_bim.project.read import Project, Station, Visit
+from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.tables.places import KnownPlaces
 from asbuilt_bim.register.placement import NO_TAGS, register
 from asbuilt_bim.register.tags import TagPlace
@@ -124,8 +124,10 @@ def _sighted(
     found: dict[str, Outcome] = {}
     options = options_of(project)
 
+    by_name = {station.name: station for station in stations}
+
     def note(name: str, outcome: Outcome) -> None:
-        found[name] = outcome
+        found[name] = with_photos(outcome, by_name[name], project)
         progress("check", len(found), len(stations), name)
 
     def jobs() -> Iterator[SightJob]:

@@ -10,7 +10,7 @@ import cv2
 
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about
+from asbuilt_bim.codes import EYES_SWAPPED, Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import Shown, stations_shown_before
@@ -23,8 +23,8 @@ from asbuilt_bim.measure.station import (
 )
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.check import are_of_its_day, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
-from asbuilt_bim.project.read import Project, Station, Visit
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.rig_lengths import KnownLengths
 from asbuilt_bim.scale.apart import Limits
@@ -164,8 +164,10 @@ def _measured(
     keys: dict[str, str] = {}
     known: list[str] = []
 
+    by_name = {station.name: station for station in stations}
+
     def note(name: str, outcome: Outcome) -> None:
-        outcomes[name] = outcome
+        outcomes[name] = with_photos(outcome, by_name[name], project)
         progress(step, len(outcomes), len(stations), name)
 
     def jobs() -> Iterator[StationJob]:
@@ -204,16 +206,31 @@ def read_pair(station: Station, project: Project) -> StationPhotos | RejectedSta
     rejections = []
     for path in (station.left,) if station.side_by_side else (station.left, station.right):
         name = project.relative(path)  # results are passed on: they name files as the project does
+        subject = about(SubjectKind.STATION, station.name)
+        if not path.exists():
+            side = "only" if station.side_by_side else "left" if path == station.left else "right"
+            rejections.append(rejected(Reason.PHOTO_MISSING, subject, photo=name, side=side))
+            continue
         try:
             photo = replace(read_photo(path), name=name)
             photos += side_by_side(photo) if station.side_by_side else (photo,)
         except PhotoError as problem:
-            subject = about(SubjectKind.STATION, station.name)
             detail = str(problem).replace(str(path), name)
             rejections.append(rejected(Reason.PHOTO_UNUSABLE, subject, photo=name, detail=detail))
     if rejections:
         return RejectedStation(station=station.name, rejections=tuple(rejections))
     return StationPhotos(name=station.name, left=photos[0], right=photos[1])
+
+
+def with_photos(outcome: Outcome, station: Station, project: Project) -> Outcome:
+    """Return an outcome that names the photos where they are exchanged: what a person has to rename."""
+    if not isinstance(outcome, RejectedStation) or station.side_by_side:
+        return outcome
+    names = {"left_photo": project.relative(station.left), "right_photo": project.relative(station.right)}
+    told = [
+        replace(one, values={**one.values, **names}) if one.code in EYES_SWAPPED else one for one in outcome.rejections
+    ]
+    return replace(outcome, rejections=tuple(told))
 
 
 def picture_name(day: date, station: str) -> str:

@@ -34,9 +34,9 @@ from asbuilt_bim.progress.tolerance_checks import with_tolerance
 from asbuilt_bim.progress.valuation.inputs import Observation
 from asbuilt_bim.progress.visits.order import Contradiction, contradictions, likeliest_wrong, refusals
 from asbuilt_bim.project.check import refuse_missing
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.networks import people_sought
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.project.read import Project
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.project.tables.outlines import Outline, read_outlines, without_outlined
 from asbuilt_bim.project.tables.places import KnownPlaces, known_places

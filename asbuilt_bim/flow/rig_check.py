@@ -15,7 +15,7 @@ from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.rig_lengths import KnownLengths, LengthsFit, is_worth_it, rig_by_lengths
 from asbuilt_bim.register.scale import ScaleVerdict, doubt_rejection, judge_scale, scale_rejection

@@ -18,7 +18,7 @@ from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.flow.tag_source import Tags, calibrate_tags
 from asbuilt_bim.project.file import BoardsFile
-from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.report.wording.reasons import reason_list
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.executor import one_thread

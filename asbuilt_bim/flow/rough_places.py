@@ -9,7 +9,7 @@ from asbuilt_bim.bim.model import BimModel, GridLine
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.project.file import NearFile
-from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.register.by_design.rough import RoughPlace, RoughPlaces
 
 COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")

@@ -15,8 +15,8 @@ from asbuilt_bim.camera.video.container import check_container
 from asbuilt_bim.camera.video.frames import PROGRESS, TakenFrame, station_names, take_frames
 from asbuilt_bim.errors import PhotoError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress
+from asbuilt_bim.project.model import Project, Station, Video, Visit
 from asbuilt_bim.project.paths import safe_name
-from asbuilt_bim.project.read import Project, Station, Video, Visit
 from asbuilt_bim.scale.apart import Ended, Limits, run_apart
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.fingerprint import library_versions

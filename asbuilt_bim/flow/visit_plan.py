@@ -21,7 +21,7 @@ from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.visits.expected import VisitPlan, expected_stations
 from asbuilt_bim.progress.visits.plan_visit import plan_visit
 from asbuilt_bim.progress.visits.tags import helpful_tags, surveyed_tags
-from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.tags import TagPlace
 from asbuilt_bim.report.result.document import read_result
@@ -74,7 +74,12 @@ def visit_plan(
         due=due,
         later=len(design.elements) - len(due),
         has_dates=any(task.schedule_start is not None for task in design.tasks),
+        by_tags=bool(survey) or not (project.poses or project.control_points or _any_near(project)),
     )
+
+
+def _any_near(project: Project) -> bool:
+    return any(station.near is not None for one in project.visits for station in one.stations)
 
 
 def known_report(

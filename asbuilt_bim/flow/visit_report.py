@@ -7,7 +7,7 @@ from datetime import date
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
 from asbuilt_bim.flow.measure_visit import picture_name
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project.read import Project, Visit
+from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.report.tables import lost_stations
 
 

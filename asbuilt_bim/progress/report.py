@@ -25,6 +25,8 @@ OF_SCALE = Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER
 State = Literal["complete", "part", "not started", "displaced", "unknown"]
 """`displaced`: it stands beside its design, and nobody has accepted that."""
 ShownState = State | Literal["complete as far as seen"]  # what is complete, and wasn't seen nearly whole
+ENOUGH = 0.5
+"""Half: where less was seen, fewer photos can raise a best estimate, and none is shown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +40,11 @@ class Completion:
     lower: float
     upper: float
     coverage: float  # decided cells / all cells
+
+    @property
+    def enough_seen(self) -> bool:
+        """Say whether people get the best estimate: at least half was seen."""
+        return self.best is not None and self.coverage >= ENOUGH
 
 
 NOTHING_SEEN = Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
@@ -152,6 +159,16 @@ class CostProgress:
     schedule: str = ""  # the cost schedule that it stands in
     others: int = 0  # building elements that it pays for, too, and that are not measured here
     parts: dict[str, float] = field(default_factory=dict)  # by GlobalId: an element's share of the planned quantity
+
+    @property
+    def best_quantity_shown(self) -> float | None:
+        """Return the as-built quantity that people get as the best estimate; None where too little was seen."""
+        return self.as_built_best if self.completion.enough_seen else None
+
+    @property
+    def earned_best_shown(self) -> float | None:
+        """Return what that is worth, in cents."""
+        return self.earned_best if self.completion.enough_seen else None
 
     @property
     def planned_value(self) -> float:

@@ -5,7 +5,8 @@ from datetime import date, timedelta
 
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
-from asbuilt_bim.project.read import Project, Visit, first_rows
+from asbuilt_bim.project.mistakes import first_rows
+from asbuilt_bim.project.model import Project, Visit
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
-from asbuilt_bim.camera.photo.read import read_photo
+from asbuilt_bim.camera.calibration.any_board import shows_board
+from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.errors import PhotoError
 
 MAX_FILES, MAX_DEPTH = 50_000, 4
@@ -17,7 +18,8 @@ _VIDEOS = (".mp4", ".mov", ".avi", ".mkv")
 _PHOTOS = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 _SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("links", "rechts"), ("cam0", "cam1"), ("L", "R"))
 """How people tell the two cameras' photos apart, in the order in which it is looked for."""
-_BOARDS = re.compile(r"cal(ib|\b|_)|board|chess|charuco", re.IGNORECASE)
+_BOARDS = re.compile(r"[ck]al(ib|\b|_)|board|chess|schach|charuco", re.IGNORECASE)
+_LOOKED_AT, _AGREE = 3, 2  # photos of a folder: a wall of tiles is found to be a board now and then
 _DAY = re.compile(r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
 _OURS = re.compile(r"^format:\s*[\"']?asbuilt-bim/rig", re.MULTILINE)
 _SURVEY = {"id", "corner", "x_m", "y_m", "z_m"}
@@ -68,16 +70,31 @@ def find_files(folder: Path) -> FoundFiles:
         if file.suffix.lower() in _PHOTOS:
             photos[file.parent].append(file)
     paired = [(place, found) for place in sorted(photos) if (found := _pairs(folder, place, photos[place]))]
+    boards = {place for place, _ in paired if _of_boards(place.relative_to(folder).as_posix(), photos[place])}
     in_pairs = sum(2 * found.pairs for _, found in paired)
     return FoundFiles(
         designs=_named(folder, (f for f in files if f.suffix.lower() in _DESIGNS and ".asbuilt" not in f.name)),
         rigs=_named(folder, (f for f in files if _is_rig(f))),
-        boards=tuple(found for place, found in paired if _BOARDS.search(place.relative_to(folder).as_posix())),
-        visits=tuple(found for place, found in paired if not _BOARDS.search(place.relative_to(folder).as_posix())),
+        boards=tuple(found for place, found in paired if place in boards),
+        visits=tuple(found for place, found in paired if place not in boards),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
         videos=tuple(_videos(folder, [f for f in files if f.suffix.lower() in _VIDEOS])),
         photos_alone=sum(map(len, photos.values())) - in_pairs,
     )
+
+
+def _of_boards(name: str, photos: Sequence[Path]) -> bool:
+    """Say whether a folder holds photos of calibration boards: by its name, else by what two of three photos show."""
+    if _BOARDS.search(name):
+        return True
+    shown = looked = 0
+    for file in photos[:: max(1, len(photos) // _LOOKED_AT)][:_LOOKED_AT]:
+        with contextlib.suppress(PhotoError):
+            shown += shows_board(decode(read_photo(file)))
+            looked += 1
+        if shown >= _AGREE or looked - shown >= _AGREE:
+            break
+    return shown >= min(_AGREE, max(looked, 1))
 
 
 def _videos(folder: Path, files: Sequence[Path]) -> Iterable[FoundVideo]:

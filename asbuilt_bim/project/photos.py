@@ -7,8 +7,8 @@ from pathlib import Path
 from asbuilt_bim.errors import OptionError, PhotoError
 from asbuilt_bim.project.file import PatternsFile, StationFile
 from asbuilt_bim.project.found import pairs_in, photos_in
+from asbuilt_bim.project.model import Project, Station
 from asbuilt_bim.project.paths import PathChecker
-from asbuilt_bim.project.read import Project, Station
 from asbuilt_bim.project.stations import listed_stations
 from asbuilt_bim.storage.structure import Problems
 

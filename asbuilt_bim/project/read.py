@@ -1,11 +1,10 @@
-"""The project: what the user wrote in its YAML file, checked, with every path made real."""
+"""Reads a project file: every mistake is named at once, and every path made real."""
 
 import unicodedata
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -16,162 +15,27 @@ from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.measure.depth_source import depth_method, missing_network
 from asbuilt_bim.progress.tolerance import EN_13670_1, PlumbLimit, Tolerance
 from asbuilt_bim.project.file import (
-    BoardsFile,
-    MarkersFile,
-    NearFile,
     NetworksFile,
-    PatternsFile,
     ProjectFile,
     RigFile,
     StationFile,
     SurveyShiftFile,
-    TagsFile,
-    TargetFile,
     ToleranceFile,
-    ValuationFile,
     VideoFile,
     VisitFile,
 )
+from asbuilt_bim.project.mistakes import further_mistakes, message
+from asbuilt_bim.project.model import Project, RigSource, Station, Video, Visit
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, safe_name
+from asbuilt_bim.project.rules import check_dates, check_photos, check_places
 from asbuilt_bim.project.stations import listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.strict_yaml import read_yaml
-from asbuilt_bim.storage.structure import Problem, Problems, structure
+from asbuilt_bim.storage.structure import Problems, structure
 from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
 from asbuilt_bim.vision.networks.card import Task
-
-_OWN = Foreign()
-YEARS = 1990, 2200  # of digital photographs; later ones than 9999 break every calendar
-MAX_NAMED = 100
-"""Rows that one message holds."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Station:
-    """One photo pair of a visit. The photos may be missing: that rejects the station, not the project.
-
-    Left and right are one path where the file holds both eyes side by side.
-    """
-
-    name: str
-    left: Path
-    right: Path
-    near: NearFile | None = None  # where it stood, roughly
-
-    @property
-    def side_by_side(self) -> bool:
-        """Say whether one file holds both eyes."""
-        return self.left == self.right
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Video:
-    """A walk recorded as stereo video: `right` None where one file holds both eyes side by side."""
-
-    left: Path
-    right: Path | None
-
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """Return the one file or the two."""
-        return (self.left,) if self.right is None else (self.left, self.right)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Visit:
-    """The stations of one date, in the file's order; those of its video are made of it when a run begins."""
-
-    date: date
-    stations: tuple[Station, ...]
-    camera_clock_wrong: bool = False  # its photos' own days don't count
-    video: Video | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RigSource:
-    """Where the rig comes from: `file`, photos of `boards` or `tags` in pairs (left, right), or `control_points`.
-
-    Left and right of a pair are one path where the file holds both eyes side by side.
-    """
-
-    file: Path | None
-    boards: BoardsFile | None
-    pairs: tuple[tuple[Path, Path], ...]
-    file_right: Path | None = None
-    file_pose: Path | None = None
-    foreign: Foreign = _OWN  # what another program's file doesn't say
-    tags: TagsFile | None = None
-    control_points: Path | None = None
-    photo_size_px: tuple[int, int] = (0, 0)  # of the photos that the control points were marked in
-    refine: bool = False  # measure with the rig as the visit's photos show it, where it was knocked
-
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """Return the rig's files: one, or left, right and how they stand."""
-        return tuple(file for file in (self.file, self.file_right, self.file_pose) if file is not None)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Project:
-    """A checked project: every path absolute, visits in the order of their dates."""
-
-    path: Path  # of the project file
-    name: str
-    ifc: tuple[Path, ...]  # one file, or several that are one design, the one that owns what they share first
-    scope: str | None
-    rig: RigSource
-    target: TargetFile
-    markers: MarkersFile
-    survey: Path | None
-    visits: tuple[Visit, ...]
-    networks: NetworkChoice
-    options: Options
-    poses: Path | None = None
-    poses_on_map: bool = False
-    control_points: Path | None = None
-    schedule: Path | None = None
-    costs: Path | None = None
-    observations: Path | None = None
-    valuation: ValuationFile = field(default_factory=ValuationFile)
-    last_workbook: Path | None = None
-    history: tuple[Path, ...] = ()  # results of earlier runs
-    tolerance: Tolerance | None = None
-    pictures: Literal["elements", "whole"] = "elements"
-    people: Path | None = None  # a table of outlines, to blur
-    accept_moved: tuple[str, ...] = ()  # GlobalIds
-    writers: tuple[str, ...] = ()
-    accepted_shift: Shift | None = None  # of the survey, by a person
-    files: Mapping[str, Path] = field(default_factory=dict)  # by key: all that are named but the photos
-
-    @property
-    def missing(self) -> dict[str, Path]:
-        """Return the files, by key, that aren't there; a missing photo costs its station alone."""
-        return {key: path for key, path in self.files.items() if not path.exists()}
-
-    @property
-    def folder(self) -> Path:
-        """Return the folder that relative paths start from."""
-        return self.path.parent
-
-    @property
-    def sources(self) -> tuple[Path, ...]:
-        """Return every file that the project reads; none of them is ever written."""
-        photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
-        photos += [p for v in self.visits if v.video is not None for p in v.video.files]
-        boards = [p for pair in self.rig.pairs for p in pair]
-        rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
-        named = self.schedule, self.costs, self.observations, self.last_workbook, self.survey, self.poses
-        tables = [file for file in (*named, self.control_points, self.people) if file is not None]
-        return (self.path, *self.ifc, *self.history, *tables, *rig, *boards, *photos)
-
-    def relative(self, path: Path) -> str:
-        """Return a path as the reports show it: relative to the project folder with `/`, or its bare name."""
-        try:
-            return path.relative_to(self.folder).as_posix()
-        except ValueError:
-            return path.name
 
 
 def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool = True) -> Project:
@@ -186,16 +50,22 @@ def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool
     document = read_yaml(path)
     problems = Problems()
     written: ProjectFile | None = structure(document.value, ProjectFile, problems)
-    if written is None or problems.found:
-        raise ProjectError(_message(path, problems.found, document.lines))
     checker = PathChecker(folder=path.parent, allow_outside=allow_outside, problems=problems)
+    if written is None or problems.found:
+        more = further_mistakes(
+            document.value,
+            problems.found,
+            replace(checker, problems=Problems()),
+            lambda rest, own: _resolve(path, rest, own, visited=visited),
+        )
+        raise ProjectError(message(path, [*problems.found, *more], document.lines))
     project = _resolve(path, written, checker, visited=visited)
     if problems.found:
         wrong = {problem.path for problem in problems.found}
         for where, file in project.missing.items():  # one message names all that is wrong
             if where not in wrong:
                 problems.add(where, f"there is no {project.relative(file)}")
-        raise ProjectError(_message(path, problems.found, document.lines))
+        raise ProjectError(message(path, problems.found, document.lines))
     return project
 
 
@@ -208,9 +78,9 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
         if reason := safe_name(name):  # it becomes a folder's name
             checker.problems.add(f"writers[{index}]", reason)
     rig = _rig_source(written.rig, visits, checker)
-    _check_dates(listed, checker.problems, visited=visited)
-    _check_photos(visits, checker.problems)
-    _check_places(written, checker.problems)
+    check_dates(listed, checker.problems, visited=visited)
+    check_photos(visits, checker.problems)
+    check_places(written, checker.problems)
     return Project(
         path=path,
         name=written.name,
@@ -395,71 +265,3 @@ def _with_photos(written: ProjectFile, checker: PathChecker) -> Iterator[VisitFi
     for visit in listed_visits(written.visits, trial):
         if listed_stations(visit.stations, "", trial):
             yield replace(visit, video=None)
-
-
-def _check_places(written: ProjectFile, problems: Problems) -> None:
-    """Something must say where stations stand: a survey, poses, points, or the markers of an earlier result."""
-    known = written.markers.survey, written.poses, written.control_points, *written.history
-    if not any(known) and not _any_near(written):
-        problems.add(
-            "markers",
-            "is missing: stations are placed by markers.survey, by poses, by control_points, or by the design from a "
-            "rough place (near)",
-        )
-    if written.rig.tags is not None and written.markers.size_m is None:
-        problems.add("markers.size_m", "is missing: a rig is calibrated from tags of a known size")
-
-
-def _any_near(written: ProjectFile) -> bool:
-    """Say whether any station has a rough place."""
-    for visit in () if isinstance(written.visits, PatternsFile) else written.visits:
-        stations = () if isinstance(visit.stations, PatternsFile) else visit.stations
-        if visit.near is not None or any(station.near is not None for station in stations):
-            return True
-    return False
-
-
-def _check_dates(visits: tuple[VisitFile, ...], problems: Problems, *, visited: bool) -> None:
-    if not visits and visited:
-        problems.add("visits", "is empty: a project has at least one visit")
-    seen: dict[date, int] = {}
-    for index, visit in enumerate(visits):
-        if visit.date in seen:
-            problems.add(f"visits[{index}].date", f"{visit.date} is the date of visits[{seen[visit.date]}] too")
-        seen.setdefault(visit.date, index)
-        if not YEARS[0] <= visit.date.year <= YEARS[1]:
-            problems.add(
-                f"visits[{index}].date", f"expected a day of the years {YEARS[0]} to {YEARS[1]}, got {visit.date}"
-            )
-
-
-def _check_photos(visits: list[Visit], problems: Problems) -> None:
-    """A photo belongs to one station; the same picture in two files is found by `flow/shown_again.py`."""
-    seen: dict[Path, str] = {}
-    for number, visit in enumerate(visits):
-        for index, station in enumerate(visit.stations):
-            for side, path in (("left", station.left), ("right", station.right)):
-                at = f"visits[{number}].stations[{index}]"
-                if seen.get(path, at) != at:
-                    problems.add(f"{at}.{side}", f"is a photo of {seen[path]} too; a photo belongs to one station")
-                seen.setdefault(path, at)
-
-
-def _message(path: Path, found: list[Problem], lines: dict[str, int]) -> str:
-    count = "one mistake" if len(found) == 1 else f"{len(found)} mistakes"
-    rows = [f"{path}: {count}; nothing was run:"]
-    for problem in sorted(found, key=lambda p: _line(p.path, lines)):
-        rows.append(f"  line {_line(problem.path, lines)}: {problem.path or 'the file'}: {problem.text}")
-    return "\n".join(first_rows(rows))
-
-
-def first_rows(rows: list[str]) -> list[str]:
-    """Return the rows of a message, the first ones where nobody would read them all."""
-    return [*rows[:MAX_NAMED], f"  and {len(rows) - MAX_NAMED:,} more"] if len(rows) > MAX_NAMED else rows
-
-
-def _line(where: str, lines: dict[str, int]) -> int:
-    while where and where not in lines:  # a missing key has no line: its parent's
-        cut = max(where.rfind("."), where.rfind("["))
-        where = where[:cut] if cut > 0 else ""
-    return lines.get(where, 1)

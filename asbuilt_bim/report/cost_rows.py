@@ -17,13 +17,13 @@ class CostGroup:
     currency: str
     lines: tuple[CostProgress, ...]
     planned: float
-    earned_best: float | None  # of the lines that are known; None where none is
+    earned_best: float | None  # of the lines of which enough was seen; None where there is none
     earned_lower: float
 
     @property
     def unknown(self) -> int:
         """Return how many lines the best sum is without."""
-        return sum(line.earned_best is None for line in self.lines)
+        return sum(line.earned_best_shown is None for line in self.lines)
 
 
 def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
@@ -32,7 +32,7 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
     groups = []
     for schedule, currency in sorted({(line.schedule, line.currency) for line in report.cost_lines}):
         lines = [line for line in report.cost_lines if (line.schedule, line.currency) == (schedule, currency)]
-        known = [line.earned_best for line in lines if line.earned_best is not None]
+        known = [line.earned_best_shown for line in lines if line.earned_best_shown is not None]
         of_schedule = f", {plain(schedule) or 'lines of no schedule'}" if several else ""
         groups.append(
             CostGroup(

@@ -8,6 +8,7 @@ from asbuilt_bim.progress.completion.moments import late_days
 from asbuilt_bim.progress.completion.planned import Knowledge, due_but_unknown, late_elements, verdict
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
+from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.values import plain
 
@@ -84,7 +85,7 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             name=late.element.name or late.element.global_id,
             global_id=late.element.global_id,
             state=late.element.shown_state,
-            best=late.element.completion.best,
+            best=best_shown(late.element.completion),
             lower=late.element.completion.lower,
             task=late.task,
             due=late.due,

@@ -6,7 +6,7 @@ go by identification alone (unless it is a mere outline number), and last by nam
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
@@ -30,7 +30,8 @@ class _Matched:
 def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
     """Return the design with the schedule's dates, outline and links on its tasks, and notes on what has no match.
 
-    A task of the IFC that no row matches keeps its own dates; a row with elements' GlobalIds becomes a task.
+    A row with elements' GlobalIds becomes a task. A task of the IFC that no row matches keeps its own dates, but for
+    elements that such a row dates: of one element only one of both counts.
     """
     matched = _by_global_id(design, schedule.rows)
     for keys in (_both, _identification, _name):
@@ -43,8 +44,44 @@ def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
         _dated(t, rows[row_of[t.global_id]], key_of, schedule) if t.global_id in row_of else t for t in design.tasks
     ]
     made = [_dated(t, rows[uid], key_of, schedule) for uid, t in matched.task_of.items() if t.global_id not in old]
-    notes = _notes(schedule, matched, [task for task in design.tasks if task.global_id not in row_of])
+    kept, taken = _by_elements(kept, row_of, [task for task in made if task.schedule_finish is not None])
+    ours = {*row_of, *(task.global_id for task in taken)}
+    notes = _notes(schedule, matched, [task for task in design.tasks if task.global_id not in ours])
+    if taken:
+        subject = about(SubjectKind.SCHEDULE, schedule.source.name)
+        named = {key for task in made if task.schedule_finish is not None for key in task.elements}
+        elements = len(named & {key for task in taken for key in task.elements})
+        values: Values = {**_some([task.name for task in taken]), "elements": elements}
+        notes.append(noted(Reason.SCHEDULE_DATES_TAKEN, subject, **values))
     return replace(design, tasks=(*kept, *made), notes=(*design.notes, *notes), schedule=schedule.source)
+
+
+def _by_elements(
+    kept: Sequence[Task], row_of: Mapping[str, str], made: Sequence[Task]
+) -> tuple[list[Task], list[Task]]:
+    """Date the IFC's tasks that no row matches by what the file says of their elements; return all, and those.
+
+    Elements that the file doesn't date keep such a task's own dates in it, and so does what isn't measured here.
+    """
+    of: dict[str, list[Task]] = {}
+    for task in made:
+        for key in task.elements:
+            of.setdefault(key, []).append(task)
+    taken = [task for task in kept if task.global_id not in row_of and any(key in of for key in task.elements)]
+    dated = {task.global_id: _spanned(task, of) for task in taken}
+    return [dated.get(task.global_id, task) for task in kept], taken
+
+
+def _spanned(task: Task, of: Mapping[str, Sequence[Task]]) -> Task:
+    """Return a task from the first start to the last finish of its elements; no start where one is missing."""
+    plans = [plan for key in task.elements for plan in of.get(key, ())]
+    if task.others or any(key not in of for key in task.elements):
+        plans.append(task)
+    finishes = [plan.schedule_finish for plan in plans if plan.schedule_finish is not None]
+    starts = [plan.schedule_start for plan in plans if plan.schedule_start is not None]
+    finish = max(finishes) if len(finishes) == len(plans) else None
+    start = min(starts) if len(starts) == len(plans) else None
+    return replace(task, schedule_start=start, schedule_finish=finish)
 
 
 def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str], schedule: ScheduleFile) -> Task:
@@ -158,8 +195,13 @@ def _notes(schedule: ScheduleFile, matched: _Matched, left: Sequence[Task]) -> l
     notes = [*schedule.notes, *faults[:MAX_NAMED]]
     if len(faults) > MAX_NAMED:
         notes.append(noted(Reason.SCHEDULE_DATES_MORE, subject, count=len(faults) - MAX_NAMED))
+    undated = [row for row in rows if row.uid in matched.task_of and not (row.start or row.finish or row.fault)]
+    if undated:
+        dated = sum(matched.task_of[row.uid].schedule_finish is not None for row in undated)
+        values: Values = {**_some([row.name for row in undated]), "dated": dated}
+        notes.append(noted(Reason.SCHEDULE_ROWS_UNDATED, subject, **values))
     if matched.ambiguous:
-        values: Values = _some([*dict.fromkeys(matched.ambiguous.values())])
+        values = _some([*dict.fromkeys(matched.ambiguous.values())])
         notes.append(noted(Reason.SCHEDULE_AMBIGUOUS, subject, **values))
     if alone := [row.name for row in rows if row.uid not in matched.task_of and row.uid not in matched.ambiguous]:
         values = {**_some(alone), "linked": len(matched.task_of), "of": len(rows)}

@@ -20,8 +20,9 @@ from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
+from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import Project, Visit, read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import known_places
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.report.page.check import MADE_BY, check_page, unseen_words

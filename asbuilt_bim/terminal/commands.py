@@ -29,7 +29,8 @@ from asbuilt_bim.ifc.apart import inspect_file, strip_asbuilt
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.wording.changes import changes

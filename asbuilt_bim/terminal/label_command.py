@@ -12,8 +12,9 @@ from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.measure.station import RejectedStation, measure_in_detail
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.networks import identities, load_models
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.coco import LabelledPhoto, coco_document, labelled
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache, default_folder

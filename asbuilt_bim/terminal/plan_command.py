@@ -9,8 +9,7 @@ from asbuilt_bim.flow.visit_plan import known_report, planned_design, visit_plan
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import survey_of
-from asbuilt_bim.report.page.visit import MADE_BY, plan_page, walk_parts
-from asbuilt_bim.report.wording.of_page.visit_words import promise_words
+from asbuilt_bim.report.page.visit import MADE_BY, plan_page, plan_promise, walk_parts
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.terminal.check_command import check_page_place, write_page
 from asbuilt_bim.terminal.screen import Screen
@@ -53,6 +52,6 @@ def plan_command(request: PlanRequest, screen: Screen, today: date) -> int:
         screen.say(f"{name}: {words}")
     for remark in parts.remarks:
         screen.say(remark)
-    screen.say(promise_words(len(plan.stations), plan.visit.seen_m2, plan.visit.asked_m2, day.isoformat()))
+    screen.say(plan_promise(plan))
     screen.say(f"Page: {request.out}")
     return 0

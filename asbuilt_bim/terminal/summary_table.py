@@ -11,7 +11,7 @@ from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
 from asbuilt_bim.codes import Note, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
-from asbuilt_bim.project.read import Visit
+from asbuilt_bim.project.model import Visit
 from asbuilt_bim.report.page.calibration import area_words, verdict
 from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
 from asbuilt_bim.report.wording.completion import (

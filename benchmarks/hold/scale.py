@@ -40,7 +40,8 @@ from asbuilt_bim.ifc.read.elements import walls_and_columns
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.history import EMPTY_HISTORY
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.page.write import page_html

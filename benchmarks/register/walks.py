@@ -17,7 +17,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
-from asbuilt_bim.project.read import Project, Station, read_project
+from asbuilt_bim.project.model import Project, Station
+from asbuilt_bim.project.read import read_project
 from benchmarks.sites import benchmark_folder, generated_site
 
 STEPS = ((0.9, 0.2, 8.0), (2.0, 0.4, -5.0))

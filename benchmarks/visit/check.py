@@ -35,7 +35,8 @@ from asbuilt_bim.progress.completion.wanted_views import begun_by
 from asbuilt_bim.progress.visits.checked import CheckedStation
 from asbuilt_bim.progress.visits.surroundings import surroundings
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.scale.executor import one_thread, one_thread_each

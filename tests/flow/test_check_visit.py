@@ -16,11 +16,14 @@ from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.flow.check_visit import check_stations
 from asbuilt_bim.flow.measure_visit import options_of, read_pair
-from asbuilt_bim.measure.station import StationMeasurement, StationPhotos, measure_station
+from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, StationPhotos, measure_station
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
+from asbuilt_bim.report.wording.of_page.check_words import verdict_words
+from asbuilt_bim.report.wording.reasons import words_of
 from tests.photo_damage import _rewrite
 from tests.site_fixture import contents, rig_file, site, small_project, write
 
@@ -116,6 +119,27 @@ def test_a_fault_of_the_photos_is_named_and_stands_with_what_it_is_of(
     assert next(one for one in station.aspects if one.aspect == aspect).grade in ("not", "doubtful")
     assert station.grade != "ok"
     assert name == "blur" or name in visit.again
+
+
+def test_exchanged_files_are_named_with_what_to_do_and_no_new_photo_is_asked_for(visit: CheckedVisit) -> None:
+    (reason,) = next(one.reasons for one in by_name(visit, "G2").aspects if one.aspect == "pair")
+    words = str(words_of(reason))
+    assert "G2_left.jpg and " in words and "G2_right.jpg each other's name" in words
+    assert visit.by_name == ("G2",)
+    verdict = verdict_words(visit)
+    assert "Put the files of G2 right and check again." in verdict
+    assert "Take " in verdict and "G2" not in verdict.partition("Take ")[2].partition(" again")[0]
+
+
+def test_an_eye_that_is_missing_is_named_by_side_and_file(project: Project, tmp_path: Path) -> None:
+    folder = photos(tmp_path / "today", "G1", "G2")
+    (folder / "G2_right.jpg").unlink()
+    missing = read_pair(stations_of([folder], project)[1], project)
+    assert isinstance(missing, RejectedStation)
+    (reason,) = missing.rejections
+    assert reason.code is Reason.PHOTO_MISSING and reason.values["side"] == "right"
+    words = str(words_of(reason))
+    assert "its right photo is missing: there is no" in words and "G2_right.jpg" in words
 
 
 def test_the_day_is_that_of_the_photos_and_todays_only_where_they_tell_none(visit: CheckedVisit) -> None:

@@ -12,7 +12,8 @@ from asbuilt_bim.errors import DesignError
 from asbuilt_bim.flow import design_source
 from asbuilt_bim.flow.design_source import design_of
 from asbuilt_bim.ifc.read.design import read_design
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.scale.codec import plain_digest
 from tests.ifc.models import ModelBuilder

@@ -21,7 +21,8 @@ from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, WatchedVisit, watc
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.match.survey_trust import Shift
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import result_document, write_result
 from asbuilt_bim.scale.cache import Cache
 from tests.notes import codes, the

@@ -13,7 +13,8 @@ from asbuilt_bim.bim.model import GridLine
 from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.flow.rough_places import check_near, crossing, rough_places
 from asbuilt_bim.project.file import NearFile
-from asbuilt_bim.project.read import Project, Visit, read_project
+from asbuilt_bim.project.model import Project, Visit
+from asbuilt_bim.project.read import read_project
 from benchmarks.register.design_seen import column, design_of
 from benchmarks.sites import SAMPLE
 

@@ -11,7 +11,8 @@ from asbuilt_bim.errors import PhotoError, ProjectError
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.project.found import find_files
 from asbuilt_bim.project.initial import initial_text
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.scale.cache import Cache
 from tests.camera.stereo_films import panned, write_film
 from tests.project_folder import plain, write_project

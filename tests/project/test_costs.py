@@ -138,3 +138,19 @@ def test_a_cover_of_two_files_counts_each_element_once(tmp_path: Path) -> None:
     (tmp_path / "more").mkdir()
     found = read_covers([ifc, ifc], [Cover(ifc_class="IfcWall")], ids)
     assert len(found.rows[0].elements) == 2 and replace(found.rows[0]).others == 0
+
+
+def test_the_table_in_the_docs_prices_the_samples_walls_and_columns_without_a_fault(tmp_path: Path) -> None:
+    root = Path(__file__).parents[2]
+    block = (root / "docs/valuation.md").read_text(encoding="utf-8").partition("```csv\n")[2].partition("```")[0]
+    (tmp_path / "costs.csv").write_text(block, encoding="utf-8")
+    table = read_costs(tmp_path / "costs.csv")
+    ifc = root / "sample_models/site/design.ifc"
+    plain = read_design(ifc)
+    ids = frozenset(element.global_id for element in plain.elements)
+    design = with_costs(plain, table, read_covers([ifc], table.covers, ids))
+    covered = {line.identification: len(line.elements) for line in design.cost_lines}
+    assert covered == {"1.1": 8, "1.2": 6, "1.3": 8, "1.4": 6, "2.1": 12, "3.1": 8}
+    volume = sum(e.volume_m3 for e in plain.elements if e.global_id in design.cost_lines[1].elements)
+    assert design.cost_lines[1].planned_quantity == pytest.approx(volume, abs=0.01)
+    assert Reason.COST_COVERS_NOTHING not in codes(design.notes)

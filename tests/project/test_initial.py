@@ -8,6 +8,8 @@ import shutil
 from datetime import date
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
@@ -17,6 +19,7 @@ from asbuilt_bim.project.found import find_files
 from asbuilt_bim.project.initial import initial_text, missing
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.storage.schemas import schema
+from tests.camera.board_pictures import CHARUCO, CHESS, pairs
 
 SAMPLE = Path(__file__).parents[2] / "sample_models" / "site"
 
@@ -126,3 +129,19 @@ def test_what_is_left_to_fill_in_is_named_by_run_with_its_line(tmp_path: Path) -
     CliRunner().invoke(app, ["init", str(tmp_path)])
     done = CliRunner().invoke(app, ["run", str(tmp_path / "project.yaml"), "--out", str(tmp_path / "out")])
     assert done.exit_code == 1 and "rig: is missing" in done.output
+
+
+def test_photos_of_boards_are_known_by_what_they_show_and_a_site_s_are_not(tmp_path: Path) -> None:
+    for folder, board in (("fotos", CHESS), ("2026-03-01", CHARUCO)):
+        (tmp_path / folder).mkdir()
+        for number, pair in enumerate(pairs(board, 3), start=1):
+            for side, photo in zip(("left", "right"), pair, strict=True):
+                (tmp_path / folder / f"{side}_{number}.png").write_bytes(photo.data)
+    (tmp_path / "2026-03-02").mkdir()
+    wall = np.full((600, 800, 3), 160, dtype=np.uint8)
+    wall[::50], wall[:, ::80] = 90, 90  # joints of tiles are no board
+    for name in ("A1_left.png", "A1_right.png", "A2_left.png", "A2_right.png"):
+        cv2.imwrite(str(tmp_path / "2026-03-02" / name), wall)
+    found = find_files(tmp_path)
+    assert [photos.left for photos in found.boards] == ["2026-03-01/left_*.png", "fotos/left_*.png"]
+    assert [photos.left for photos in found.visits] == ["2026-03-02/*_left.png"]

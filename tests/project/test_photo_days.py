@@ -6,7 +6,8 @@ from pathlib import Path
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.project.check import of_other_days, other_days
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.project_folder import write_project
 

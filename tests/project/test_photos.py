@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import OptionError, PhotoError
+from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.photos import stations_of
-from asbuilt_bim.project.read import Project, Station, Visit, read_project
+from asbuilt_bim.project.read import read_project
 from tests.project_folder import plain, write_project
 
 

@@ -10,7 +10,8 @@ import pytest
 
 from asbuilt_bim.errors import ProjectError, SurveyError
 from asbuilt_bim.geometry.transform import apply, rigid
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, known_places, looking
 
 DAY = date(2026, 3, 2)

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from tests.project_folder import plain, write_project
 
 BY_NAME = {"left": "v/*_left.jpg", "right": "v/*_right.jpg"}

@@ -83,7 +83,7 @@ PROJECT_ORDER = [
 
 def task(key: str, best: float | None, lower: float, upper: float, unknown: int = 0, **more: object) -> TaskProgress:
     base = sample_report().tasks[0]
-    completion = Completion(best=best, lower=lower, upper=upper, coverage=upper - lower)
+    completion = Completion(best=best, lower=lower, upper=upper, coverage=1.0 - (upper - lower))
     progress = replace(base.progress, key=key, name=key, completion=completion, unknown=unknown)
     begun = date(2026, 3, 2) if lower > 0.0 else None
     return replace(base, progress=progress, actual_start=begun, **more)  # type: ignore[arg-type]

@@ -70,6 +70,7 @@ def test_the_money_of_the_lines_adds_up_to_the_total_to_the_cent_on_the_page():
     report = sample_report()
     thirds = [replace(line, planned_quantity=1.0, rate=0.335, earned_best=0.34, earned_lower=0.34, currency="EUR")
               for line in report.cost_lines]  # fmt: skip
+    thirds = [replace(line, completion=replace(line.completion, best=0.5, coverage=0.8)) for line in thirds]
     (group,) = cost_groups(replace(report, cost_lines=tuple(thirds)))
     assert (group.planned, group.earned_best, group.earned_lower) == (1.36, 1.36, 1.36)
 

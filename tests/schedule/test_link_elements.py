@@ -106,10 +106,40 @@ def test_a_row_with_the_elements_own_global_ids_becomes_a_task(tmp_path: Path) -
     assert made.schedule_finish == datetime(2026, 3, 13, 17)
 
 
-def test_a_row_without_dates_leaves_the_tasks_own(tmp_path: Path) -> None:
-    text = "name,start,finish\nColumns,,\n"
-    (kept,) = with_schedule(design(task(TASK_A, "Columns")), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
-    assert kept.schedule_start == OLD
+def test_a_row_without_dates_leaves_the_tasks_own_and_is_named(tmp_path: Path) -> None:
+    text = f"name,start,finish,globalids\nColumns,,,\nZone A,,,{COLUMN}\n"
+    made = with_schedule(design(task(TASK_A, "Columns")), read_schedule(written(tmp_path, text, "plan.csv")))
+    assert made.tasks[0].schedule_start == OLD
+    note = the(made.notes, Reason.SCHEDULE_ROWS_UNDATED)
+    assert note.values == {"tasks": ("Columns", "Zone A"), "count": 2, "dated": 1}
+    assert "2 tasks have no dates: 'Columns', 'Zone A'. 1 keeps the IFC's" in note_words(note)
+
+
+def test_dates_that_a_row_gives_elements_are_their_only_ones_also_in_the_ifcs_tasks(tmp_path: Path) -> None:
+    both = replace(task(TASK_A, "Ground floor"), elements=(COLUMN, WALL))
+    rows = f"One,2026-03-02,2026-03-13,{COLUMN}\nTwo,2026-03-09,2026-03-20,{WALL}\n"
+    text = f"name,start,finish,globalids\n{rows}"
+    made = with_schedule(design(both), read_schedule(written(tmp_path, text, "plan.csv")))
+    whole = made.tasks[0]
+    assert (whole.schedule_start, whole.schedule_finish) == (datetime(2026, 3, 2, 8), datetime(2026, 3, 20, 17))
+    assert the(made.notes, Reason.SCHEDULE_DATES_TAKEN).values == {
+        "tasks": ("Ground floor",), "count": 1, "elements": 2}  # fmt: skip
+    assert all(note.code is not Reason.SCHEDULE_LACKS_TASKS for note in made.notes)
+
+
+def test_elements_that_the_rows_leave_out_keep_the_ifcs_dates_in_their_task(tmp_path: Path) -> None:
+    late = replace(task(TASK_A, "Ground floor"), elements=(COLUMN, WALL), schedule_finish=datetime(2027, 1, 2))
+    text = f"name,start,finish,globalids\nOne,2026-03-02,2026-03-13,{COLUMN}\n"
+    (whole, _) = with_schedule(design(late), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
+    assert (whole.schedule_start, whole.schedule_finish) == (OLD, datetime(2027, 1, 2))
+
+
+def test_a_task_of_the_ifc_whose_elements_no_row_names_keeps_its_dates(tmp_path: Path) -> None:
+    other = replace(task(TASK_A, "Ground floor"), elements=(WALL,))
+    text = f"name,start,finish,globalids\nOne,2026-03-02,2026-03-13,{COLUMN}\n"
+    made = with_schedule(design(other), read_schedule(written(tmp_path, text, "plan.csv")))
+    assert made.tasks[0] == other
+    assert all(note.code is not Reason.SCHEDULE_DATES_TAKEN for note in made.notes)
 
 
 @pytest.mark.parametrize(

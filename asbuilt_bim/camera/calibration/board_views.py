@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
+from asbuilt_bim.camera.calibration.other_boards import refuse_other_board
 from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
@@ -23,9 +24,12 @@ def read_views(
 ) -> tuple[list[BoardView], tuple[int, int], list[Rejection]]:
     """Find the board in all pairs; returns the views, the photos' size, and the pairs left out with the reason.
 
-    Raises: CalibrationError where the photos differ in size.
+    Raises: CalibrationError where the photos differ in size, or show a board that was declared wrongly.
     """
-    return read_pairs(pairs, lambda left, right: _view(left, right, board), progress)
+    views, size, left_out = read_pairs(pairs, lambda left, right: _view(left, right, board), progress)
+    if not views and any(one.code is Reason.BOARD_NOT_FOUND for one in left_out):
+        refuse_other_board(pairs, board)
+    return views, size, left_out
 
 
 Seen = TypeVar("Seen")

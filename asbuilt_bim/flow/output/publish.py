@@ -22,8 +22,8 @@ from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.networks import identities
-from asbuilt_bim.project.read import Project
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from asbuilt_bim.report.outputs import read_pictures, write_outputs, write_overlays
 from asbuilt_bim.report.result.document import CARRIED, VISITS, read_before, read_result, write_result

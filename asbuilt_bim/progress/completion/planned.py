@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Literal
 
-from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar
+from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
@@ -150,12 +150,17 @@ def calendar_of(report: ProgressReport) -> WorkCalendar:
 
 
 def _due(report: ProgressReport) -> Mapping[str, tuple[datetime, str]]:
-    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out."""
+    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out.
+
+    A row of the schedule file without any date, that is no task of the IFC, says nothing of when an element is due.
+    """
     due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
     for task in report.tasks:
         for key in task.progress.elements:
             if task.schedule_finish is None:
+                if task.schedule_start is None and task.progress.key.startswith(SCHEDULE_KEY):
+                    continue
                 open_ended.add(key)
             elif key not in due or task.schedule_finish.date() > due[key][0].date():
                 due[key] = (task.schedule_finish, task.progress.name)

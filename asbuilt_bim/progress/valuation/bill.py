@@ -72,6 +72,17 @@ class BillLine:
         return self.period < 0.0 and not (self.line.takes_off and not self.gone)
 
     @property
+    def rounding_row(self) -> int:
+        """Return which of the rows takes what the line's rounding adds: the first of those that bring the most."""
+        return max(range(len(self.rows)), key=lambda i: abs(self.rows[i].certified), default=0)
+
+    def amounts(self) -> tuple[tuple[float, float], ...]:
+        """Return each row's amount in cents, by itself and with the line's rounding; the latter add up to `amount`."""
+        own = [cents(row.certified * self.rate) for row in self.rows]
+        left, taker = self.amount - total(own), self.rounding_row
+        return tuple((one, cents(one + left) if i == taker else one) for i, one in enumerate(own))
+
+    @property
     def best_amount(self) -> float | None:
         """Return what the best estimate is worth."""
         return None if self.best is None else cents(self.best * self.rate)
@@ -133,12 +144,17 @@ class Bill:
     previous: Sums
     period: Sums
     cumulative: Sums
-    best: float | None  # of the lines that have a best estimate
+    best: float | None  # of the lines of which enough was seen; None where there is none
 
     @property
     def contract(self) -> float:
         """Return what all lines are worth when they are done."""
         return total(line.contract for line in self.lines)
+
+    @property
+    def without_best(self) -> int:
+        """Return how many lines have no best estimate: less than half of them was seen."""
+        return sum(line.best is None for line in self.lines if not line.gone)
 
 
 def bills(report: ProgressReport) -> tuple[Bill, ...]:
@@ -269,7 +285,7 @@ def _bill_line(
         quantity=quantity,
         amount=cents(quantity * rate),
         paid=paid,
-        best=line.as_built_best,
+        best=line.best_quantity_shown,
     )
 
 

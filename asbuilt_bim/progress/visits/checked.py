@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import Literal
 
-from asbuilt_bim.codes import PHOTO_FAULTS, Note, Reason, SubjectKind, Values
+from asbuilt_bim.codes import EYES_SWAPPED, PHOTO_FAULTS, Note, Reason, SubjectKind, Values
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.register.markers import AHEAD_M, sigma_ahead_m
@@ -23,6 +23,7 @@ _OF_PHOTOS = PHOTO_FAULTS | {
     *(Reason.STATION_MEMORY, Reason.STATION_CRASHED, Reason.STATION_WORKER_LOST, Reason.STATION_ENDLESS),
 }
 _OF_PAIR = {
+    Reason.PHOTO_MISSING,
     *(Reason.PHOTO_OF_OTHER_SIDE, Reason.PHOTOS_OF_OTHER_SIDES, Reason.PHOTO_TWICE, Reason.PHOTOS_SWAPPED),
     *(Reason.PHOTOS_UPSIDE_DOWN, Reason.PHOTOS_UPSIDE_DOWN_SWAPPED, Reason.PHOTOS_LOOK_SWAPPED),
     *(Reason.PHOTOS_UNRELATED, Reason.PHOTOS_BEHIND_RIG, Reason.PHOTOS_OVERLAP, Reason.PHOTOS_OF_OTHER_STATION),
@@ -69,6 +70,12 @@ class CheckedStation:
         """Say whether a run would use it."""
         return self.pose is not None
 
+    @property
+    def only_named_wrong(self) -> bool:
+        """Say whether all that speaks against it is that its files are exchanged, or that one isn't there."""
+        against = [one.code for aspect in self.aspects for one in aspect.reasons if one.code not in _NO_DOUBT]
+        return bool(against) and all(code in EYES_SWAPPED or code is Reason.PHOTO_MISSING for code in against)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CheckedVisit:
@@ -88,6 +95,11 @@ class CheckedVisit:
     def again(self) -> tuple[str, ...]:
         """Return the stations to be taken again, by name."""
         return tuple(station.name for station in self.stations if not station.counts)
+
+    @property
+    def by_name(self) -> tuple[str, ...]:
+        """Return those of them that need no new photo: files to copy, or to give each other's name."""
+        return tuple(one.name for one in self.stations if not one.counts and one.only_named_wrong)
 
     @property
     def doubtful(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, image_sigma_m2
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.visits.plan_visit import PlannedStation, PlannedVisit
 from asbuilt_bim.progress.visits.squares import SIDE_M, Squares
-from asbuilt_bim.progress.visits.tags import HelpfulTag, TagInPlace, tags_in_view
+from asbuilt_bim.progress.visits.tags import NEEDED, HelpfulTag, TagInPlace, tags_in_view
 
 MATCH_PX, WINDOW_PX = 0.1, 9
 """Noise of a match on concrete, and the side of the window that shares it."""
@@ -58,6 +58,22 @@ class VisitPlan:
     due: tuple[BimElement, ...]
     later: int  # elements that the plan begins after that day
     has_dates: bool  # whether the plan says of any element when it is due
+    by_tags: bool = True  # surveyed tags place its stations; else poses, points or rough places do
+
+    @property
+    def unplaced(self) -> tuple[int, ...]:
+        """Return the stations, by number, that see too few surveyed tags to be placed by them."""
+        return tuple(one.planned.number for one in self.stations if self.by_tags and len(one.tags) < NEEDED)
+
+    @property
+    def placed_m2(self) -> float:
+        """Return the area of what the stations show that will be placed: no other photo counts."""
+        wanted, left = self.visit.wanted, set(self.unplaced)
+        shown = np.zeros(len(wanted.area_m2), dtype=np.bool_)
+        for one in self.stations:
+            if one.planned.number not in left:
+                shown[wanted.square[one.planned.patches]] = True
+        return float(wanted.area_m2[shown].sum())
 
 
 def expected_stations(

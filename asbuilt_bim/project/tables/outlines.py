@@ -12,7 +12,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.tables.places import MOST_PIXEL, known_station, number_of
 from asbuilt_bim.storage.table_file import Columns, day_in, read_table, refused_rows
 from asbuilt_bim.vision.masks.bounds import check_outlines

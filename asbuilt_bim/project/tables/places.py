@@ -13,7 +13,7 @@ from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import inverse, rigid, rotation_from_vector
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.project.read import Project
+from asbuilt_bim.project.model import Project
 from asbuilt_bim.register.placement import ControlPoint, given_pose
 from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.survey import MAX_COORDINATE_M, read_survey

@@ -70,7 +70,9 @@ def check_page(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = 
 def unseen_words(plan: VisitPlan) -> str:
     """Say what of the plan today's stations leave unseen, and what more of them would show."""
     visit = plan.visit
-    return still_words(visit.asked_m2, visit.wanted.total_m2, len(plan.stations), visit.seen_m2)
+    return still_words(
+        visit.asked_m2, visit.wanted.total_m2, len(plan.stations), visit.seen_m2, plan.unplaced, plan.placed_m2
+    )
 
 
 def _card(station: CheckedStation) -> CheckCard:

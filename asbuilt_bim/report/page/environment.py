@@ -10,6 +10,7 @@ from asbuilt_bim.report.wording import completion
 from asbuilt_bim.report.wording import values as wording
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page import tolerance_words
+from asbuilt_bim.report.wording.of_page.class_words import class_word
 from asbuilt_bim.report.wording.of_page.gantt_words import earned_words, trend_words
 from asbuilt_bim.report.wording.of_page.picture_words import picture_words
 
@@ -45,6 +46,7 @@ def environment() -> Environment:
         "best": completion.best_words,
         "seen": completion.seen_words,
         "in_words": completion.in_words,
+        "class_word": class_word,
         "counts": completion.count_words,
         "area_of": wording.area_of,
         "tolerance_name": tolerance_words.name_of,

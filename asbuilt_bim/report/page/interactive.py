@@ -21,6 +21,7 @@ from asbuilt_bim.report.page.cards import ElementCard, tasks_by_element
 from asbuilt_bim.report.page.context import Context
 from asbuilt_bim.report.page.trades import trades_of
 from asbuilt_bim.report.wording.completion import at_most, best_words, seen_words
+from asbuilt_bim.report.wording.of_page.class_words import class_word
 from asbuilt_bim.report.wording.values import area_of, day, millimetres, percent_certain, plain
 
 SCRIPT = Path(__file__).parent / "templates" / "interactive.js"
@@ -72,7 +73,7 @@ def element_columns(context: Context) -> dict[str, object]:
     columns: dict[str, Sequence[object]] = {
         "id": [e.global_id for e in elements],
         "name": [plain(e.name) for e in elements],
-        "class": [e.ifc_class for e in elements],
+        "class": [class_word(e.ifc_class) for e in elements],
         "storey": [storeys.index(card.storey) for card in cards],
         "state": [e.shown_state for e in elements],
         "task": [[named[task] for task in of_tasks.get(e.global_id, ())] for e in elements],

@@ -6,6 +6,7 @@ from typing import Literal
 
 from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import storey_names
+from asbuilt_bim.report.wording.of_page.class_words import class_words
 
 MOST_TRADES = 8
 """More columns fit no page, and summaries of that many names aren't trades."""
@@ -36,8 +37,8 @@ def trades_of(report: ProgressReport) -> Trades:
             found.setdefault(key, []).append(by_task[task.progress.key])
     names = tuple(dict.fromkeys(by_task.values()))
     if not 2 <= len(names) <= MOST_TRADES or not _across(found, report):
-        classes = {element.global_id: (element.ifc_class,) for element in report.elements}
-        distinct = tuple(sorted({element.ifc_class for element in report.elements}))
+        classes = {element.global_id: (class_words(element.ifc_class),) for element in report.elements}
+        distinct = tuple(sorted({class_words(element.ifc_class) for element in report.elements}))
         return Trades(of="class", names=distinct, by_element=classes)
     own = {e.global_id: tuple(dict.fromkeys(found.get(e.global_id, (NO_TASK,)))) for e in report.elements}
     used = {one for names_of in own.values() for one in names_of}

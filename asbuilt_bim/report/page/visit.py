@@ -64,14 +64,13 @@ class WalkParts:
 def plan_html(plan: VisitPlan, *, with_result: bool) -> str:
     """Return the page of a plan: everything escaped, without scripts and without requests."""
     parts = walk_parts(plan)
-    promise = promise_words(len(plan.stations), plan.visit.seen_m2, plan.visit.asked_m2, plan.day.isoformat())
     return (
         environment()
         .get_template("plan.html.j2")
         .render(
             project_name=plan.known.project_name,
             day=plan.day,
-            promise=promise,
+            promise=plan_promise(plan),
             remarks=(*(() if with_result else (NOTHING_KNOWN,)), *parts.remarks),
             parts=parts,
             later=plan.later,
@@ -79,6 +78,13 @@ def plan_html(plan: VisitPlan, *, with_result: bool) -> str:
             no_storey=NO_STOREY,
         )
     )
+
+
+def plan_promise(plan: VisitPlan) -> str:
+    """Say what a plan promises by the stations that will be placed, and what the others would add."""
+    sure_m2, visit = plan.placed_m2, plan.visit
+    more_m2 = visit.seen_m2 - sure_m2
+    return promise_words(len(plan.stations), sure_m2, visit.asked_m2, plan.day.isoformat(), plan.unplaced, more_m2)
 
 
 def plan_page(plan: VisitPlan, *, with_result: bool) -> bytes:
@@ -100,7 +106,7 @@ def walk_parts(plan: VisitPlan, taken: Sequence[PlaceMark] = ()) -> WalkParts:
     rows = []
     for station in plan.stations:
         ahead = station.planned.world_from_left[:2, 2]
-        rows.append(_row(station, names, towards(float(ahead[0]), float(ahead[1])) if towards else ""))
+        rows.append(_row(station, plan, names, towards(float(ahead[0]), float(ahead[1])) if towards else ""))
     tags = tuple(
         (f"T{i}", helpful_words(_name(t.element), t.over_floor_m, t.middle_m.tolist(), t.needy))
         for i, t in enumerate(plan.tags, start=1)
@@ -123,7 +129,7 @@ def places_of(poses: Mapping[str, FloatArray], plan: VisitPlan) -> tuple[PlaceMa
     return tuple(found)
 
 
-def _row(station: ExpectedStation, names: dict[str, str], towards: str) -> WalkRow:
+def _row(station: ExpectedStation, plan: VisitPlan, names: dict[str, str], towards: str) -> WalkRow:
     planned, main = station.planned, station.shown[0].element
     x, y, _ = planned.world_from_left[:3, 3].tolist()
     bearing = math.degrees(math.atan2(planned.world_from_left[0, 2], planned.world_from_left[1, 2])) % 360.0
@@ -134,8 +140,8 @@ def _row(station: ExpectedStation, names: dict[str, str], towards: str) -> WalkR
         look=look_words(_name(main), station.distance_m, towards),
         shows=shown_words([(_name(one.element), one.m2) for one in station.shown]),
         sigma=sigma_words(station.sigma, station.distance_m),
-        tags=tag_words(station.tags, NEEDED),
-        enough=len(station.tags) >= NEEDED,
+        tags=tag_words(station.tags, NEEDED if plan.by_tags else 0),
+        enough=station.planned.number not in plan.unplaced,
         at=f"x {x:.1f}, y {y:.1f}, {bearing:.0f}° from the y axis, clockwise",
     )
 

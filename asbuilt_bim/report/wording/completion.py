@@ -9,8 +9,6 @@ from asbuilt_bim.report.wording.values import percent, percent_certain
 AT_LEAST, POSSIBLY, BEST, SEEN = "at least", "possibly", "best estimate", "seen"
 """What bounds, estimate and coverage are called, wherever people read them."""
 NOT_ENOUGH = "not enough seen"
-ENOUGH = 0.5
-"""Half: where less was seen, fewer photos can raise a best estimate. The lower bound leads everywhere."""
 
 
 def at_least(completion: Completion) -> str:
@@ -30,7 +28,7 @@ def at_most(upper: float) -> str:
 
 def best_shown(completion: Completion) -> float | None:
     """Return the best estimate where at least half was seen; None where it isn't shown."""
-    return completion.best if completion.coverage >= ENOUGH else None
+    return completion.best if completion.enough_seen else None
 
 
 def best_words(completion: Completion) -> str:

@@ -1,10 +1,11 @@
 """Words for a station's photos, and for stations that could not be worked on."""
 
+from collections.abc import Callable
+
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 
 MOST_NAMED = 5
-_SWAP = "exchange the left and the right photo"
 _AS_STORED = "give both photos as the cameras stored them: a program turned their pixels"
 
 
@@ -46,7 +47,27 @@ def _other_day(values: Values) -> Words:
     )
 
 
+def _swapped(reason: str, value: str, limit: str = "") -> Callable[[Values], Words]:
+    """Return the words for a pair whose photos are exchanged; files that are known are named with what to do."""
+
+    def words(values: Values) -> Words:
+        remedy = "exchange the left and the right photo: no new ones are needed"
+        if "left_photo" in values:
+            remedy = fill(
+                "give {left_photo} and {right_photo} each other's name, or exchange them in the project file: no new "
+                "photos are needed",
+                values,
+            )
+        return Words(reason=fill(reason, values), value=fill(value, values), limit=fill(limit, values), remedy=remedy)
+
+    return words
+
+
 PHOTOS: Table = {
+    Reason.PHOTO_MISSING: Words(
+        reason="its {side} photo is missing: there is no {photo}",
+        remedy="copy it from the camera under that name, or take the station again: one eye alone measures nothing",
+    ),
     Reason.PHOTO_UNUSABLE: Words(reason="{detail}"),
     Reason.PHOTO_TURNED: Words(
         reason="the photo is rotated against the rig",
@@ -66,15 +87,13 @@ PHOTOS: Table = {
         limit="EXIF orientation {rig_orientation}",
         remedy="take the station again with the rig level, or remove a wrong EXIF orientation",
     ),
-    Reason.PHOTO_OF_OTHER_SIDE: Words(
-        reason="left and right are swapped: the rig's other camera took it (the {side} one's serial is {rig_serial})",
-        value="serial {serial}",
-        remedy=_SWAP,
+    Reason.PHOTO_OF_OTHER_SIDE: _swapped(
+        "left and right are swapped: the rig's other camera took it (the {side} one's serial is {rig_serial})",
+        "serial {serial}",
     ),
-    Reason.PHOTOS_OF_OTHER_SIDES: Words(
-        reason="left and right are swapped: each was taken by the rig's other camera",
-        value="serial {left_serial} left, {right_serial} right",
-        remedy=_SWAP,
+    Reason.PHOTOS_OF_OTHER_SIDES: _swapped(
+        "left and right are swapped: each was taken by the rig's other camera",
+        "serial {left_serial} left, {right_serial} right",
     ),
     Reason.PHOTO_OF_OTHER_MODEL: Words(
         reason="photo of another camera than the rig's",
@@ -106,11 +125,10 @@ PHOTOS: Table = {
         limit="{limit_grey:.1f}, half of what a shift of one pixel makes",
         remedy="name the photo that the other camera took at the same moment",
     ),
-    Reason.PHOTOS_SWAPPED: Words(
-        reason="left and right are swapped: exchanged, their rows correspond",
-        value="rows {rows_px:.1f} px apart, exchanged {undone_rows_px:.1f} px",
-        limit="{limit_px:g} px",
-        remedy=_SWAP,
+    Reason.PHOTOS_SWAPPED: _swapped(
+        "left and right are swapped: exchanged, their rows correspond",
+        "rows {rows_px:.1f} px apart, exchanged {undone_rows_px:.1f} px",
+        "{limit_px:g} px",
     ),
     Reason.PHOTOS_UPSIDE_DOWN: Words(
         reason="both photos are upside down: turned by 180 degrees, their rows correspond",
@@ -124,11 +142,10 @@ PHOTOS: Table = {
         limit="{limit_px:g} px",
         remedy=f"{_AS_STORED}, and exchange the left and the right one",
     ),
-    Reason.PHOTOS_LOOK_SWAPPED: Words(
-        reason="left and right look swapped (a part of the scene would lie behind the rig)",
-        value="{share:.0%} of features",
-        limit="{limit_share:.0%}",
-        remedy=_SWAP,
+    Reason.PHOTOS_LOOK_SWAPPED: _swapped(
+        "left and right look swapped (a part of the scene would lie behind the rig)",
+        "{share:.0%} of features",
+        "{limit_share:.0%}",
     ),
     Reason.PHOTOS_BEHIND_RIG: Words(
         reason="the rig was knocked: its right camera was turned outwards, or both photos are upside down (a part of "

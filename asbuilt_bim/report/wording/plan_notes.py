@@ -28,6 +28,13 @@ def _missing(note: Note) -> str:
     return filled(f"{_ROW}it has no {{missing}}; {there}", note)
 
 
+def _undated(note: Note) -> str:
+    rows = "{count:# task has|# tasks have} no dates: {tasks:quoted}{more}"
+    kept = ". {dated:# keeps|# keep} the IFC's" if note.values["dated"] else ""
+    rest = ". What has none makes nothing late; its elements are due by their other tasks. Give start and finish"
+    return filled(f"{_FILE}{rows}{kept}{'' if note.values['dated'] == note.values['count'] else rest}", note)
+
+
 _DATES: Mapping[Reason, Template] = {
     Reason.WORK_SCHEDULES_SEVERAL: "tasks stand in {count} work schedules ({schedules:list}{more}). All are shown; an "
     "element is due when its last task is",
@@ -54,6 +61,9 @@ _DATES: Mapping[Reason, Template] = {
     Reason.SCHEDULE_DATE_CONTRADICTED: _row("it has only a {given}, and the IFC's {missing} contradicts it"),
     Reason.SCHEDULE_DATE_MISSING: _missing,
     Reason.SCHEDULE_DATES_MORE: f"{_FILE}{{count:# more task|# more tasks}} with such dates",
+    Reason.SCHEDULE_ROWS_UNDATED: _undated,
+    Reason.SCHEDULE_DATES_TAKEN: f"{_FILE}it gives {{elements:# element|# elements}} dates of their own. They count, "
+    "and the IFC's don't, for these tasks of the IFC: {tasks:quoted}{more}",
     Reason.SCHEDULE_AMBIGUOUS: f"{_FILE}not linked, because more than one task fits: {{tasks:quoted}}{{more}}. Give "
     "them GlobalIds or ids of their own",
     Reason.SCHEDULE_NOT_LINKED: f"{_FILE}{{linked}} of its {{of}} tasks are linked to walls or columns. No task of the "

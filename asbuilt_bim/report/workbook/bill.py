@@ -159,6 +159,6 @@ def _total(sheet: Worksheet, row: int, first: int, last: int, bill: Bill, styles
         f'=IF({known}=0,"{UNKNOWN}",ROUND(SUMIF({own},{best}${first}:{best}${last}),2))',
         UNKNOWN if bill.best is None else bill.best,
     )
-    if left := sum(line.best_amount is None for line in bill.lines):
-        cells["Check"] = f"best: {left} unknown"
+    if left := bill.without_best:
+        cells["Check"] = f"best: without {left}"
     write_row(sheet, row, [cells.get(column.heading, "") for column in COLUMNS], COLUMNS, styles, "total")

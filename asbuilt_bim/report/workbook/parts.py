@@ -7,6 +7,7 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine, BillRow
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import NO_STOREY
+from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS as COLUMNS
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, letter, letter_of
@@ -28,7 +29,7 @@ _PRINTED = "Amount"
 
 
 def rows_of(made: Sequence[Bill]) -> list[tuple[Bill, BillLine, BillRow]]:
-    """Return the sheet's rows in the order of the bills."""
+    """Return the rows that feed the bill, in its order."""
     return [(bill, line, row) for bill in made for line in bill.lines for row in line.rows]
 
 
@@ -39,9 +40,10 @@ def write_parts(
     titled(sheet, title, "Cost by element. It feeds the bill.", styles)
     write_head(sheet, HEAD, COLUMNS, styles)
     lines = sum(len(bill.lines) for bill in made)
-    rows = rows_of(made)
-    for index, (bill, line, row) in enumerate(rows):
-        _row(sheet, HEAD + 1 + index, bill, line, row, storeys, (counts, lines), styles)
+    rows, amounts = rows_of(made), [pair for bill in made for line in bill.lines for pair in line.amounts()]
+    context = counts, lines, len(rows)
+    for index, ((bill, line, row), money) in enumerate(zip(rows, amounts, strict=True)):
+        _row(sheet, HEAD + 1 + index, bill, line, row, storeys, context, money, styles)
     last = HEAD + len(rows)
     write_table(sheet, "CostByElement", HEAD, last, COLUMNS, styles)
     if rows:
@@ -66,15 +68,16 @@ def _row(
     line: BillLine,
     row: BillRow,
     storeys: dict[str, str],
-    context: tuple[bool, int],
+    context: tuple[bool, int, int],
+    money: tuple[float, float],
     styles: Styles,
 ) -> None:
-    counts, lines = context
+    counts, lines, parts = context
     n, element, given = number + 1, row.element, row.override
     c = {heading: f"{column}{n}" for heading, column in _C.items()}
     unmeasured = f"(not measured here: {row.others} more)" if row.others else "(nothing measured here)"
-    rates = f"{BILL}!${letter(BILL_COLUMNS, 'Rate')}${HEAD + 2}:${letter(BILL_COLUMNS, 'Rate')}${HEAD + 1 + lines}"
-    numbers = f"{BILL}!$A${HEAD + 2}:$A${HEAD + 1 + lines}"
+    rate, whole = (_of_line(c, heading, lines) for heading in ("Rate", "Certified amount"))
+    takes = row is line.rows[line.rounding_row]
     cells: dict[str, Cell] = {
         "No.": line.number,
         "Item": line.line.identification,
@@ -84,7 +87,7 @@ def _row(
         "Unit": line.line.unit,
         "Quantity": row.quantity,
         "Certain": row.measured,
-        "Best": element.completion.best if element else None,
+        "Best": best_shown(element.completion) if element else None,
         "Seen by a person": row.observed.share if row.observed else "",
         "Override": given.share if given else "",
         "Reason": given.reason if given else "",
@@ -92,9 +95,8 @@ def _row(
         "Date": given.day or "" if given else "",
         "Counts": Formula(_counts(c, line, counts), row.share),
         "Quantity certified": Formula(f"={c['Quantity']}*{c['Counts']}", row.certified),
-        "Amount": Formula(
-            f"={c['Quantity certified']}*INDEX({rates},MATCH({c['No.']},{numbers},0))", row.certified * line.rate
-        ),
+        "Amount": Formula(_rounded(c, whole, parts) if takes else f"={c['Before the line']}", money[1]),
+        "Before the line": Formula(f"=ROUND({c['Quantity certified']}*{rate},2)", money[0]),
         "GlobalId": row.global_id,
         "Cost line": line.line.name,
         "Currency": bill.currency or NO_CURRENCY,
@@ -105,6 +107,20 @@ def _row(
             write_cell(sheet, number, index, cells[column.heading], column.kind, styles, "person" if given else "input")
         elif column.heading == "Seen by a person" and row.observed:
             write_cell(sheet, number, index, cells[column.heading], column.kind, styles, "person")
+
+
+def _of_line(c: dict[str, str], heading: str, lines: int) -> str:
+    """Look up what Bill says of the row's line."""
+    values, first, last = letter(BILL_COLUMNS, heading), HEAD + 2, HEAD + 1 + lines
+    return f"INDEX({BILL}!${values}${first}:${values}${last},MATCH({c['No.']},{BILL}!$A${first}:$A${last},0))"
+
+
+def _rounded(c: dict[str, str], whole: str, parts: int) -> str:
+    """Return the formula of the amount that takes what the line's rounding adds: the column adds up to Bill."""
+    first, last = HEAD + 2, HEAD + 1 + parts
+    number, own = _C["No."], _C["Before the line"]
+    others = f"SUMIF(${number}${first}:${number}${last},{c['No.']},${own}${first}:${own}${last})"
+    return f"=ROUND({c['Before the line']}+{whole}-{others},2)"
 
 
 def _counts(c: dict[str, str], line: BillLine, counts: bool) -> str:

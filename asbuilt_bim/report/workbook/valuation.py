@@ -109,7 +109,13 @@ def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) 
 def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tuple[int, int], styles: Styles) -> int:
     """Write a bill's sums by formulas; return the next free row."""
     name = f"Bill {bill.number}, {plain(bill.currency) or NO_CURRENCY}"
-    head = (f"{name}: {plain(bill.schedule)}" if bill.schedule else name, "Previous", "This period", "In all", "Best")
+    head = (
+        f"{name}: {plain(bill.schedule)}" if bill.schedule else name,
+        "Previous",
+        "This period",
+        "In all",
+        _best_heading(bill),
+    )
     sheet.set_row(row, 30)
     for column, text in enumerate(head):
         sheet.write_string(row, column, text, styles.get("text" if column == 0 else "money", "head"))
@@ -136,6 +142,12 @@ def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tup
     write_cell(sheet, end, 3, contract, "money", styles)
     _name(book, f"contract_{bill.number}", end, 3)
     return end + 1
+
+
+def _best_heading(bill: Bill) -> str:
+    """Head the best estimates, and say of how many lines they are where they aren't of all."""
+    left, lines = bill.without_best, len(bill.lines)
+    return f"Best, {lines - left} of {lines} lines" if 0 < left < lines else "Best"
 
 
 def _value(sums: Sums, what: str) -> float:

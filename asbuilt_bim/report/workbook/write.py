@@ -7,7 +7,7 @@ from pathlib import Path
 from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
-from asbuilt_bim.progress.report import GroupProgress, ProgressReport
+from asbuilt_bim.progress.report import ENOUGH, GroupProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.tables import (
     ElementRow,
@@ -204,7 +204,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.design_area_m2,
         row.as_built_area_m2,
         row.sigma_m2,
-        row.best,
+        row.best if row.coverage >= ENOUGH else None,
         row.lower,
         row.upper,
         row.coverage,
@@ -228,7 +228,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         row.name,
         *(date or "" for date in dates),
         row.knowledge,
-        done.best,
+        best_shown(done),
         done.lower,
         done.upper,
         done.coverage,

@@ -128,3 +128,29 @@ def test_a_board_that_cannot_be_is_refused_by_its_key(wrong: dict[str, object]) 
     right = {"kind": "chessboard", "columns": 9, "rows": 6, "square_m": 0.06}
     with pytest.raises(CalibrationError, match="board"):
         Board(**{**right, **wrong})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("printed", "change", "says"),
+    [
+        (CHARUCO, (CHARUCO.rows, CHARUCO.columns), "columns and rows are exchanged"),
+        (CHARUCO, (CHARUCO.columns - 1, CHARUCO.rows - 1), "inner corners"),
+        (CHESS, (CHESS.columns + 1, CHESS.rows + 1), "INNER corners are counted"),
+    ],
+    ids=["exchanged", "corners for squares", "squares for corners"],
+)
+def test_a_board_declared_other_than_printed_is_one_line_with_what_to_write(
+    printed: Board, change: tuple[int, int], says: str
+) -> None:
+    told = replace(printed, columns=change[0], rows=change[1])
+    with pytest.raises(CalibrationError, match=says) as caught:
+        calibrate_stereo(pairs(printed, 6), told)
+    assert f"Write columns: {printed.columns}, rows: {printed.rows}" in str(caught.value)
+    assert "\n" not in str(caught.value) and not caught.value.rejections
+
+
+def test_photos_of_no_board_are_still_named_one_by_one() -> None:
+    blank = [tuple(replace(photo) for photo in pair) for pair in pairs(CHESS, 6)]
+    with pytest.raises(CalibrationError, match="0 good pairs") as caught:
+        calibrate_stereo(blank, replace(CHARUCO, dictionary="DICT_6X6_250"))  # type: ignore[arg-type]
+    assert len(caught.value.rejections) == 6

@@ -18,7 +18,8 @@ from asbuilt_bim.flow.output.publish import publish_again, publish_run
 from asbuilt_bim.flow.pipeline import RunResult
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.project.read import Project, read_project
+from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.read import read_project
 from tests.camera.rig_formats.test_rig_file import full_rig
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on

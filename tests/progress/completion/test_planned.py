@@ -134,4 +134,6 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     assert late_elements(replace(report, tasks=(*report.tasks, again))) == ()
     undated = replace(report.tasks[0], schedule_finish=None)
     assert late_elements(replace(report, tasks=(*report.tasks, undated))) == ()
+    row = replace(undated, schedule_start=None, progress=replace(undated.progress, key="schedule:7"))
+    assert late_elements(replace(report, tasks=(*report.tasks, row))) == late, "a blank row of a table hides lateness"
     assert due_but_unknown(report) == 0

@@ -127,7 +127,7 @@ def test_a_search_finds_by_name_class_task_and_id_and_stands_in_the_address(tab:
 
 @in_a_browser
 def test_filters_and_order_come_back_from_the_address(tab: Tab, page: Path) -> None:
-    put(tab, "class", "IfcColumn")
+    put(tab, "class", "Column")
     put(tab, "sort", "-lower")
     first = names(tab)
     cells = "document.querySelectorAll('[data-label=\"at least\"]')"

@@ -49,7 +49,7 @@ def test_the_summary_above_a_task_is_its_trade_and_storeys_and_the_root_are_not(
 )
 def test_without_trades_the_columns_are_classes(outlines: tuple[tuple[str, ...], ...]) -> None:
     trades = trades_of(with_outlines(*outlines))
-    assert trades.of == "class" and trades.names == ("IfcColumn", "IfcWall")
+    assert trades.of == "class" and trades.names == ("Columns", "Walls")
 
 
 def test_summaries_that_stand_for_one_storey_each_are_places() -> None:

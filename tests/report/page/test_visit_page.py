@@ -16,7 +16,7 @@ from asbuilt_bim.progress.visits.expected import VisitPlan, expected_stations
 from asbuilt_bim.progress.visits.plan_visit import plan_visit
 from asbuilt_bim.progress.visits.tags import helpful_tags
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.report.page.visit import MADE_BY, places_of, plan_page, walk_parts
+from asbuilt_bim.report.page.visit import MADE_BY, places_of, plan_page, plan_promise, walk_parts
 from asbuilt_bim.report.wording.of_page.visit_words import NOTHING_DUE, promise_words, still_words, tag_words
 from tests.ifc.models import ModelBuilder
 from tests.progress.visits.test_plan_visit import stereo_rig
@@ -57,6 +57,19 @@ def test_every_station_and_tag_has_its_place_on_the_drawing_and_its_row_on_the_l
     assert [mark.name for mark in drawing.marks] == [name for name, _ in parts.tags] and parts.tags
     assert all("Stand " in row.place and "Look towards" in row.look and "±" in row.sigma for row in parts.rows)
     assert all("2 are needed" in row.tags and not row.enough for row in parts.rows)
+
+
+def test_a_station_that_no_tags_would_place_promises_nothing(plan: VisitPlan) -> None:
+    assert plan.unplaced == tuple(one.planned.number for one in plan.stations) and plan.placed_m2 == 0.0
+    words = plan_promise(plan)
+    assert words.startswith("No station") and "fewer than 2 surveyed tags" in words
+    first, *rest = (replace(one, tags=(1, 2)) for one in plan.stations)
+    some = replace(plan, stations=(first, *(replace(one, tags=()) for one in rest)))
+    assert 0.0 < some.placed_m2 <= plan.visit.seen_m2
+    assert plan_promise(some).startswith("One station shows")
+    otherwise = replace(plan, by_tags=False)  # poses, points or rough places say where they stood
+    assert otherwise.unplaced == () and otherwise.placed_m2 == pytest.approx(plan.visit.seen_m2)
+    assert "tags" not in plan_promise(otherwise)
 
 
 def test_a_name_out_of_the_ifc_file_is_text_on_the_page(plan: VisitPlan) -> None:

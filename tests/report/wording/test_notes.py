@@ -20,6 +20,7 @@ OF_NOTES = [Reason[name] for name in re.findall(r"^    ([A-Z0-9_]+) = ", CODES.s
 ANGLES = (0.0, 0.0035, -0.0002)
 SAMPLES: Values = {
     **dict.fromkeys(("count", "of", "storeys", "others", "unknown", "linked", "cells", "fewest"), 1),
+    **dict.fromkeys(("dated", "elements"), 1),
     **dict.fromkeys(("characters", "matches"), 7),
     **dict.fromkeys(("area_m2", "more_m2", "mean_m2", "sigma_m2", "design_m2", "length_m", "limit_m"), 1.25),
     **dict.fromkeys(("share", "coverage", "best", "lower", "upper", "area_effect", "area_effect_sigma"), 0.25),

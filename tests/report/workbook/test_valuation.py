@@ -150,3 +150,37 @@ def test_no_text_of_a_table_or_a_person_becomes_a_formula() -> None:
     for sheet in book(report):
         for row in sheet.iter_rows():
             assert all(cell.data_type != "f" for cell in row if cell.value == evil)
+
+
+def test_the_amounts_of_the_elements_add_up_to_the_bill_to_the_cent() -> None:
+    base = sample_report()
+    odd = [replace(line, planned_quantity=line.planned_quantity * 1.003333, rate=1037.77) for line in base.cost_lines]
+    report = with_valuation(replace(base, cost_lines=tuple(odd)), ValuationInputs(terms=TERMS))
+    made = book(report, values=True)
+    parts, lines = rows(made, "Cost by element"), rows(made, "Bill")
+    apart = 0
+    for line in lines:
+        own = [row for row in parts if row["No."] == line["No."]]
+        assert round(sum(float(str(row["Amount"])) for row in own), 2) == line["Certified amount"]
+        apart += round(sum(float(str(row["Before the line"])) for row in own), 2) != line["Certified amount"]
+    assert apart, "nothing was rounded: the case proves nothing"
+    amounts = [str(row["Amount"]) for row in rows(book(report), "Cost by element")]
+    assert sum("SUMIF(" in formula for formula in amounts) == len(lines)  # one row of each line takes the rest
+
+
+def test_no_best_amount_stands_where_less_than_half_was_seen() -> None:
+    base = sample_report()
+    first, *rest = base.cost_lines
+    seen_little = replace(first.completion, best=1.0, coverage=0.3)
+    little = replace(
+        first, completion=seen_little, as_built_best=first.planned_quantity, earned_best=first.planned_value
+    )
+    half = {"as_built_best": 1.0, "earned_best": 1.0}
+    known = [replace(line, completion=replace(line.completion, best=0.5, coverage=0.8), **half) for line in rest]
+    report = with_valuation(replace(base, cost_lines=(little, *known)), ValuationInputs(terms=TERMS))
+    made = book(report, values=True)
+    (row,) = [row for row in rows(made, "Bill") if row["Key"] == first.global_id]
+    assert (row["Best quantity"], row["Best amount"]) == ("unknown", "unknown")
+    heads = [str(cell.value) for cells in made["Valuation"].iter_rows() for cell in cells if cell.value]
+    own = [line for line in report.cost_lines if line.currency == first.currency]
+    assert f"Best, {len(own) - 1} of {len(own)} lines" in heads

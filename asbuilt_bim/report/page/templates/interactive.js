@@ -58,7 +58,7 @@
 
   // Which elements, in which order ----------------------------------------------------------------------------------
   const haystack = columns.id.map((id, i) =>
-    [columns.name[i], columns.class[i], storeys[columns.storey[i]], ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
+    [columns.name[i], columns.class[i], `Ifc${columns.class[i].replaceAll(" ", "")}`, storeys[columns.storey[i]], ...columns.task[i].map((one) => tasks[one]), ...columns.zone[i].map((one) => zones[one])].join("\n").normalize("NFC").toLowerCase());
 
   function found(wanted) {
     const parts = (wanted.q || "").normalize("NFC").toLowerCase().split(/\s+/).filter(Boolean);

@@ -47,11 +47,14 @@ def verdict_words(visit: CheckedVisit) -> str:
     """Say in a sentence or two whether the site may be left, as far as the photos go."""
     count, of = visit.counting, len(visit.stations)
     if not count:
-        return NONE_COUNTS
+        files = f" Put the files of {_listed(visit.by_name)} right and check again." if visit.by_name else ""
+        return NONE_COUNTS + files
     first = f"All {of} stations will count." if count == of else f"{count} of {of} stations will count."
     if of == 1:
         first = "The station will count."
-    again = f" Take {_listed(visit.again)} again before you leave." if visit.again else ""
+    new = [name for name in visit.again if name not in visit.by_name]
+    again = f" Put the files of {_listed(visit.by_name)} right and check again." if visit.by_name else ""
+    again += f" Take {_listed(new)} again before you leave." if new else ""
     doubt = f" Look at {_listed(visit.doubtful)}: doubtful." if visit.doubtful else ""
     return f"{first}{again}{doubt}"
 

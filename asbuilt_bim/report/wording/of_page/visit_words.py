@@ -55,7 +55,7 @@ def tag_words(tags: Sequence[int], needed: int) -> str:
     """Say which surveyed tags a station will see, and whether they are enough."""
     numbers = ", ".join(map(str, tags))
     if len(tags) >= needed:
-        return numbers
+        return numbers or "none"
     return f"{numbers or 'none'}: {needed} are needed"
 
 
@@ -70,18 +70,40 @@ def helpful_words(element: str, over_floor_m: float, at_m: Sequence[float], need
     )
 
 
-def promise_words(stations: int, seen_m2: float, wanted_m2: float, day: str) -> str:
-    """Say what a plan promises."""
+def promise_words(
+    stations: int, seen_m2: float, wanted_m2: float, day: str, unplaced: Sequence[int] = (), more_m2: float = 0.0
+) -> str:
+    """Say what a plan promises: by the stations that will be placed, and what the `unplaced` would add."""
     if not wanted_m2:
         return NOTHING_DUE
+    if unplaced:
+        return _sure_words(stations - len(unplaced), seen_m2, wanted_m2, day) + " " + unplaced_words(unplaced, more_m2)
+    return _sure_words(stations, seen_m2, wanted_m2, day)
+
+
+def unplaced_words(unplaced: Sequence[int], more_m2: float) -> str:
+    """Say which stations see too few tags to be placed, what that costs, and what to do."""
+    one = len(unplaced) == 1
+    which = f"Station {unplaced[0]}" if one else f"Stations {', '.join(map(str, unplaced))}"
+    adds = f"would add {square_metres(more_m2)}" if more_m2 >= 0.05 else "would add nothing"
+    see = "sees" if one else "see"
+    return (
+        f"{which} {adds}, but {see} fewer than 2 surveyed tags. A photo that can't be placed counts "
+        "for nothing: put up the tags T1, T2 ... of the list and survey them, or note where you stand (`near`)."
+    )
+
+
+def _sure_words(stations: int, seen_m2: float, wanted_m2: float, day: str) -> str:
     count = "One station shows" if stations == 1 else f"{stations} stations show"
     if not stations:
         return f"No station on a floor shows any of the {square_metres(wanted_m2)} that are due by {day}."
     return f"{count} {square_metres(seen_m2)} of the {square_metres(wanted_m2)} that are due by {day}."
 
 
-def still_words(asked_m2: float, left_m2: float, stations: int, more_m2: float) -> str:
-    """Say what today's stations leave unseen, and what more of them would show."""
+def still_words(
+    asked_m2: float, left_m2: float, stations: int, more_m2: float, unplaced: Sequence[int] = (), placed_m2: float = 0.0
+) -> str:
+    """Say what today's stations leave unseen, and what more of them would show; `placed_m2` by those with tags."""
     if not asked_m2:
         return NOTHING_DUE
     seen = asked_m2 - left_m2
@@ -89,7 +111,8 @@ def still_words(asked_m2: float, left_m2: float, stations: int, more_m2: float) 
     if not stations:
         return f"{share} No other station on a floor is worth the walk."
     count = "One more station" if stations == 1 else f"{stations} more stations"
-    return f"{share} {count} would show another {square_metres(more_m2)}:"
+    shown = f"{share} {count} would show another {square_metres(more_m2)}"
+    return f"{shown}. {unplaced_words(unplaced, more_m2 - placed_m2)}" if unplaced else f"{shown}:"
 
 
 def element_list(areas: Sequence[tuple[str, float]]) -> str:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 _BEST = (
     "Built / (built + open) of what was seen, of several elements their mean (not seen now: as when last seen); "
-    "unknown where less than 10 % was seen."
+    "unknown where less than half was seen."
 )
 _LOWER = "What is certain: everything that was not seen counts as not built."
 _UPPER = "What is possible: everything that was not seen counts as built."

@@ -29,9 +29,21 @@ BILL = (
     _column("Certified amount", "money", 12, "= certified quantity x rate, to the cent."),
     _column("Remaining quantity", "quantity", 11, "= contract - certified."),
     _column("Remaining amount", "money", 12, "= contract - certified."),
-    _column("Best amount", "money", 12, "The best estimate beside it: by photos alone, never what is paid."),
-    _column("Check", "text", 13, "falls: less is certified than before. Look why before you sign."),
-    _column("Best quantity", "quantity", 11, "The best estimate by photos alone; unknown where too little was seen."),
+    _column(
+        "Best amount",
+        "money",
+        12,
+        "= best quantity x rate, beside it: never what is paid. A sum leaves out unknown ones.",
+    ),
+    _column(
+        "Check",
+        "text",
+        13,
+        "falls: less is certified than before. Look why before you sign. best: lines that the best sum is without.",
+    ),
+    _column(
+        "Best quantity", "quantity", 11, "The best estimate by photos alone; unknown where less than half was seen."
+    ),
     _column("Rate: why, by whom", "text", 24, "Why a person changed the rate. It is carried on with the rate."),
     _column("Contract rate", "rate", 10, "The rate as the costs say it."),
     _column("Sum of elements", "quantity", 12, "What Cost by element brings, not rounded."),
@@ -59,7 +71,7 @@ COST_PARTS = (
         "What photos make certain of the element; what wasn't seen counts as not built (of a line that takes money off "
         "as built). Of what is counted in pieces: 100 % if it was seen complete (not only as far as seen), else 0 %.",
     ),
-    _column("Best", "percent", 9, "The best estimate of the element, by photos; unknown if too little was seen."),
+    _column("Best", "percent", 9, "The best estimate of the element; unknown where less than half was seen."),
     _column("Seen by a person", "percent", 10, "From the observations table. Beside the photos, never mixed in."),
     _column("Override", "percent", 10, f"Write a percentage here to let it count instead. {_INPUT}"),
     _column("Reason", "text", 24, "Why you overrode it."),
@@ -67,10 +79,12 @@ COST_PARTS = (
     _column("Date", "date", 11, "When."),
     _column("Counts", "percent", 9, "The override; else, where the project says so, what a person saw; else certain."),
     _column("Quantity certified", "quantity", 12, "= quantity x counts, not rounded. Bill adds it up by line."),
-    _column("Amount", "money", 12, "= that x rate. For information: Bill rounds the line, not its parts."),
+    _column("Amount", "money", 12, "= that x rate, to the cent. It adds up to Bill: the row that brings the most of a "
+            "line takes what rounding the whole line adds."),
     _column("GlobalId", "text", 26, "The element's GlobalId; empty for what isn't measured here."),
     _column("Cost line", "text", 34, "The line's text."),
     _column("Currency", "text", 9, "Currency of the amount."),
+    _column("Before the line", "money", 12, "= quantity certified x rate, to the cent, before the line is rounded."),
 )  # fmt: skip
 
 VARIATIONS = (
@@ -113,7 +127,7 @@ OBSERVATIONS = (
     _column("By", "text", 16, "Who looked."),
     _column("Why", "wrap", 40, "Why the person says so."),
     _column("Certain", "percent", 9, "What photos make certain."),
-    _column("Best", "percent", 9, "The best estimate by photos."),
+    _column("Best", "percent", 9, "The best estimate by photos; unknown where less than half was seen."),
     _column("Possible", "percent", 9, "What may be built, by photos."),
     _column("Last seen", "date", 11, "Last visit whose photos decided something on it."),
     _column("Counts", "text", 22, "What the valuation takes of it."),
@@ -135,7 +149,7 @@ WHY_NOTHING = {
 }
 SIGNING_RULES = (
     "Certified is what photos make certain, or what a person put in its place: never what nobody saw.",
-    "Best is the best estimate by photos alone. It stands beside, and nothing is paid by it.",
+    "Best is the best estimate by photos alone, of lines seen to at least half. Nothing is paid by it.",
     ROUNDED,
     "Retention is worked out on what is certified in all, tax on what this valuation adds.",
     "Sign by writing name and date beside Certified by. The next workbook then begins after this valuation.",
