@@ -108,7 +108,7 @@ def late_words(report: ProgressReport) -> str:
     """Return in a sentence how many elements are late; "" where the plan has no dates."""
     if not any(task.schedule_finish for task in report.tasks):
         return ""
-    late, unknown = late_rows(report), due_but_unknown(report)
+    late, unknown = late_rows(report), len(due_but_unknown(report))
     open_ones = f"; {unknown} {'more ' if late else ''}should stand, and too little was seen of them to say"
     more = open_ones if unknown else ""
     if not late and report.nothing_seen:

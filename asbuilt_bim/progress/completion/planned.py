@@ -134,11 +134,11 @@ def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
     return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
 
 
-def due_but_unknown(report: ProgressReport) -> int:
-    """Return how many elements should stand and were seen too little to say."""
+def due_but_unknown(report: ProgressReport) -> tuple[ElementProgress, ...]:
+    """Return the elements that should stand and were seen too little to say."""
     due = _due(report)
-    return sum(
-        1
+    return tuple(
+        e
         for e in report.elements
         if e.state == "unknown" and e.global_id in due and days_past(due[e.global_id][0], report.visit_date)
     )

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.progress.completion.planned import due_but_unknown
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
@@ -113,6 +114,7 @@ def _planned(report: ProgressReport) -> Context:
         "late": late,
         "plan_words": plan_words(report),
         "late_words": late_words(report),
+        "due_unknown": due_but_unknown(report),
         "cost_groups": cost_groups(report),
         "money_due": money_due(report),
         "matrix": matrix_of(report, frozenset(row.global_id for row in late)),

@@ -103,14 +103,23 @@ class SinceRow:
         assert found is not None
         return found
 
+    @property
+    def is_other_state(self) -> bool:
+        """Say whether it came, went, or is in another state; else its figures alone read otherwise."""
+        return (self.then and self.then.shown_state) != (self.now and self.now.shown_state)
+
 
 def since_rows(before: ProgressReport, after: ProgressReport) -> tuple[SinceRow, ...]:
-    """Return the elements that came, went, or changed by what the page shows, by class and name."""
+    """Return the elements that came, went, or changed by what the page shows: other states first, by class and name."""
     old = {element.global_id: element for element in before.elements}
     new = {element.global_id: element for element in after.elements}
     rows = [SinceRow(then=old.get(key), now=new.get(key)) for key in old | new]
     reported = [row for row in rows if _shown(row.then) != _shown(row.now)]
-    return tuple(sorted(reported, key=lambda r: (r.element.ifc_class, r.element.name, r.element.global_id)))
+    return tuple(sorted(reported, key=_since_order))
+
+
+def _since_order(row: SinceRow) -> tuple[bool, str, str, str]:
+    return not row.is_other_state, row.element.ifc_class, row.element.name, row.element.global_id
 
 
 def _shown(element: ElementProgress | None) -> tuple[str | None, ...]:

@@ -136,4 +136,7 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     assert late_elements(replace(report, tasks=(*report.tasks, undated))) == ()
     row = replace(undated, schedule_start=None, progress=replace(undated.progress, key="schedule:7"))
     assert late_elements(replace(report, tasks=(*report.tasks, row))) == late, "a blank row of a table hides lateness"
-    assert due_but_unknown(report) == 0
+    assert due_but_unknown(report) == ()
+    unseen = replace(report, elements=tuple(replace(e, state="unknown") for e in report.elements))
+    assert {e.global_id for e in due_but_unknown(unseen)} >= {one.element.global_id for one in late}
+    assert late_elements(unseen) == ()

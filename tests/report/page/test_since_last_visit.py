@@ -29,6 +29,15 @@ def test_only_what_reads_otherwise_is_listed_then_and_now() -> None:
     assert since_rows(slightly, report) == ()
 
 
+def test_other_states_are_counted_apart_from_other_figures_and_come_first() -> None:
+    report = sample_report()
+    before = a_visit_before(report)
+    built = (before.elements[-1].as_built_area_m2 or 0.0) + 1.0
+    before = renamed(before, -1, as_built_area_m2=built, as_built_sigma_m2=0.02)
+    assert [row.is_other_state for row in since_rows(before, report)] == [True, True, False]
+    assert "2 elements changed state</a>; of 1 only figures changed." in page_html(report, {}, (before,))
+
+
 def test_an_element_that_left_the_design_is_listed_too() -> None:
     report = sample_report()
     (row,) = since_rows(report, replace(report, elements=report.elements[:-1]))
@@ -42,3 +51,11 @@ def test_the_page_tells_both_visits_and_nothing_where_there_was_none_before() ->
     assert "1.25 ± 0.02" in page and "not in the design" in page
     assert "What changed since the last visit" not in page_html(report, {})
     assert "Every element is as it was." in page_html(report, {}, (replace(report, visit_date=date(2026, 3, 2)),))
+
+
+def test_what_should_stand_and_was_seen_too_little_is_named_with_its_link() -> None:
+    report = sample_report()
+    unseen = replace(report, elements=tuple(replace(e, state="unknown") for e in report.elements))
+    name, key = unseen.elements[0].name, unseen.elements[0].global_id
+    assert f'Should stand, too little seen to say: <a href="#e-{key}">' in page_html(unseen, {}) and name
+    assert "Should stand, too little seen" not in page_html(report, {})
