@@ -139,6 +139,7 @@ def test_measure_says_of_the_rig_what_run_says_and_says_it_before_the_areas(
     monkeypatch.setattr(
         "asbuilt_bim.measure.pair.judge", lambda healths, rig: replace(judge(healths, rig), state=state)
     )
+    monkeypatch.setenv("COLUMNS", "80")  # wider, the faces stand in a table
     left, right = folder / "left.png", folder / "right.png"
     found = asbuilt_bim.measure_pair(left, right, folder / "rig.yaml", target=False)
     assert [one.code for one in found.rejections if one.subject.kind is SubjectKind.RIG] == [code]
