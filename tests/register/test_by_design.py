@@ -85,8 +85,11 @@ def test_bays_closer_than_the_rough_place_are_refused() -> None:
 
 
 def test_a_hall_symmetric_about_its_middle_is_refused_without_a_bearing() -> None:
-    half = [wall((-6.0, 6.0), (6.0, 6.0)), wall((6.0, 6.0), (6.0, -6.0)), box_column((3.0, 4.0), 0.5)]
-    other = [wall((6.0, -6.0), (-6.0, -6.0)), wall((-6.0, -6.0), (-6.0, 6.0)), box_column((-3.0, -4.0), 0.5)]
+    half = [wall((-6.0, 6.0), (6.0, 6.0)), wall((6.0, 6.0), (6.0, -6.0))]
+    other = [wall((6.0, -6.0), (-6.0, -6.0)), wall((-6.0, -6.0), (-6.0, 6.0))]
+    for x, y in ((3.0, 4.0), (-2.0, 3.0), (4.5, 1.0), (0.5, 4.5)):
+        half.append(box_column((x, y), 0.5))
+        other.append(box_column((-x, -y), 0.5))
     design = design_of([*half, *other])
     pose, reasons = pose_by_design(measured(design, TRUE), rough(bearing=False), design, OPTIONS)
     assert pose is None

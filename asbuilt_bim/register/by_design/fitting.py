@@ -164,7 +164,7 @@ def fitted(
         return None
     covariance = step[1][:3, :3]
     volume = 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
-    log_odds = _evidence(odds, on) + prior.log_density(turn, place) + volume
+    log_odds = _evidence(odds, on, design.elements[on], seen.whole > 0.5) + prior.log_density(turn, place) + volume
     fit = Fitted(turn_rad=turn, place_m=place, on=on, trust=trust, covariance=covariance, log_odds=float(log_odds))
     return replace(fit, on=np.where(trust > 0.5, on, -1))
 
@@ -177,12 +177,21 @@ def _taken(odds: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     return on, trust
 
 
-def _evidence(odds: FloatArray, on: NDArray[np.intp]) -> float:
-    """Return the logarithm of the odds of all that was seen; pieces of one design face say one thing once."""
+def _evidence(odds: FloatArray, on: NDArray[np.intp], element: NDArray[np.intp], whole: BoolArray) -> float:
+    """Return the logarithm of the odds of all that was seen; pieces of one design face say one thing once.
+
+    The ends of a whole face (N,) are where the next faces of its element stand, so these say nothing new. What is cut
+    of an element says something for each of its faces.
+    """
     each = np.log(1.0 - OF_DESIGN + OF_DESIGN * odds.sum(axis=1))
     total = float(each[each <= 0.0].sum())
-    for face in np.unique(on[each > 0.0]):
-        total += float(each[(on == face) & (each > 0.0)].max())
+    fits = each > 0.0
+    for one in np.unique(element[fits]):
+        own = fits & (element == one)
+        most = each[own].max()
+        cut = own & ~whole
+        pieces = sum(float(each[cut & (on == face)].max()) for face in np.unique(on[cut]))
+        total += max(float(most), pieces)
     return total
 
 
