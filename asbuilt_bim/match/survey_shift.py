@@ -15,6 +15,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason, SubjectKind, Value, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.match.depth_on_design import elements_shown
 from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.match.upright_planes import (
     PARALLEL_COS,
@@ -78,7 +79,7 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
             fits: dict[str, Value] = {"fits": on, "faces": len(seen.halves_m), "fits_unmoved": on_here}
             return (_of_survey(Reason.SURVEY_SHIFTED, _moved(place, origin) | fits),)
         return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, _moved(place, origin) | {"more": ends}),)
-    return _nothing_fits(matched, seen, walls)
+    return _nothing_fits(matched, design, seen, walls)
 
 
 def _of_survey(code: Reason, values: dict[str, Value]) -> Rejection:
@@ -248,16 +249,27 @@ def _moved(place: Placing, origin: FloatArray) -> dict[str, Value]:
     return named | {"turn_rad": float(place.turn_rad)} | axis
 
 
-def _nothing_fits(matched: MatchResult, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
-    """Return a rejection where hardly one of the measured faces fits the design."""
+def _nothing_fits(matched: MatchResult, design: BimModel, seen: Upright, walls: Upright) -> tuple[Rejection, ...]:
+    """Return a rejection where hardly one of the measured faces fits the design, and depth doesn't show it either.
+
+    On a site with much else in view no measured face may be an element's. But elements that stand lie in the depth.
+    """
+    fault = _hardly_alike(matched, seen, walls)
+    if fault is None:
+        return ()
+    shown = elements_shown(matched.stations, design, FAR_M, HARDLY_M, SURE_SHARE)
+    return () if len(shown) >= LEAST_MORE else (fault,)
+
+
+def _hardly_alike(matched: MatchResult, seen: Upright, walls: Upright) -> Rejection | None:
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
     if not matched.matches and count >= LEAST_MORE:
-        return (_of_survey(Reason.DESIGN_UNLIKE, {"faces": count}),)
+        return _of_survey(Reason.DESIGN_UNLIKE, {"faces": count})
     near, on = (lying(seen, walls, band) for band in (HARDLY_M, BAND_M))
     fits, areas = near[0], seen.halves_m * np.ptp(seen.heights_m, axis=1)  # half areas
     if len(fits) < HARDLY_COUNT or max(np.mean(fits), areas[fits].sum() / areas.sum()) >= HARDLY_SHARE:
-        return ()
+        return None
     elements = {walls.elements[face] for face in on[1][on[0]]}
     if len(elements) >= LEAST_MORE and on[0].sum() >= SURE_SHARE * fits.sum():
-        return ()
-    return (_of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": int(fits.sum()), "faces": len(fits)}),)
+        return None
+    return _of_survey(Reason.DESIGN_HARDLY_ALIKE, {"fits": int(fits.sum()), "faces": len(fits)})

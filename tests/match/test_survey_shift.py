@@ -16,8 +16,10 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.survey_shift import survey_shift
+from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.register.pose import Placement
 from asbuilt_bim.report.wording.reasons import words_of
-from tests.match.small_site import box, element, looking, measured, model, placement, station
+from tests.match.small_site import Box, box, element, looking, measured, model, placement, station
 
 POSE = looking([2.0, -6.0, 1.6], [2.0, 0.0, 1.4])
 SHAPES = [box(4 * n, 3 * (n % 2), 0, 2.5 - 2.2 * (n % 2), 0.3 + 2.2 * (n % 2), 3) for n in range(6)]
@@ -45,7 +47,8 @@ def told(
             width = float(np.ptp(face.rings_uv_m[0][0][:, 0]))
             name = f"A1/{number}{index}"
             seen.append(measured(name, POSE, frame, polygon.box(0.0, 0.0, width, 3.0 - cut_m)))
-    placed = placement(station("A1", POSE, SHAPES, seen))
+    stand = [(low + off, high + off) for (low, high), off in zip(SHAPES, np.add(move, own), strict=True)]
+    placed = placement(station("A1", POSE, stand, seen))
     return survey_shift(match_faces(placed, model(SITE), MatchOptions()), model(SITE))
 
 
@@ -123,3 +126,32 @@ def test_a_few_faces_that_fit_beside_formwork_are_of_this_site() -> None:
     own = [(0.0, 0.0, 0.0)] * 2 + [(0.2 * n, 2.0 - 0.7 * n, 0.0) for n in range(2, 6)]
     assert told((0.0, 0.0, 0.0), own=own) == ()
     assert told((0.0, 0.0, 0.0), own=own[1:] + own[:1], elements=(0, 1, 2, 3, 4)) == ()  # two of ten
+
+
+def clutter(count: int) -> list[MeasuredFace]:
+    """Return measured faces, each of which lies beside the design in its own way."""
+    frame = SITE[0].faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    offs = [np.array([0.05 * number, -0.4 - 0.05 * number, 0.2]) for number in range(count)]
+    moved = [replace(frame, origin_m=frozen(frame.origin_m + off)) for off in offs]
+    region = polygon.box(0.0, 0.0, 0.2, 0.3)
+    return [measured(f"A1/9{number:02}", POSE, one, region) for number, one in enumerate(moved)]
+
+
+def two_stations(stand: Sequence[Box], count: int) -> Placement:
+    """Return a station that measured only clutter, and one beside it; what they both see is `stand`."""
+    beside = looking([12.0, -6.0, 1.6], [12.0, 0.0, 1.4])
+    return placement(station("A1", POSE, stand, clutter(count)), station("A2", beside, stand))
+
+
+@pytest.mark.parametrize("count", [6, 46])
+def test_where_depth_shows_three_elements_in_their_place_faces_of_other_things_are_no_other_site(count: int) -> None:
+    placed = two_stations(SHAPES, count)
+    assert survey_shift(match_faces(placed, model(SITE), MatchOptions()), model(SITE)) == ()
+
+
+def test_where_depth_shows_no_three_elements_faces_of_other_things_are_of_another_site() -> None:
+    for stand in (SHAPES[:2], [(low + 0.3, high + 0.3) for low, high in SHAPES], []):
+        placed = two_stations(stand, 46)
+        (warning,) = survey_shift(match_faces(placed, model(SITE), MatchOptions()), model(SITE))
+        assert warning.code is Reason.DESIGN_UNLIKE
