@@ -59,9 +59,9 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     """Return the sky's pixels (H, W); conservative: what isn't plainly sky isn't.
 
     Demanded of each pixel: untextured, no disparity but a very small one, bright, and not warmer than neutral (blue or
-    grey). It also connects to the photo's top border, or is a piece with the colour of what does. Sky is seen between
-    guard rails and under slabs as well. Between bars stereo carries their disparity over the gaps: there a piece may
-    have one, if it has the colour of the sky right beside.
+    grey). It also connects to the photo's top border and ends at the edges of things, or is a piece with the colour of
+    what does. Sky is seen between guard rails and under slabs as well. Between bars stereo carries their disparity over
+    the gaps: there a piece may have one, if it has the colour of the sky right beside.
     """
     picture = grey(pair.left)
     mean = cv2.blur(picture, (WINDOW_PX, WINDOW_PX))
@@ -74,13 +74,14 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     usual_px = float(np.median(depth.sigma_px[depth.valid])) if depth.valid.any() else 0.0
     far_px = max(depth.f_px * depth.baseline_m / FAR_M, FAR_SIGMAS * usual_px)
     near = depth.valid & (depth.disparity_px > far_px)
-    calm = (spread < MOST_TEXTURE_GREY) & (mean > LEAST_LIGHT * light)
+    even = valid & (spread < MOST_TEXTURE_GREY)
+    calm = even & (mean > LEAST_LIGHT * light)
     cold = (blue >= red - 4.0) & (blue >= green - 6.0)
     colour = np.stack([blue, green, red], axis=-1)
-    candidate = _opened(valid & calm & cold & ~near)
-    sky = _hanging(candidate, valid)
+    candidate = _opened(calm & cold & ~near)
+    sky = _hanging(candidate, valid, even & ~near & ~(calm & cold))
     sky = sky | _of_its_colour(candidate & ~sky, sky, colour)
-    smeared = _of_the_colour_beside(_opened(valid & calm & cold) & ~sky, sky, colour)
+    smeared = _of_the_colour_beside(_opened(calm & cold) & ~sky, sky, colour)
     sky, near = sky | smeared, near & ~_grown(smeared)
     # untextured pixels were kept off edges by the window's half: give that back, not over what was measured
     like = np.abs(picture - _local_level(mean, sky, 31)) < 3.0 * MOST_TEXTURE_GREY
@@ -96,8 +97,11 @@ def _grown(mask: BoolArray) -> BoolArray:
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((WINDOW_PX, WINDOW_PX), np.uint8)) > 0)
 
 
-def _hanging(candidate: BoolArray, valid: BoolArray) -> BoolArray:
-    """Keep the parts that touch the top of the photo's own area."""
+def _hanging(candidate: BoolArray, valid: BoolArray, faded: BoolArray) -> BoolArray:
+    """Keep the parts that touch the top of the photo's own area, and end at things.
+
+    `faded` (H, W) is as even as sky, and too dark or too warm. A wall under a lamp goes over into it without an edge.
+    """
     count, parts, stats, _ = cv2.connectedComponentsWithStats(candidate.astype(np.uint8), connectivity=4)
     if count <= 1:
         return np.zeros_like(candidate)
@@ -108,8 +112,14 @@ def _hanging(candidate: BoolArray, valid: BoolArray) -> BoolArray:
     for below in range(2, 8):
         rows = np.minimum(top[columns] + below, candidate.shape[0] - 1)
         touching |= set(np.unique(parts[rows, columns]).tolist())
-    keep = [i for i in touching if i > 0 and stats[i, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
-    return np.isin(parts, keep)
+    large = [i for i in touching if i > 0 and stats[i, cv2.CC_STAT_AREA] >= LEAST_PIXELS]
+    return np.isin(parts, [i for i in large if _ends_at_things(parts == i, valid & ~candidate, faded)])
+
+
+def _ends_at_things(part: BoolArray, beyond: BoolArray, faded: BoolArray) -> bool:
+    """Say whether an edge ends a part (H, W) all round, but for as little as may have another colour than sky's."""
+    border = _grown(part) & beyond
+    return np.count_nonzero(border & faded) <= (1.0 - ALIKE) * np.count_nonzero(border)
 
 
 def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> BoolArray:
