@@ -57,6 +57,8 @@ HARDLY_M, HARDLY_SHARE, HARDLY_COUNT = 0.10, 0.25, 12
 own it is half and more: by area where clutter, many and small, is among them. Of under a dozen a few say nothing.
 What is near by chance is anywhere in these 10 cm, a fifth of it within 2 cm: most of it, on as many elements, is none.
 """
+BY_CHANCE = 0.05
+"""Where half of a site's own faces fit, none of three fits in one case of eight: that says nothing yet."""
 TURNS, PEAKS, REFINED = 6, 16, 25  # looked at, the likeliest first
 
 
@@ -263,7 +265,7 @@ def _nothing_fits(matched: MatchResult, design: BimModel, seen: Upright, walls: 
 
 def _hardly_alike(matched: MatchResult, seen: Upright, walls: Upright) -> Rejection | None:
     count = sum(len(placed.measurement.faces) for placed in matched.stations)
-    if not matched.matches and count >= LEAST_MORE:
+    if not matched.matches and (1.0 - SURE_SHARE) ** count < BY_CHANCE:
         return _of_survey(Reason.DESIGN_UNLIKE, {"faces": count})
     near, on = (lying(seen, walls, band) for band in (HARDLY_M, BAND_M))
     fits, areas = near[0], seen.halves_m * np.ptp(seen.heights_m, axis=1)  # half areas

@@ -101,6 +101,12 @@ def test_photos_of_another_site_fit_nothing_and_are_named() -> None:
     assert (warning.code, warning.values) == (Reason.DESIGN_UNLIKE, {"faces": 6})
 
 
+def test_three_faces_that_fit_nothing_say_nothing_yet() -> None:
+    own = [(0.3 * n, 2.0 - 0.7 * n, 0.0) for n in range(6)]
+    assert told((0.0, 0.0, 0.0), own=own, faces=(0,), elements=(0, 1, 2)) == ()
+    assert told((0.0, 0.0, 0.0), own=own, faces=(0,), elements=(0, 1, 2, 3, 4)) != ()
+
+
 def test_photos_of_another_site_of_which_a_few_faces_fit_by_chance_are_named() -> None:
     own = [(0.0, 0.0, 0.0)] + [(0.2 * n, 2.0 - 0.7 * n, 0.0) for n in range(1, 6)]
     (warning,) = told((0.0, 0.0, 0.0), own=own)
