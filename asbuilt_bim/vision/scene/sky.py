@@ -13,11 +13,9 @@ from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.even_places import MOST_TEXTURE_GREY, WINDOW_PX, window_texture
 from asbuilt_bim.vision.stereo.matching import grey
 
-WINDOW_PX = 9
-MOST_TEXTURE_GREY = 3.0
-"""Standard deviation in a window: sensor noise and a gradient; concrete has pores."""
 LEAST_LIGHT = 0.55
 """Sky is among the brightest in a photo by day: at least this share of its 98th percentile."""
 FAR_M, FAR_SIGMAS = 65.0, 3.0
@@ -64,8 +62,7 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     the gaps: there a piece may have one, if it has the colour of the sky right beside.
     """
     picture = grey(pair.left)
-    mean = cv2.blur(picture, (WINDOW_PX, WINDOW_PX))
-    spread = np.sqrt(np.maximum(cv2.blur(picture * picture, (WINDOW_PX, WINDOW_PX)) - mean * mean, 0.0))
+    mean, spread = window_texture(picture)
     blue, green, red = (cv2.blur(pair.left[..., k].astype(np.float32), (5, 5)) for k in range(3))
     valid = pair.valid_left
     if not valid.any():
@@ -119,7 +116,7 @@ def _hanging(candidate: BoolArray, valid: BoolArray, faded: BoolArray) -> BoolAr
 def _ends_at_things(part: BoolArray, beyond: BoolArray, faded: BoolArray) -> bool:
     """Say whether an edge ends a part (H, W) all round, but for as little as may have another colour than sky's."""
     border = _grown(part) & beyond
-    return np.count_nonzero(border & faded) <= (1.0 - ALIKE) * np.count_nonzero(border)
+    return bool(np.count_nonzero(border & faded) <= (1.0 - ALIKE) * np.count_nonzero(border))
 
 
 def _of_its_colour(candidate: BoolArray, sky: BoolArray, colour: np.ndarray) -> BoolArray:

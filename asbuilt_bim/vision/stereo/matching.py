@@ -9,6 +9,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
 from asbuilt_bim.vision.stereo.depth import DepthMap
+from asbuilt_bim.vision.stereo.even_places import jumps_without_edge
 from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
 from asbuilt_bim.vision.stereo.warp import right_at, warp_right
 
@@ -176,7 +177,7 @@ def _polished(
     matcher: SemiGlobalMatcher,
     prior_sigma_px: float,
 ) -> tuple[Float32Array, Float32Array]:
-    """Refine a matcher's disparity, and drop what stays a guess or leaves the right photo."""
+    """Refine a matcher's disparity, and drop what stays a guess, jumps without an edge or leaves the right photo."""
     measured = np.isfinite(raw) & pair.valid_left & lands_inside(raw, pair.valid_right)
     start = np.where(measured, raw, 0.0).astype(np.float32)
     refined, posterior = _refine(*greys, start, measured, matcher, prior_sigma_px)
@@ -186,6 +187,7 @@ def _polished(
         posterior**2 + carried**2 + np.float32(common) ** 2 + (ROUGH_SHARE * _roughness(refined, measured)) ** 2
     )
     measured &= (sigma < matcher.most_sigma_px) & lands_inside(refined, pair.valid_right)
+    measured &= ~jumps_without_edge(greys[0], refined, measured, matcher.most_sigma_px)
     disparity = np.where(measured, refined, np.float32(np.nan)).astype(np.float32)
     return disparity, np.where(measured, sigma, np.float32(np.inf)).astype(np.float32)
 
