@@ -111,9 +111,7 @@ def test_the_result_keeps_it_for_programs_that_judge_by_themselves(report: Progr
     assert again.cost_lines[0].as_built_best == 9.0 and again.elements[0].completion.best == 1.0
 
 
-def test_complete_and_complete_as_far_as_seen_are_counted_apart(
-    folder: Path, report: ProgressReport
-) -> None:
+def test_complete_and_complete_as_far_as_seen_are_counted_apart(folder: Path, report: ProgressReport) -> None:
     storey = report.storeys[0]
     count = len(storey.elements)
     assert count_words(storey).startswith(f"0 complete, {count} complete as far as seen")

@@ -139,7 +139,7 @@ TERMS = {
     "displaced": "Number of elements that stand beside their design, and that nobody has accepted.",
     "move_m": "How it stands beside its design, in world metres; null where it doesn't, or isn't known to.",
     "ElementProgress.as_far_as_seen": "It is complete as far as seen: under 90 % of it is certain (nearly_all).",
-    "GroupProgress.as_far_as_seen": "Of the complete ones, those of which under 90 % is certain. Tables count them apart.",
+    "GroupProgress.as_far_as_seen": "Of the complete ones, how many are under 90 % certain. Tables count them apart.",
     "zones": "Names of the zones that it lies in.",
     "type_name": "Name of its type in the IFC file; empty where it has none.",
     "accepted": "A person accepted that it stands beside its design; what is said of it is of where it stands.",

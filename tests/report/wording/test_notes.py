@@ -119,7 +119,8 @@ def test_sentences_are_short(code: Reason) -> None:
         (
             Reason.PHOTOS_DISAGREE,
             {"kind": "column", "element": "B1/1F", "cells": 2, "stations": ("G1", "U4")},
-            "Photos disagree about part of Column B1/1F, built or not: it counts as not seen. Look at pictures G1 and U4",
+            "Photos disagree about part of Column B1/1F, built or not: it counts as not seen. "
+            "Look at pictures G1 and U4",
         ),
         (
             Reason.PHOTOS_DISAGREE,
