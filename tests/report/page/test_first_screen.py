@@ -21,7 +21,7 @@ from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
-from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR
+from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
 from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
 
@@ -110,6 +110,12 @@ def test_an_unknown_element_says_why_and_what_to_do() -> None:
     page = page_html(report, {})
     card = text_of(page[page.index(f'id="e-{key}"') :].partition("</details>")[0])
     assert "Why unknown: Nothing of it was seen" in card and "What to do: Stand at 1 on the plan" in card
+
+
+def test_the_list_of_places_says_why_those_of_plan_and_check_are_others() -> None:
+    report = replace(sample_report(), wanted_views=(wanted(sample_report(), 0, 0.0, 5.0),))
+    page = page_html(report, {})
+    assert ONE_FOR_EACH in text_of(page[page.index('id="next"') :])
 
 
 def test_an_elements_card_shows_its_photo_cut_to_it_and_the_page_holds_each_photo_once() -> None:

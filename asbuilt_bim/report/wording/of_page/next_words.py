@@ -16,7 +16,7 @@ FROM_OUTSIDE = "outside the building"
 FROM_SCAFFOLD = "outside, from a scaffold or from the ground"
 ONE_FOR_EACH = (
     "Often one place shows several of them. So the list of asbuilt-bim plan is another: the fewest places on the "
-    "floors for all that is due. That of asbuilt-bim check has those still missing after today's photos."
+    "floors for all that is due. That of asbuilt-bim check has those for what the photos of a day left unseen."
 )
 """Why this list isn't that of `plan` or of `check`, which ask for something else."""
 NO_ROOM = "The design leaves no 3 m free before it: go near, or look along it."
