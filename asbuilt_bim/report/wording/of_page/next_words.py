@@ -35,4 +35,8 @@ def stand_words(number: int, side: str, away_m: float, where: str) -> str:
 
 def near_words(station: str, away_m: float | None) -> str:
     """Say how far that is from a station of the visit; "" where none stood on that floor."""
-    return "" if away_m is None else f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."
+    if away_m is None:
+        return ""
+    if away_m < 0.5:
+        return f"It is where {station} stood: turn that way."
+    return f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."

@@ -14,8 +14,8 @@ _PEOPLE = {
 }
 _WHOLE_UNSOUGHT = "No network looks for people: who is in a photo can be recognised."
 BLURRED_WORDS = (
-    "Dashed: nothing was measured there, so the picture is blurred. The photo itself is sharp, and so is the page that "
-    "asbuilt-bim report FOLDER --whole-photos makes."
+    "Dashed: nothing was measured there, so the picture is coarse or blurred. The photo itself is sharp. So is the "
+    "page that asbuilt-bim report FOLDER --whole-photos makes."
 )
 """Beside a picture of a place where something should stand."""
 
