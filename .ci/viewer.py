@@ -5,7 +5,7 @@ npm install --prefix /tmp/viewer web-ifc
 .venv/bin/python .ci/viewer.py /tmp/viewer/node_modules/web-ifc out picture.png
 
 Prints a line for each element whose colour is another's, and how many are right; exit 1 where one isn't. Serves the
-files on a loopback port. The picture paints the farthest first, so long triangles may cover what is before them.
+files on a loopback port. The picture leaves out what isn't in scope: a slab would hide what stands under it.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import http.server
 import json
 import subprocess
 import sys
+import tempfile
 import threading
 from pathlib import Path
 from typing import Any
@@ -56,9 +57,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
         """Say nothing of requests."""
 
 
-def shown_colours(web_ifc: Path, model: Path, picture: Path) -> dict[str, list[list[float]]]:
+def shown_colours(web_ifc: Path, model: Path, picture: Path, scope: Path) -> dict[str, list[list[float]]]:
     """Return GlobalId -> colours (r, g, b from 0 to 1) as web-ifc gives them, and write a picture."""
-    files = {"/": FOLDER / "viewer.html", "/model.ifc": model}
+    files = {"/": FOLDER / "viewer.html", "/model.ifc": model, "/scope.json": scope}
     files |= {f"/web-ifc/{path.name}": path for path in web_ifc.iterdir()}
     kept: dict[str, Any] = {}
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, files, kept))
@@ -74,7 +75,10 @@ def main() -> int:
     """Compare the viewer's colours with the states' in result.json."""
     web_ifc, out, picture = map(Path, sys.argv[1:4])
     report = read_result(out / "result.json")
-    shown = shown_colours(web_ifc, next(out.glob("*.asbuilt.ifc")), picture.resolve())
+    with tempfile.TemporaryDirectory() as folder:
+        scope = Path(folder) / "scope.json"
+        scope.write_text(json.dumps([one.global_id for one in report.elements]), encoding="utf-8")
+        shown = shown_colours(web_ifc, next(out.glob("*.asbuilt.ifc")), picture.resolve(), scope)
     right = 0
     for element in report.elements:
         wanted = [int(STATE_COLOURS[element.shown_state][k : k + 2], 16) / 255.0 for k in (1, 3, 5)]

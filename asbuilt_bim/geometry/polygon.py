@@ -6,6 +6,7 @@ its holes (clockwise). A `Region` is a tuple of polygons.
 
 from collections.abc import Iterable, Sequence
 
+import cv2
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
@@ -167,6 +168,20 @@ def crossings(rings: Sequence[ArrayLike], most: int, most_points: int) -> int:
         if twice > 2 * most:
             break
     return max(1, twice // 2)
+
+
+def hull_of(points: FloatArray) -> FloatArray:
+    """Return the convex hull (N, 2); worked out near zero, since OpenCV's hull is in single precision."""
+    origin = points.mean(axis=0)
+    near = cv2.convexHull((points - origin).astype(np.float32))
+    hull: FloatArray = np.asarray(near, dtype=np.float64).reshape(-1, 2) + origin
+    return hull
+
+
+def beside(ring: FloatArray, point: FloatArray, margin: float) -> bool:
+    """Say whether a point (2,) lies in a ring (N, 2), or no further from it than `margin`."""
+    near = (ring - point).astype(np.float32).reshape(-1, 1, 2)
+    return bool(cv2.pointPolygonTest(near, (0.0, 0.0), True) >= -margin)
 
 
 def contains(region: Region, points: ArrayLike) -> BoolArray:

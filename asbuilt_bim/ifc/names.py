@@ -48,7 +48,7 @@ MARKS: tuple[Mark, ...] = (
     Mark(
         name="CompletionBest",
         kind="ratio",
-        meaning="built / (built + open), of a group the mean; absent where under 10 % was decided",
+        meaning="built / (built + open), of a group the mean; absent where under half was decided",
     ),
     Mark(name="CompletionLower", kind="ratio", meaning="completion if what is unknown were open"),
     Mark(name="CompletionUpper", kind="ratio", meaning="completion if what is unknown were built"),
@@ -68,7 +68,7 @@ MARKS: tuple[Mark, ...] = (
     Mark(name="DaysLate", kind="count", meaning="days from planned finish to the visit, 0 where not late"),
     Mark(name="ForecastFinish", kind="date", meaning="finish by what is certain, at the planned pace"),
     Mark(name="ElementsComplete", kind="count", meaning="elements in the state complete"),
-    Mark(name="ElementsCompleteAsFarAsSeen", kind="count", meaning="of these, not seen nearly whole"),
+    Mark(name="ElementsCompleteAsFarAsSeen", kind="count", meaning="elements in the state complete as far as seen"),
     Mark(name="ElementsPart", kind="count", meaning="elements in the state part"),
     Mark(name="ElementsNotStarted", kind="count", meaning="elements in the state not started"),
     Mark(name="ElementsDisplaced", kind="count", meaning="elements beside their design: none of them counts"),
@@ -88,7 +88,7 @@ QUANTITIES: dict[str, str] = {
 }
 KIND_OF = {mark.name: mark.kind for mark in MARKS}
 HISTORY: dict[str, tuple[PropertyKind, str]] = {
-    "CompletionBest": ("ratio", "CompletionBest after each visit that could tell"),
+    "CompletionBest": ("ratio", "CompletionBest after each visit that saw half"),
     "CompletionLower": ("ratio", "CompletionLower after each visit"),
     "CompletionUpper": ("ratio", "CompletionUpper after each visit"),
     "AsBuiltArea": ("area", "AsBuiltArea after each visit that measured one"),

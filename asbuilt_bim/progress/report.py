@@ -46,6 +46,11 @@ class Completion:
         """Say whether people get the best estimate: at least half was seen."""
         return self.best is not None and self.coverage >= ENOUGH
 
+    @property
+    def best_shown(self) -> float | None:
+        """Return the best estimate as each file but `result.json` has it; None where too little was seen."""
+        return self.best if self.enough_seen else None
+
 
 NOTHING_SEEN = Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
 
@@ -114,6 +119,11 @@ class GroupProgress:
     displaced: int = 0
     as_far_as_seen: int = 0  # of the complete ones
 
+    @property
+    def surely_complete(self) -> int:
+        """Return how many are in the state complete as people get it: less those complete as far as seen."""
+        return self.complete - self.as_far_as_seen
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskProgress:
@@ -136,6 +146,12 @@ class TaskProgress:
     others: int = 0  # building elements that it makes, too, and that are not measured here
     late_days: int | None = None  # from its planned finish to the visit's day where it is late, 0 where it isn't
     forecast_finish: datetime | None = None  # by what is certain, at the planned pace; None where nothing says when
+
+    @property
+    def behind_days_shown(self) -> int | None:
+        """Return the days behind as each file but `result.json` has them; None where too little was seen to say."""
+        certain = self.behind_least_days == self.behind_most_days
+        return self.behind_days if certain or self.progress.completion.enough_seen else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -93,7 +93,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date, photographe
         photographed_m2=photographed_m2,
         as_built_area_m2=element.as_built_area_m2,
         sigma_m2=element.as_built_sigma_m2,
-        best=element.completion.best,
+        best=element.completion.best_shown,
         lower=element.completion.lower,
         upper=element.completion.upper,
         coverage=element.completion.coverage,

@@ -8,7 +8,6 @@ from asbuilt_bim.progress.completion.moments import late_days
 from asbuilt_bim.progress.completion.planned import Knowledge, due_but_unknown, late_elements, verdict
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
-from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.values import plain
 
@@ -36,7 +35,8 @@ class TaskRow:
     late_days: int | None  # past its planned finish, as an element's are; None: unknown, or there is no plan
     forecast_finish: datetime | None  # None: nothing says when
     elements: int
-    complete: int
+    complete: int  # less those complete as far as seen
+    as_far_as_seen: int
     part: int
     not_started: int
     displaced: int
@@ -85,7 +85,7 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             name=late.element.name or late.element.global_id,
             global_id=late.element.global_id,
             state=late.element.shown_state,
-            best=best_shown(late.element.completion),
+            best=late.element.completion.best_shown,
             lower=late.element.completion.lower,
             task=late.task,
             due=late.due,
@@ -135,14 +135,15 @@ def _task_row(task: TaskProgress, report: ProgressReport) -> TaskRow:
         completion=group.completion,
         certain=known.share,
         planned=task.planned,
-        behind_days=task.behind_days,
+        behind_days=task.behind_days_shown,
         behind_least_days=task.behind_least_days,
         behind_most_days=task.behind_most_days,
         late=task.late,
         late_days=late_days(task.schedule_finish, task.late, report.visit_date),
         forecast_finish=forecast_of(task, report).finish,
         elements=len(group.elements),
-        complete=group.complete,
+        complete=group.surely_complete,
+        as_far_as_seen=group.as_far_as_seen,
         part=group.part,
         not_started=group.not_started,
         displaced=group.displaced,

@@ -126,7 +126,7 @@ def _cells(group: GroupProgress, name: str, report: ProgressReport) -> list[Text
 
 def _counts(group: GroupProgress, report: ProgressReport) -> dict[str, int]:
     """Return the numbers of a group's elements by state; some states have a place only where there are any."""
-    counts = {"complete": group.complete - group.as_far_as_seen}
+    counts = {"complete": group.surely_complete}
     if report.whole.as_far_as_seen:
         counts["as far as seen"] = group.as_far_as_seen
     counts |= {"part": group.part, "not started": group.not_started}

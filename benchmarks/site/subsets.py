@@ -35,7 +35,6 @@ from asbuilt_bim.project.read import read_project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.tables import station_of
-from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.scale.executor import one_thread
 from benchmarks.sites import SAMPLE, benchmark_folder, generated_site
@@ -136,7 +135,7 @@ def _choice(site: str, names: tuple[str, ...], said: ProgressReport, truth: dict
         day=said.visit_date.isoformat(),
         stations=names,
         lower=said.whole.completion.lower,
-        best=best_shown(said.whole.completion),
+        best=said.whole.completion.best_shown,
         groups=tuple((done.lower, done.upper, true) for done, true in groups),
         elements=tuple((done.lower, done.upper, true) for done, true in each),
     )

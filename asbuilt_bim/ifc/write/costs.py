@@ -80,7 +80,7 @@ def _item(marker: Marker, line: CostProgress) -> Any:
     marker.properties(
         item,
         {
-            "CompletionBest": line.completion.best,
+            "CompletionBest": line.completion.best_shown,
             "CompletionLower": line.completion.lower,
             "CompletionUpper": line.completion.upper,
             "Coverage": line.completion.coverage,
@@ -92,7 +92,8 @@ def _item(marker: Marker, line: CostProgress) -> Any:
 
 def _basis(line: CostProgress, *, rounded: bool) -> Note:
     """Say which bound of the as-built quantity an item holds."""
-    best: Values = {} if line.as_built_best is None else {"best": line.as_built_best}
+    shown = line.best_quantity_shown
+    best: Values = {} if shown is None else {"best": shown}
     return noted(
         Reason.BASIS_COST,
         about(SubjectKind.COST_LINE, line.global_id),

@@ -25,8 +25,8 @@ class Sample:
         """Return the value of one of the series of `HISTORY`; None where the visit could not tell."""
         if name == "AsBuiltArea":
             return self.as_built_area_m2
-        share: float | None = getattr(self.completion, name.removeprefix("Completion").lower())
-        return share
+        done = self.completion
+        return {"CompletionBest": done.best_shown, "CompletionLower": done.lower, "CompletionUpper": done.upper}[name]
 
 
 def samples_of(reports: Sequence[ProgressReport]) -> dict[str, list[Sample]]:

@@ -90,7 +90,7 @@ def _dates(task: TaskProgress, report: ProgressReport) -> dict[str, Value | None
     """Return how a task stands against its plan, as every other file has it."""
     finish = forecast_of(task, report).finish
     return {
-        "DaysBehind": task.behind_days,
+        "DaysBehind": task.behind_days_shown,
         "DaysLate": late_days(task.schedule_finish, task.late, report.visit_date),
         "ForecastFinish": None if finish is None else finish.date(),
     }
@@ -131,7 +131,7 @@ def _group_values(group: GroupProgress, report: ProgressReport) -> dict[str, Val
         **_completion_values(group.completion, group.key),
         "VisitDate": report.visit_date,
         "ProgramVersion": _version(report),
-        "ElementsComplete": group.complete,
+        "ElementsComplete": group.surely_complete,
         "ElementsCompleteAsFarAsSeen": group.as_far_as_seen,
         "ElementsPart": group.part,
         "ElementsNotStarted": group.not_started,
@@ -164,7 +164,7 @@ def _completion_values(completion: Completion, key: str) -> dict[str, Value | No
     subject = about(SubjectKind.ELEMENT, key)
     return {
         "Summary": noted(Reason.BOUNDS, subject, lower=completion.lower, upper=completion.upper),
-        "CompletionBest": completion.best,
+        "CompletionBest": completion.best_shown,
         "CompletionLower": completion.lower,
         "CompletionUpper": completion.upper,
         "Coverage": completion.coverage,

@@ -121,7 +121,7 @@ def _keep(kept: TaskValues, name: str, value: Any) -> None:
 
 def _basis(known: TaskVerdict, share: float, progress: TaskProgress, subject: Subject) -> Note:
     """Say which number is the task's completion."""
-    group, best = progress.progress, progress.progress.completion.best
+    group, best = progress.progress, progress.progress.completion.best_shown
     if known.finished:
         return noted(Reason.BASIS_COMPLETE, subject, lower=group.completion.lower)
     estimate: Values = {} if best is None else {"best": best}

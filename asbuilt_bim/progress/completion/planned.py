@@ -55,7 +55,8 @@ def verdict(task: TaskProgress) -> TaskVerdict:
         return TaskVerdict(knowledge="measured 0", share=0.0, finished=False, note=note)
     bounds = {"lower": done.lower, "upper": done.upper}
     if done.best is not None and not progress.unknown:
-        note = _note(Reason.TASK_MEASURED, task, {**bounds, "best": done.best})
+        estimate: Values = {"best": done.best} if done.enough_seen else {}
+        note = _note(Reason.TASK_MEASURED, task, {**bounds, **estimate})
         return TaskVerdict(knowledge="measured", share=done.lower, finished=False, note=note)
     counts = {"unknown": progress.unknown, "others": task.others, "of": len(progress.elements) + task.others}
     note = _note(Reason.TASK_PART_MEASURED, task, {**bounds, **counts})

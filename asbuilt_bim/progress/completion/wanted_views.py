@@ -18,6 +18,8 @@ WORTH_IT = 0.1
 """Of an element, between its bounds: what is less open is known well enough."""
 DISTANCES_M = 6.0, 4.5, 3.0
 """Before a side, the best first: 3 to 8 m is where it is measured well."""
+FLOOR_MARGIN_M = 0.5
+"""A floor reaches so far past the hull of its walls and columns: an edge board, a cantilever."""
 _REACH_UP_M = 2.5  # above an element's foot: a camera further up stands on another floor, however low the element is
 _BEFORE_IT_M = 0.02  # a sight begins so far before the face: what touches it hides none of it
 
@@ -48,11 +50,15 @@ def wanted_views(
     asked.sort(key=lambda e: (e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id))
     if not asked:
         return ()
-    screens, places = (
+    screens, places, floors = (
         _screens(design, asked[:MOST]),
         {s.name: s.world_from_left for s in stations if s.world_from_left is not None},
+        {storey: _floor(design, storey) for storey in {e.storey for e in asked[:MOST]}},
     )
-    views = (_view(e, open_m2[e.global_id], surfaces, screens, places, e.global_id in begun) for e in asked[:MOST])
+    views = (
+        _view(e, open_m2[e.global_id], surfaces, screens, places, floors[e.storey], e.global_id in begun)
+        for e in asked[:MOST]
+    )
     return tuple(view for view in views if view is not None)
 
 
@@ -76,15 +82,24 @@ def _view(
     surfaces: Mapping[str, SurfaceState],
     screens: _Screens,
     places: Mapping[str, FloatArray],
+    floor_m: FloatArray,
     begun: bool,
 ) -> WantedView | None:
-    """Return the view of the side of which most is unseen; of several the one that there is room before."""
+    """Return the view of the side of which most is unseen; of several the one that there is room before.
+
+    Of sides of which as much is unseen, to a tenth, it is one that a person sees from the floor.
+    """
     sides = [face for face in element.faces if face.role != "reveal" and surfaces[face.face_id].unknown_uv_m]
     sides.sort(key=lambda face: -surfaces[face.face_id].unknown_area_m2)
     found = [(face, *_stand(face, surfaces[face.face_id], screens)) for face in sides]
     if not found:
         return None
     face, middle, stand = next((one for one in found if one[2] is not None), found[0])
+    least_m2 = (1.0 - WORTH_IT) * surfaces[face.face_id].unknown_area_m2
+    for other, centre, place in found:
+        if place is not None and surfaces[other.face_id].unknown_area_m2 >= least_m2 and stands_on(floor_m, place):
+            face, middle, stand = other, centre, place
+            break
     near = _nearest(stand, places, screens.heights_m[[one == element.global_id for one in screens.element]])
     return WantedView(
         element=element.global_id,
@@ -100,6 +115,16 @@ def _view(
         nearest_station=near[0],
         nearest_m=near[1],
     )
+
+
+def stands_on(hull_m: FloatArray, place_m: FloatArray) -> bool:
+    """Say whether a place (2,) or (3,) lies on a floor whose walls and columns have a hull (N, 2)."""
+    return polygon.beside(hull_m, place_m[:2], FLOOR_MARGIN_M)
+
+
+def _floor(design: BimModel, storey: str) -> FloatArray:
+    """Return the hull (N, 2), from above, of a storey's elements: what its floor is taken to cover."""
+    return polygon.hull_of(np.vstack([e.vertices_m[:, :2] for e in design.elements if e.storey == storey]))
 
 
 def _nearest(

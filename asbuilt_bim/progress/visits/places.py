@@ -10,7 +10,7 @@ from asbuilt_bim.bim.mesh import Mesh, section
 from asbuilt_bim.bim.model import BimElement, BimModel, Obstacle
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.geometry.polygon import enclosed, region_from
+from asbuilt_bim.geometry.polygon import enclosed, hull_of, region_from
 
 EYE_M = 1.5
 """Of the rig over the floor, held before the chest or on a tripod."""
@@ -88,9 +88,7 @@ def _tops(floors: Sequence[Obstacle], floor_z_m: float) -> FloatArray:
 
 def _hull(elements: Sequence[BimElement]) -> FloatArray:
     """Return what elements stand round, from above, as triangles (N, 3, 2)."""
-    points = np.concatenate([one.vertices_m[:, :2] for one in elements])
-    middle = points.mean(axis=0)
-    ring = cv2.convexHull((points - middle).astype(np.float32)).reshape(-1, 2).astype(np.float64) + middle
+    ring = hull_of(np.concatenate([one.vertices_m[:, :2] for one in elements]))
     fan: FloatArray = np.stack([np.broadcast_to(ring[0], ring[1:-1].shape), ring[1:-1], ring[2:]], axis=1)
     return fan
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from asbuilt_bim.progress.report import CostProgress, ElementProgress, State
+from asbuilt_bim.progress.report import CostProgress, ElementProgress, ShownState
 from asbuilt_bim.progress.valuation.bill import BillLine
 
 Quantity = str | float | int | None
@@ -10,7 +10,7 @@ Quantity = str | float | int | None
 
 
 def _best(element: ElementProgress, amount: float) -> float | None:
-    best = element.completion.best
+    best = element.completion.best_shown
     return None if best is None else best * amount
 
 
@@ -19,8 +19,8 @@ def _last_seen(element: ElementProgress) -> str | None:
 
 
 OF_ELEMENTS: Mapping[str, Callable[[ElementProgress], Quantity]] = {
-    "state": lambda e: e.state,
-    "completion_best": lambda e: e.completion.best,
+    "state": lambda e: e.shown_state,
+    "completion_best": lambda e: e.completion.best_shown,
     "completion_lower": lambda e: e.completion.lower,
     "completion_upper": lambda e: e.completion.upper,
     "coverage": lambda e: e.completion.coverage,
@@ -37,13 +37,13 @@ OF_ELEMENTS: Mapping[str, Callable[[ElementProgress], Quantity]] = {
     "last_seen": _last_seen,
 }
 OF_COST_LINES: Mapping[str, Callable[[CostProgress], Quantity]] = {
-    "completion_best": lambda c: c.completion.best,
+    "completion_best": lambda c: c.completion.best_shown,
     "completion_certain": lambda c: c.certain,
     "coverage": lambda c: c.completion.coverage,
     "planned_quantity": lambda c: c.planned_quantity,
-    "as_built_best": lambda c: c.as_built_best,
+    "as_built_best": lambda c: c.best_quantity_shown,
     "as_built_lower": lambda c: c.as_built_lower,
-    "earned_best": lambda c: c.earned_best,
+    "earned_best": lambda c: c.earned_best_shown,
     "earned_lower": lambda c: c.earned_lower,
 }
 OF_BILL_LINES: Mapping[str, Callable[[BillLine], Quantity]] = {
@@ -58,17 +58,18 @@ _SUMS = (
     *("design_area_m2", "built_area_best_m2", "built_area_lower_m2", "built_area_upper_m2"),
     *("design_volume_m3", "built_volume_best_m3", "built_volume_lower_m3", "built_volume_upper_m3"),
 )
-_COUNTS: Mapping[str, State] = {
+_COUNTS: Mapping[str, ShownState] = {
     "elements_complete": "complete",
     "elements_part": "part",
     "elements_not_started": "not started",
     "elements_displaced": "displaced",
     "elements_unknown": "unknown",
+    "elements_as_far_as_seen": "complete as far as seen",
 }
 
 
-def _count(state: State) -> Callable[[Sequence[ElementProgress]], Quantity]:
-    return lambda members: sum(one.state == state for one in members)
+def _count(state: ShownState) -> Callable[[Sequence[ElementProgress]], Quantity]:
+    return lambda members: sum(one.shown_state == state for one in members)
 
 
 def _sum(name: str) -> Callable[[Sequence[ElementProgress]], Quantity]:

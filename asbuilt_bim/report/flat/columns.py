@@ -29,7 +29,7 @@ _VISIT = (
     ),
 )
 _COMPLETION = (
-    _column("completion_best", "number", "Best estimate, 0 to 1: how much of what was seen is built."),
+    _column("completion_best", "number", "Best estimate, 0 to 1; only where at least half was seen."),
     _column("completion_lower", "number", "Certain, 0 to 1: what was not seen counts as not built.", always=True),
     _column("completion_upper", "number", "Possible, 0 to 1: what was not seen counts as built.", always=True),
     _column("coverage", "number", "Share of the cells that photos decide, 0 to 1.", always=True),
@@ -38,11 +38,12 @@ _COUNTS = tuple(
     _column(f"elements{state}", "integer", meaning, always=True)
     for state, meaning in (
         ("", "Walls and columns of it."),
-        ("_complete", "Of these, complete, also as far as seen."),
+        ("_complete", "Of these, in the state complete."),
         ("_part", "Of these, built in part."),
         ("_not_started", "Of these, not started."),
         ("_displaced", "Of these, beside their design."),
         ("_unknown", "Of these, unknown."),
+        ("_as_far_as_seen", "Of these, complete as far as seen: none of them is among the complete ones."),
     )
 )
 _AREAS = (
@@ -124,7 +125,11 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("planned_share", "number", "Share that the plan wants by the visit, 0 to 1."),
         _column("late", "boolean", "Whether the planned finish has passed and it isn't complete."),
         _column("late_days", "integer", "Days from the planned finish to the visit, 0 where it isn't late."),
-        _column("behind_days", "integer", "Days behind plan by the best estimate, negative: ahead."),
+        _column(
+            "behind_days",
+            "integer",
+            "Days behind plan by the best estimate, negative: ahead; as completion_best.",
+        ),
         _column("behind_least_days", "integer", "Best case: what was not seen counts as built."),
         _column("behind_most_days", "integer", "Worst case: what was not seen counts as not built."),
         *_COUNTS,
@@ -140,10 +145,14 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("currency", "string", "Currency of each value."),
         _column("rate", "number", "Rate per unit.", always=True),
         _column("planned_quantity", "number", "Planned quantity, in its own unit.", always=True),
-        _column("as_built_best", "number", "As-built quantity, best estimate, in its own unit."),
+        _column(
+            "as_built_best",
+            "number",
+            "As-built quantity, best estimate, in its own unit; as completion_best.",
+        ),
         _column("as_built_lower", "number", "As-built quantity, certain, in its own unit.", always=True),
         _column("planned_value", "number", "Planned quantity x rate, in cents.", always=True),
-        _column("earned_best", "number", "Earned value, best estimate, rounded to cents."),
+        _column("earned_best", "number", "Earned value, best estimate, rounded to cents; as completion_best."),
         _column("earned_lower", "number", "Earned value, certain, rounded to cents.", always=True),
         *_COMPLETION,
         _column("certified_quantity", "number", "As the newest valuation has it, with a person's overrides."),

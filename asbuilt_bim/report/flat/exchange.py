@@ -13,7 +13,7 @@ NULL = "-"
 _OF_ELEMENTS: Mapping[str, Callable[[ElementProgress], object]] = {
     "GlobalId": lambda e: e.global_id,
     "AsBuilt_Progress.State": lambda e: e.shown_state,
-    "AsBuilt_Progress.CompletionBest": lambda e: e.completion.best,
+    "AsBuilt_Progress.CompletionBest": lambda e: e.completion.best_shown,
     "AsBuilt_Progress.CompletionLower": lambda e: e.completion.lower,
     "AsBuilt_Progress.CompletionUpper": lambda e: e.completion.upper,
     "AsBuilt_Progress.Coverage": lambda e: e.completion.coverage,

@@ -75,7 +75,7 @@ def _element(element: ElementProgress) -> Row:
 
 def _completion(completion: Completion) -> Row:
     return {
-        "completion_best": completion.best,
+        "completion_best": completion.best_shown,
         "completion_lower": completion.lower,
         "completion_upper": completion.upper,
         "coverage": completion.coverage,
@@ -121,11 +121,12 @@ def _storeys(report: ProgressReport) -> Iterator[Row]:
 def _group_counts(group: GroupProgress) -> Row:
     return {
         "elements": len(group.elements),
-        "elements_complete": group.complete,
+        "elements_complete": group.surely_complete,
         "elements_part": group.part,
         "elements_not_started": group.not_started,
         "elements_displaced": group.displaced,
         "elements_unknown": group.unknown,
+        "elements_as_far_as_seen": group.as_far_as_seen,
     }
 
 
@@ -159,6 +160,7 @@ def _task(task: TaskRow) -> Row:
         "elements_not_started": task.not_started,
         "elements_displaced": task.displaced,
         "elements_unknown": task.unknown,
+        "elements_as_far_as_seen": task.as_far_as_seen,
     }
 
 
@@ -179,10 +181,10 @@ def _cost_line(line: CostProgress, billed: BillLine) -> Row:
         "currency": line.currency or None,
         "rate": line.rate,
         "planned_quantity": line.planned_quantity,
-        "as_built_best": line.as_built_best,
+        "as_built_best": line.best_quantity_shown,
         "as_built_lower": line.as_built_lower,
         "planned_value": line.planned_value,
-        "earned_best": line.earned_best,
+        "earned_best": line.earned_best_shown,
         "earned_lower": line.earned_lower,
         **_completion(line.completion),
         "certified_quantity": billed.quantity,

@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.polygon import hull_of
 from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.drawings.colours import element_names, element_states
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
@@ -165,7 +165,7 @@ def storey_hulls(report: ProgressReport) -> dict[str, FloatArray]:
     for element in report.elements:
         if element.global_id in footprints:
             points.setdefault(element.storey, []).append(footprints[element.global_id])
-    return {storey: _hull(np.vstack(found)) for storey, found in points.items()}
+    return {storey: hull_of(np.vstack(found)) for storey, found in points.items()}
 
 
 def _sheet_of(
@@ -186,7 +186,7 @@ def _footprints(report: ProgressReport) -> dict[str, FloatArray]:
     for face in report.faces:
         if len(corners := _corners(face)):
             points.setdefault(face.element, []).append(corners)
-    return {element: _hull(np.vstack(found)) for element, found in points.items()}
+    return {element: hull_of(np.vstack(found)) for element, found in points.items()}
 
 
 def _corners(face: DesignFaceRecord) -> FloatArray:
@@ -202,14 +202,6 @@ def _corners(face: DesignFaceRecord) -> FloatArray:
     uv = np.vstack(rings)
     corners: FloatArray = (origin + uv[:, :1] * u + uv[:, 1:2] * v)[:, :2]
     return corners
-
-
-def _hull(points_m: FloatArray) -> FloatArray:
-    """Return the convex hull (N, 2); worked out near zero, since OpenCV's hull is in single precision."""
-    origin = points_m.mean(axis=0)
-    near = (points_m - origin).astype(np.float32)
-    hull: FloatArray = np.asarray(cv2.convexHull(near), dtype=np.float64).reshape(-1, 2) + origin
-    return hull
 
 
 def _sheet(report: ProgressReport, points_m: FloatArray) -> _Sheet:

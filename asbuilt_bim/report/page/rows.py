@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.completion.wanted_views import stands_on
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport, WantedView
 from asbuilt_bim.report.page.plan import storey_hulls, towards_on_plan
 from asbuilt_bim.report.wording.completion import best_words
@@ -21,9 +21,6 @@ from asbuilt_bim.report.wording.of_page.next_words import (
     stand_words,
 )
 from asbuilt_bim.report.wording.values import area, percent_certain
-
-FLOOR_MARGIN_M = 0.5
-"""A floor reaches so far past the hull of its walls and columns: an edge board, a cantilever."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,10 +78,7 @@ def _where(view: WantedView, hull_m: FloatArray | None, *, is_lowest: bool) -> s
     """Say whether a place lies on its storey's floor, as far as its walls and columns show how far that reaches."""
     if hull_m is None or view.stand_x_m is None or view.stand_y_m is None:
         return ON_FLOOR
-    origin = hull_m.mean(axis=0)
-    ring = (hull_m - origin).astype(np.float32).reshape(-1, 1, 2)
-    place = (float(view.stand_x_m - origin[0]), float(view.stand_y_m - origin[1]))
-    if cv2.pointPolygonTest(ring, place, True) >= -FLOOR_MARGIN_M:
+    if stands_on(hull_m, np.array([view.stand_x_m, view.stand_y_m])):
         return ON_FLOOR
     return FROM_OUTSIDE if is_lowest else FROM_SCAFFOLD
 

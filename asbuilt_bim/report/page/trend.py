@@ -7,7 +7,6 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.drawings.chart import Bounds, Chart, chart_of
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.drawings.timeline import axis_over
-from asbuilt_bim.report.wording.completion import best_shown
 
 _LEVELS = tuple((share / 100.0, f"{share} %") for share in (0, 25, 50, 75, 100))
 
@@ -48,7 +47,7 @@ def _bounds(visit: ProgressReport, plan: PlannedElements, report: ProgressReport
     """Return a visit's bounds: the whole's, or those of the elements that have a plan."""
     done = visit.whole.completion
     if not plan.spans or len(plan.spans) == len(report.elements):
-        return Bounds(day=visit.visit_date, lower=done.lower, upper=done.upper, best=best_shown(done))
+        return Bounds(day=visit.visit_date, lower=done.lower, upper=done.upper, best=done.best_shown)
     weights = {e.global_id: e.design_area_m2 for e in report.elements if e.global_id in plan.spans}
     own = [element for element in visit.elements if element.global_id in weights]
     total = max(sum(weights[element.global_id] for element in own), 1e-9)

@@ -22,6 +22,7 @@ from asbuilt_bim.report.wording.of_page.visit_words import (
     OUTSIDE,
     element_list,
     helpful_words,
+    list_words,
     look_words,
     place_words,
     promise_words,
@@ -179,4 +180,6 @@ def _remarks(plan: VisitPlan, names: dict[str, str]) -> tuple[str, ...]:
         if left:
             found.append(f"{words} {element_list([(by_id[key], m2) for key, m2 in left.items()])}.")
     found += [f"{names.get(storey, NO_STOREY)} {BY_HULL}" for storey in plan.visit.by_hull]
+    less_today = plan.visit.asked_m2 > plan.visit.wanted.total_m2
+    found += [list_words(less_today=less_today)] if plan.known.stations and plan.stations else []
     return tuple(found)

@@ -56,7 +56,7 @@ COLUMNS: dict[str, Callable[[TaskRow], str]] = {
     "SeenBegun": lambda row: _moment(row.seen_begun),
     "SeenComplete": lambda row: _moment(row.seen_complete),
     "Known": lambda row: row.knowledge,
-    "CompletionBest": lambda row: number(row.completion.best),
+    "CompletionBest": lambda row: number(row.completion.best_shown),
     "CompletionLower": lambda row: share_bounds(row.completion.lower, row.completion.upper)[0],
     "CompletionUpper": lambda row: share_bounds(row.completion.lower, row.completion.upper)[1],
     "Coverage": lambda row: number(row.completion.coverage),
@@ -75,4 +75,5 @@ COLUMNS: dict[str, Callable[[TaskRow], str]] = {
     "Displaced": lambda row: str(row.displaced),
     "Unknown": lambda row: str(row.unknown),
     "Note": lambda row: safe_cell(row.note),
+    "CompleteAsFarAsSeen": lambda row: str(row.as_far_as_seen),
 }

@@ -26,14 +26,9 @@ def at_most(upper: float) -> str:
     return "all" if upper >= 1.0 - 1e-9 else f"{math.ceil(upper * 100 - 1e-9)} %"
 
 
-def best_shown(completion: Completion) -> float | None:
-    """Return the best estimate where at least half was seen; None where it isn't shown."""
-    return completion.best if completion.enough_seen else None
-
-
 def best_words(completion: Completion) -> str:
     """Write the best estimate, or that not enough was seen for one."""
-    best = best_shown(completion)
+    best = completion.best_shown
     return NOT_ENOUGH if best is None else percent(best)
 
 
@@ -63,7 +58,7 @@ def bounds_note(note: Note) -> str:
 
 def count_words(group: GroupProgress) -> str:
     """Write how many elements of a group are in which state; states that may be absent only where there are any."""
-    parts = [f"{group.complete - group.as_far_as_seen} complete"]
+    parts = [f"{group.surely_complete} complete"]
     parts += [f"{group.as_far_as_seen} complete as far as seen"] if group.as_far_as_seen else []
     parts += [f"{group.part} in part", f"{group.not_started} not started"]
     parts += [f"{group.displaced} displaced"] if group.displaced else []

@@ -21,11 +21,9 @@ def photos_disagree(kind: str, name: str, stations: Sequence[str]) -> str:
     """Return the sentence on an element that photos show built and open in the same place."""
     own = name if name.lower().startswith(kind.lower()) else f"{kind.capitalize()} {name or '(no name)'}"
     if len(stations) == 1:
-        return f"Photo {stations[0]} shows part of {own} both built and open: check the picture"
-    what = f"Photos disagree about part of {own}"
-    return (
-        f"{what}: check pictures {', '.join(stations[:-1])} and {stations[-1]}" if stations else f"{what}: check them"
-    )
+        return f"Photo {stations[0]} shows part of {own} both built and not: it counts as not seen. Look at the picture"
+    which = f"pictures {', '.join(stations[:-1])} and {stations[-1]}" if stations else "them"
+    return f"Photos disagree about part of {own}, built or not: it counts as not seen. Look at {which}"
 
 
 def _disagree(note: Note) -> str:

@@ -14,6 +14,11 @@ def _unknown(note: Note) -> str:
     return filled(f"Unknown: too little was seen to say.{begun}", note)
 
 
+def _measured(note: Note) -> str:
+    best = "best estimate {best:tenth %}" if "best" in note.values else "not enough seen for a best estimate"
+    return filled(f"Measured: {_BOUNDS}; {best}.", note)
+
+
 def _part(note: Note) -> str:
     why = ["{unknown} of {of} elements are unknown"] if note.values["unknown"] else []
     why += ["{others} of {of} are not measured here"] if note.values["others"] else []
@@ -32,8 +37,8 @@ def _cost(note: Note) -> str:
     bound = "upper bound (it takes money off)" if note.values["takes_off"] else "lower bound"
     way = "up" if note.values["takes_off"] else "down"
     whole = f" ({{certain:g}}, rounded {way} to whole pieces)" if note.values["rounded"] else ""
-    best = "{best:g} {unit}" if "best" in note.values else "not known"
-    return filled(f"{bound} of the as-built quantity{whole}; best {best} of {{planned:g}} {{unit}}", note)
+    best = "best {best:g} {unit}" if "best" in note.values else "not enough seen for a best estimate,"
+    return filled(f"{bound} of the as-built quantity{whole}; {best} of {{planned:g}} {{unit}}", note)
 
 
 TASK_NOTES: Mapping[Reason, Template] = {
@@ -41,7 +46,7 @@ TASK_NOTES: Mapping[Reason, Template] = {
     Reason.TASK_COMPLETE: "Seen complete: all {elements} elements. Best estimate {best:tenth %}, at least "
     "{lower:% at least}.",
     Reason.TASK_NOTHING_BUILT: "Measured: nothing is built yet.",
-    Reason.TASK_MEASURED: f"Measured: {_BOUNDS}; best estimate {{best:tenth %}}.",
+    Reason.TASK_MEASURED: _measured,
     Reason.TASK_PART_MEASURED: _part,
     Reason.BASIS_UNKNOWN: "too little was seen to say: the task's own time is as it was",
     Reason.BASIS_NO_TIME: "the task has no schedule time control that could hold its completion",

@@ -96,7 +96,7 @@ def millimetres(length_m: float | None, sigma_m: float | None = None) -> str:
 
 def millimetres_per_metre(angle_rad: float | None) -> str:
     """Write an angle from plumb as `2.0 mm/m`."""
-    return UNKNOWN if angle_rad is None else f"{math.tan(angle_rad) * 1000:.1f} mm/m"
+    return UNKNOWN if angle_rad is None else f"{math.tan(angle_rad) * 1000:.1f} mm/m".replace("-", "−")
 
 
 def day(moment: date | datetime | None) -> str:

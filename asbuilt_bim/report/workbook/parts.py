@@ -7,7 +7,6 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine, BillRow
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import NO_STOREY
-from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS as COLUMNS
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, letter, letter_of
@@ -87,7 +86,7 @@ def _row(
         "Unit": line.line.unit,
         "Quantity": row.quantity,
         "Certain": row.measured,
-        "Best": best_shown(element.completion) if element else None,
+        "Best": element.completion.best_shown if element else None,
         "Seen by a person": row.observed.share if row.observed else "",
         "Override": given.share if given else "",
         "Reason": given.reason if given else "",

@@ -12,7 +12,6 @@ from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.observed import observed_elements
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import NO_STOREY
-from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import (
     CERTIFICATES,
     NOTHING_TO_PRICE,
@@ -123,7 +122,7 @@ def write_observations(
         if last is not None and last.observation is one:
             what = f"{last.share:.0%}{', contradicted' if last.contradicts else ''}" if counts else "shown only"
         cells: list[Cell] = [element.name or one.element, storeys.get(element.storey, NO_STOREY), one.day, one.share]
-        cells += [one.by, one.why, done.lower, best_shown(done), done.upper, element.last_seen or "", what, one.element]
+        cells += [one.by, one.why, done.lower, done.best_shown, done.upper, element.last_seen or "", what, one.element]
         write_row(sheet, row, cells, OBSERVATIONS, styles)
         for index in (2, 3, 4, 5):
             write_cell(sheet, row, index, cells[index], OBSERVATIONS[index].kind, styles, "person")

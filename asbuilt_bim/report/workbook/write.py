@@ -7,7 +7,7 @@ from pathlib import Path
 from xlsxwriter.workbook import Workbook
 from xlsxwriter.worksheet import Worksheet
 
-from asbuilt_bim.progress.report import ENOUGH, GroupProgress, ProgressReport
+from asbuilt_bim.progress.report import GroupProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.tables import (
     ElementRow,
@@ -18,7 +18,6 @@ from asbuilt_bim.report.tables import (
     storey_names,
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
-from asbuilt_bim.report.wording.completion import best_shown
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_workbook.columns import (
     ELEMENTS,
@@ -179,7 +178,7 @@ def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
     return (
         name,
         len(group.elements),
-        group.complete - group.as_far_as_seen,
+        group.surely_complete,
         group.as_far_as_seen,
         group.part,
         group.not_started,
@@ -188,7 +187,7 @@ def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
         group.design_area_m2,
         group.as_built_area_m2 if seen else None,
         group.as_built_sigma_m2 if seen else None,
-        best_shown(done),
+        done.best_shown,
         done.lower,
         done.upper,
         done.coverage,
@@ -204,7 +203,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.design_area_m2,
         row.as_built_area_m2,
         row.sigma_m2,
-        row.best if row.coverage >= ENOUGH else None,
+        row.best,
         row.lower,
         row.upper,
         row.coverage,
@@ -228,7 +227,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         row.name,
         *(date or "" for date in dates),
         row.knowledge,
-        best_shown(done),
+        done.best_shown,
         done.lower,
         done.upper,
         done.coverage,

@@ -54,6 +54,16 @@ def test_the_side_with_room_before_it_is_named_the_larger_wall_first() -> None:
     assert first.nearest_station and first.nearest_m is not None
 
 
+def test_of_two_sides_alike_it_is_the_one_before_which_a_person_stands_on_the_floor() -> None:
+    posts = [element(name, "column", box(x, 8.0, 0.0, 0.2, 0.2, 3.0)) for name, x in (("a", 0.0), ("b", 7.8))]
+    design = model([LONG, *posts])
+    long = next(view for view in wanted(design) if view.element == "long")
+    assert long.face_id == "long-2" and long.stand_y_m == pytest.approx(FAR[1] + 6.2)
+    half = replace(unseen(LONG.faces[2]), unknown_uv_m=polygon.box(0.0, 0.0, 4.0, 3.0), unknown_area_m2=12.0)
+    outside = next(view for view in wanted(design, {"long-2": half}) if view.element == "long")
+    assert outside.face_id == "long-0"  # much more is unseen of it
+
+
 def test_where_another_wall_stands_near_a_nearer_place_is_named() -> None:
     other = element("other", "wall", box(-1.0, -5.0, 0.0, 10.0, 0.2, 3.0))
     views = {view.element: view for view in wanted(model([LONG, SHORT, other]))}
@@ -102,7 +112,7 @@ def test_the_page_names_the_element_the_side_and_the_place() -> None:
     assert told.endswith("It is 2 m from where A1 stood.")
     assert "no 3 m free" in rows[1].words and rows[1].words.startswith("The side towards ")
     page = page_html(report, {})
-    assert "What to photograph next" in page and "2 more stand in result.json" in page
+    assert "What to photograph next" in page and "2 more elements come up once these are photographed" in page
     assert "What to photograph next" not in page_html(replace(report, wanted_views=()), {})
 
 

@@ -150,7 +150,7 @@ def test_ifccsv_gets_properties_by_globalid_and_a_dash_for_unknown() -> None:
     rows = list(csv.DictReader(io.StringIO(ifccsv_text(report))))
     assert [row["GlobalId"] for row in rows] == [one.global_id for one in report.elements]
     for row, one in zip(rows, report.elements, strict=True):
-        wanted = "-" if one.completion.best is None else str(one.completion.best)
+        wanted = "-" if one.completion.best_shown is None else str(one.completion.best_shown)
         assert row["AsBuilt_Progress.CompletionBest"] == wanted
 
 

@@ -21,7 +21,8 @@ from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
-from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR
+from asbuilt_bim.report.wording.of_page.card_words import why_words
+from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
 from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
 
@@ -110,6 +111,27 @@ def test_an_unknown_element_says_why_and_what_to_do() -> None:
     page = page_html(report, {})
     card = text_of(page[page.index(f'id="e-{key}"') :].partition("</details>")[0])
     assert "Why unknown: Nothing of it was seen" in card and "What to do: Stand at 1 on the plan" in card
+
+
+def test_a_state_without_a_note_says_what_it_rests_on() -> None:
+    report = sample_report()
+    seen = Completion(best=0.0, lower=0.0, upper=0.36, coverage=0.64)
+    bare = replace(report.elements[0], notes=(), state="not started", completion=seen, cells_built=0.0)
+    assert why_words(bare) == "64 % of it was seen, and nothing of that is built"
+    assert "next to nothing of that" in why_words(replace(bare, cells_built=1.0))
+    complete = replace(bare, state="complete", as_far_as_seen=True, completion=replace(seen, best=1.0, upper=1.0))
+    assert why_words(complete) == "64 % of it was seen, all of that built"
+    almost = replace(complete, completion=replace(seen, best=0.98))
+    assert why_words(almost).endswith("nearly all of that built")
+    assert why_words(replace(bare, state="part")) == ""
+    page = page_html(replace(report, elements=(bare, *report.elements[1:])), {})
+    assert "Why not started:</strong> 64 % of it was seen, and nothing of that is built." in page
+
+
+def test_the_list_of_places_says_why_those_of_plan_and_check_are_others() -> None:
+    report = replace(sample_report(), wanted_views=(wanted(sample_report(), 0, 0.0, 5.0),))
+    page = page_html(report, {})
+    assert ONE_FOR_EACH in text_of(page[page.index('id="next"') :])
 
 
 def test_an_elements_card_shows_its_photo_cut_to_it_and_the_page_holds_each_photo_once() -> None:

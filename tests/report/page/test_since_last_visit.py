@@ -58,4 +58,5 @@ def test_what_should_stand_and_was_seen_too_little_is_named_with_its_link() -> N
     unseen = replace(report, elements=tuple(replace(e, state="unknown") for e in report.elements))
     name, key = unseen.elements[0].name, unseen.elements[0].global_id
     assert f'Should stand, too little seen to say: <a href="#e-{key}">' in page_html(unseen, {}) and name
+    assert f'Too little seen of <a href="#e-{key}">' in page_html(unseen, {}).partition("<table")[0]
     assert "Should stand, too little seen" not in page_html(report, {})

@@ -17,9 +17,16 @@ from asbuilt_bim.progress.visits.plan_visit import plan_visit
 from asbuilt_bim.progress.visits.tags import helpful_tags
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.report.page.visit import MADE_BY, places_of, plan_page, plan_promise, walk_parts
-from asbuilt_bim.report.wording.of_page.visit_words import NOTHING_DUE, promise_words, still_words, tag_words
+from asbuilt_bim.report.wording.of_page.visit_words import (
+    NOTHING_DUE,
+    list_words,
+    promise_words,
+    still_words,
+    tag_words,
+)
 from tests.ifc.models import ModelBuilder
 from tests.progress.visits.test_plan_visit import stereo_rig
+from tests.report.sample_report import sample_report
 
 EVIL = "<img src=x onerror=alert(1)>"
 
@@ -31,6 +38,14 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> VisitPlan:
     model.box("IfcSlab", "Slab", (0.0, 0.0, -0.2), (16.0, 12.0, 0.2))
     path = model.write(tmp_path_factory.mktemp("ifc") / "hall.ifc")
     return planned(read_design(path), path)
+
+
+def test_after_a_result_a_plan_says_why_its_list_is_not_the_reports(plan: VisitPlan) -> None:
+    asked = replace(plan, known=replace(plan.known, stations=sample_report().stations))
+    assert list_words(less_today=False) in walk_parts(asked).remarks
+    assert list_words(less_today=False) not in walk_parts(plan).remarks
+    today = replace(asked, visit=replace(asked.visit, asked_m2=asked.visit.asked_m2 + 5.0))
+    assert list_words(less_today=True) in walk_parts(today).remarks
 
 
 def planned(design: BimModel, path: object) -> VisitPlan:

@@ -119,12 +119,13 @@ def test_sentences_are_short(code: Reason) -> None:
         (
             Reason.PHOTOS_DISAGREE,
             {"kind": "column", "element": "B1/1F", "cells": 2, "stations": ("G1", "U4")},
-            "Photos disagree about part of Column B1/1F: check pictures G1 and U4",
+            "Photos disagree about part of Column B1/1F, built or not: it counts as not seen. "
+            "Look at pictures G1 and U4",
         ),
         (
             Reason.PHOTOS_DISAGREE,
             {"kind": "wall", "element": "W", "cells": 1, "stations": ("G1",)},
-            "Photo G1 shows part of Wall W both built and open: check the picture",
+            "Photo G1 shows part of Wall W both built and not: it counts as not seen. Look at the picture",
         ),
         (
             Reason.STATIONS_NOT_USED,

@@ -80,7 +80,7 @@ def days_alike(warnings: Iterable[tuple[str, str]]) -> tuple[str, ...]:
     )
 
 
-PHOTOS_DISAGREE = "photos show it both built and open in the same place, check the pictures"
+PHOTOS_DISAGREE = "photos disagree about part of it, built or not, so it counts as not seen: look at the pictures"
 
 
 def _said(reason: str, limit: str, remedy: str) -> str:

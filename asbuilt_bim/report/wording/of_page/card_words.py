@@ -1,6 +1,7 @@
 """What an element's card says of its photos and its money."""
 
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, StationRecord
+from asbuilt_bim.report.wording.completion import seen_words
 from asbuilt_bim.report.wording.values import day, number, plain
 
 
@@ -9,6 +10,19 @@ def worth_words(line: CostProgress, worth: float, certain: float) -> str:
     name = " ".join(part for part in (plain(line.identification), plain(line.name)) if part) or line.global_id
     money = " ".join(part for part in (number(worth), plain(line.currency)) if part)
     return f"{name}: {money} when it is finished, {number(certain)} of it certain"
+
+
+def why_words(element: ElementProgress) -> str:
+    """Say what a state rests on where no note does; "" where the state says it."""
+    seen = f"{seen_words(element.completion)} of it was seen"
+    if element.completion.coverage <= 0.0:
+        return ""
+    if element.shown_state == "not started":
+        return f"{seen}, and {'next to nothing' if element.cells_built > 0.0 else 'nothing'} of that is built"
+    if element.shown_state != "complete as far as seen":
+        return ""
+    best = element.completion.best
+    return f"{seen}, {'all' if best is not None and best >= 1.0 - 1e-9 else 'nearly all'} of that built"
 
 
 def cut_title(element: ElementProgress, station: StationRecord | None, *, should_stand: bool) -> str:

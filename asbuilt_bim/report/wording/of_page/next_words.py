@@ -14,6 +14,11 @@ TOWARDS = (
 ON_FLOOR = "on the floor"
 FROM_OUTSIDE = "outside the building"
 FROM_SCAFFOLD = "outside, from a scaffold or from the ground"
+ONE_FOR_EACH = (
+    "Often one place shows several of them. So the list of asbuilt-bim plan is another: the fewest places on the "
+    "floors for all that is due. That of asbuilt-bim check has those for what the photos of a day left unseen."
+)
+"""Why this list isn't that of `plan` or of `check`, which ask for something else."""
 NO_ROOM = "The design leaves no 3 m free before it: go near, or look along it."
 
 
@@ -30,4 +35,8 @@ def stand_words(number: int, side: str, away_m: float, where: str) -> str:
 
 def near_words(station: str, away_m: float | None) -> str:
     """Say how far that is from a station of the visit; "" where none stood on that floor."""
-    return "" if away_m is None else f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."
+    if away_m is None:
+        return ""
+    if away_m < 0.5:
+        return f"It is where {station} stood: turn that way."
+    return f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."

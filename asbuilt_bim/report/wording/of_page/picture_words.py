@@ -13,6 +13,11 @@ _PEOPLE = {
     None: "Whether people were looked for isn't recorded.",
 }
 _WHOLE_UNSOUGHT = "No network looks for people: who is in a photo can be recognised."
+BLURRED_WORDS = (
+    "Dashed: nothing was measured there, so the picture is coarse or blurred. The photo itself is sharp. So is the "
+    "page that asbuilt-bim report FOLDER --whole-photos makes."
+)
+"""Beside a picture of a place where something should stand."""
 
 
 def picture_words(pictures: Literal["elements", "whole"], people_sought: bool | None, outlined: int = 0) -> str:

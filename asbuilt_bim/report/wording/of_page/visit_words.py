@@ -16,6 +16,15 @@ _SPACE = "\N{NO-BREAK SPACE}"
 _MOST_NAMED = 6
 
 
+def list_words(*, less_today: bool) -> str:
+    """Say why a list isn't the report's, which asks for something else: a place for each element."""
+    less = ", less what today's photos show" if less_today else ""
+    return (
+        "The report's list is another: a place for each element, from outside and from a scaffold, too. "
+        f"This one has the fewest places on the floors for all that is due{less}."
+    )
+
+
 def metres(value: float) -> str:
     """Write a distance as a tape is read in a hurry."""
     return f"{value:.1f}{_SPACE}m"
