@@ -134,7 +134,7 @@ def _outcome(case: Case, pose: StationPose | None) -> Outcome:
 
 
 def rendered_lines(visits: list[list[Case]]) -> list[Line]:
-    """Judge rendered stations from a rough place, with markers and without; tell of each alone, and of storeys alone."""
+    """Judge rendered visits from rough places, with markers and without; tell of each station alone, and of storeys."""
     rng = np.random.default_rng(0)
     cases = [case for visit in visits for case in visit]
     near = [one for visit in visits for one in tried_together(visit, rng, _true(visit), marked=False)]
