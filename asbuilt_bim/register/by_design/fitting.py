@@ -38,7 +38,7 @@ ROUNDS = 8
 class Prior:
     """What is known of a place before: level place (2,) and bearing, with sigmas; None: anywhere in `area_m2`, any way.
 
-    `turn_rad` is counter-clockwise from above: the level frame's y ahead, in the world. `beside` is what is known of
+    `turn_rad` is counter-clockwise from above: the level frame's y ahead, in the world. `linked` is what is known of
     the places of stations that are tied to it.
     """
 
@@ -48,11 +48,11 @@ class Prior:
     sigma_rad: float | None
     area_m2: float
     storey_share: float  # one over the number of storeys that it may be
-    beside: tuple["Beside", ...] = ()
+    linked: tuple["LinkedPrior", ...] = ()
 
     def log_density(self, turn_rad: float, place_m: FloatArray) -> float:
         """Return the logarithm of how likely a place is, per square metre and radian."""
-        total = np.log(self.storey_share) + sum(one.log_fit(turn_rad, place_m) for one in self.beside)
+        total = np.log(self.storey_share) + sum(one.log_fit(turn_rad, place_m) for one in self.linked)
         if self.sigma_m is None:
             total -= np.log(self.area_m2)
         else:
@@ -65,7 +65,7 @@ class Prior:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Beside:
+class LinkedPrior:
     """A station that is tied to another: by how much it stands beside it (2,), is turned, and what is known of it."""
 
     level_m: FloatArray

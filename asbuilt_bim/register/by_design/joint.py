@@ -15,11 +15,12 @@ from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.chances import Possible, chances
-from asbuilt_bim.register.by_design.fitting import Beside
+from asbuilt_bim.register.by_design.fitting import LinkedPrior
 from asbuilt_bim.register.by_design.heights import camera_height
 from asbuilt_bim.register.by_design.place import (
     Ground,
     Place,
+    by_design_of,
     grounds,
     is_near,
     merged,
@@ -27,11 +28,10 @@ from asbuilt_bim.register.by_design.place import (
     places_on,
     pose_of,
     second_of,
-    told_of,
 )
 from asbuilt_bim.register.by_design.planes import Seen, seen_faces
 from asbuilt_bim.register.by_design.rough import RoughPlace, RoughPlaces
-from asbuilt_bim.register.by_design.ties import OWN, Tie, seen_together, tied
+from asbuilt_bim.register.by_design.ties import OWN, Tie, links_of, seen_together
 from asbuilt_bim.register.markers import judged
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.point_links import PointLink
@@ -115,7 +115,7 @@ def _tied(
         alike = [one for one in left if _storeys(one) == _storeys(first)]
         levels = {one.station.station: one.seen.level_from_left for one in alike}
         ties = {first.station.station: OWN}
-        ties |= tied(first.station, [one.station for one in alike], levels, links, options)
+        ties |= links_of(first.station, [one.station for one in alike], levels, links, options)
         members = [one for one in left if one.station.station in ties]
         groups.append((members, [ties[one.station.station] for one in members]))
         left = [one for one in left if one.station.station not in ties]
@@ -144,11 +144,11 @@ def _seen_together(members: Sequence[Looked], ties: Sequence[Tie], options: Regi
             for place in one.places
             if place.storey.global_id == ground.storey.global_id
         ]
-        beside = [
-            Beside(level_m=tie.shift_m[:2], turn_rad=tie.turn_rad, known=one.grounds[number].prior)
+        others = [
+            LinkedPrior(level_m=tie.shift_m[:2], turn_rad=tie.turn_rad, known=one.grounds[number].prior)
             for one, tie in zip(members[1:], ties[1:], strict=True)
         ]
-        found += places_on(seen, ground, options, starts, beside, search=not starts)
+        found += places_on(seen, ground, options, starts, others, search=not starts)
     return _Group(members=members, ties=ties, faces=len(seen.faces.halves_m), places=merged(found))
 
 
@@ -194,7 +194,7 @@ def _at(one: Looked, tie: Tie, group: _Group, shares: FloatArray, options: Regis
     if elsewhere > WRONG:
         return None, (rejected(Reason.DESIGN_HEIGHT_OPEN, about(SubjectKind.STATION, name), faces=fits),)
     pose = pose_of(
-        name, one.station.camera.f_px, one.seen, own[0], (height, sigma_m), told_of(group.places, shares), options
+        name, one.station.camera.f_px, one.seen, own[0], (height, sigma_m), by_design_of(group.places, shares), options
     )
     refused = judged(pose, options)
     return (None, (refused,)) if refused is not None else (pose, ())

@@ -9,7 +9,7 @@ from asbuilt_bim.bim.model import BimModel, Storey
 from asbuilt_bim.codes import Value
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import wrapped
-from asbuilt_bim.register.by_design.fitting import HEIGHT_LOOSE_M, Beside, Fitted, Prior, fitted, possible, turned
+from asbuilt_bim.register.by_design.fitting import HEIGHT_LOOSE_M, Fitted, LinkedPrior, Prior, fitted, possible, turned
 from asbuilt_bim.register.by_design.heights import CAMERA_M
 from asbuilt_bim.register.by_design.planes import FURTHEST_M, Seen, Upright, designed_faces
 from asbuilt_bim.register.by_design.rough import RoughPlace
@@ -77,12 +77,12 @@ def places_on(
     ground: Ground,
     options: RegisterOptions,
     more: Sequence[tuple[float, FloatArray]] = (),
-    beside: Sequence[Beside] = (),
+    linked: Sequence[LinkedPrior] = (),
     *,
     search: bool = True,
 ) -> list[Place]:
     """Return all places on a storey that fit: near the starts given, and those that are searched for."""
-    prior = replace(ground.prior, beside=tuple(beside))
+    prior = replace(ground.prior, linked=tuple(linked))
     may = possible(seen, ground.design, ground.storey.elevation_m + CAMERA_M, HEIGHT_LOOSE_M)
     searched = starts(seen, ground.design, may, prior) if search else ()
     found = []
@@ -142,7 +142,7 @@ def second_of(places: Sequence[Place], shares: FloatArray) -> dict[str, Value]:
     return second
 
 
-def told_of(places: Sequence[Place], shares: FloatArray) -> ByDesign:
+def by_design_of(places: Sequence[Place], shares: FloatArray) -> ByDesign:
     """Return what is told of the best place: what fits there, and which other fits second best."""
     best = places[0]
     fits = int(np.sum(best.fit.on >= 0))
@@ -160,7 +160,7 @@ def told_of(places: Sequence[Place], shares: FloatArray) -> ByDesign:
 
 
 def pose_of(
-    name: str, focal_px: float, seen: Seen, place: Place, height: tuple[float, float], told: ByDesign,
+    name: str, focal_px: float, seen: Seen, place: Place, height: tuple[float, float], by_design: ByDesign,
     options: RegisterOptions,
 ) -> StationPose:  # fmt: skip
     """Return the pose with its covariance: turn and level place as fitted, height by feet, tilt by what is plumb."""
@@ -175,5 +175,5 @@ def pose_of(
     covariance[:3, :3] += np.eye(3) * (options.rig_direction_px / focal_px) ** 2
     return StationPose(
         station=name, world_from_left=frozen(pose), covariance=frozen(covariance), residual_px=0.0, markers_used=(),
-        method="design", by_design=told,
+        method="design", by_design=by_design,
     )  # fmt: skip

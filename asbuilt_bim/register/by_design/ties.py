@@ -33,7 +33,7 @@ class Tie:
 OWN = Tie(turn_rad=0.0, shift_m=np.zeros(3), sigma_rad=0.0, sigma_m=0.0)
 
 
-def tied(
+def links_of(
     first: StationMeasurement,
     stations: Sequence[StationMeasurement],
     levels: Mapping[str, FloatArray],
