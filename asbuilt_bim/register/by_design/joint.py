@@ -193,8 +193,7 @@ def _at(one: Looked, tie: Tie, group: _Group, shares: FloatArray, options: Regis
     height, sigma_m, elsewhere = camera_height(one.seen, own[0].design, own[0].fit, best.storey.elevation_m)
     if elsewhere > WRONG:
         return None, (rejected(Reason.DESIGN_HEIGHT_OPEN, about(SubjectKind.STATION, name), faces=fits),)
-    pose = pose_of(
-        name, one.station.camera.f_px, one.seen, own[0], (height, sigma_m), by_design_of(group.places, shares), options
-    )
+    by_design = replace(by_design_of(group.places, shares), faces=fits)
+    pose = pose_of(name, one.station.camera.f_px, one.seen, own[0], (height, sigma_m), by_design, options)
     refused = judged(pose, options)
     return (None, (refused,)) if refused is not None else (pose, ())
