@@ -1,9 +1,10 @@
 """Today's photos checked before the site is left: what a run does with a station before stereo, and its words.
 
 A station that passes will be measured, unless its faces show what only faces can: a survey that lies beside the design.
+One that tags don't place is measured at once, since the design or points may.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -13,6 +14,7 @@ from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, rejected
+from asbuilt_bim.flow.check_places import PlacedBy, placed_today
 from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair, with_photos
 from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, decoded, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import stations_shown_before
@@ -24,9 +26,6 @@ from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, checked_station
 from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
-from asbuilt_bim.project.tables.places import KnownPlaces
-from asbuilt_bim.register.placement import NO_TAGS, register
-from asbuilt_bim.register.tags import TagPlace
 from asbuilt_bim.report.tables import station_of
 from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 
@@ -71,16 +70,14 @@ def check_stations(
     stations: Sequence[Station],
     project: Project,
     rig: StereoRig,
-    known: KnownPlaces,
+    by: PlacedBy,
     today: date,
     progress: Progress,
     workers: int = 0,
-    remembered: Mapping[int, TagPlace] = NO_TAGS,
 ) -> CheckedVisit:
     """Check today's stations as a run would: each by itself, then rig and scale by all, then their places.
 
-    `today` counts where no photo says in its EXIF when it was taken. `remembered` are markers that nobody surveyed, by
-    id, where earlier visits found them.
+    `today` counts where no photo says in its EXIF when it was taken.
     """
     taken: dict[str, date] = {}
     found = _sighted(stations, project, rig, progress, workers, taken)
@@ -96,7 +93,8 @@ def check_stations(
         return _sighted(some, project, refined, progress, workers, {})
 
     mended = again if project.rig.refine else None
-    visited = checked_visit([found[one.name] for one in stations], project, rig, known, day, mended, remembered)
+    outcomes = [found[one.name] for one in stations]
+    visited = checked_visit(outcomes, project, rig, by, day, mended, stations=stations, progress=progress)
     return replace(visited, faults=(*other_days(visit, taken), *visited.faults))
 
 
@@ -151,31 +149,28 @@ def checked_visit(
     outcomes: Sequence[Outcome],
     project: Project,
     rig: StereoRig,
-    known: KnownPlaces,
+    by: PlacedBy,
     day: date,
     again: MeasureAgain | None = None,
-    remembered: Mapping[int, TagPlace] = NO_TAGS,
+    *,
+    stations: Sequence[Station] = (),
+    progress: Progress = lambda *_: None,
 ) -> CheckedVisit:
     """Judge rig and scale by all stations, place them, and grade each by all that speaks against it.
 
     `again` sights stations with a rig as their photos show it, where the project asks for that.
     """
-    watched = watch_scale(watch_rig(outcomes, rig, again), project, rig, known.survey)
+    watched = watch_scale(watch_rig(outcomes, rig, again), project, rig, by.known.survey)
     measured = tuple(one for one in watched.outcomes if isinstance(one, StationMeasurement))
-    placement = register(
-        measured,
-        known.survey,
-        project.options.register,
-        given=known.given(day),
-        control_points=known.clicked(day, rig, measured),
-        remembered=remembered,
-    )
+    placed = placed_today(measured, stations, project, rig, day, by, progress)
+    placement = placed.placement
     poses = {one.pose.station: one.pose for one in placement.stations}
     rows: dict[str, float] = {}
     for record in watched.records:
         rows.update(zip(record.stations, record.station_rows_px, strict=True))
     checked: list[CheckedStation] = []
-    for outcome in watched.outcomes:
+    for sighted_one in watched.outcomes:
+        outcome = placed.refused.get(sighted_one.station, sighted_one)
         own = [one for one in placement.rejections if station_of(one) == outcome.station]
         reasons = (*outcome.rejections, *own)
         picture = _picture(outcome)

@@ -144,6 +144,13 @@ def measure_visit(
     return replace(seen, rejections=warned, shown=all_shown, of_its_day=are_of_its_day(visit, taken))
 
 
+def measure_stations(
+    stations: Sequence[Station], step: str, project: Project, rig: StereoRig, place: Workplace, progress: Progress
+) -> dict[str, Outcome]:
+    """Measure some stations by themselves, or find them in the cache: by name, without a look at what they share."""
+    return _measured(stations, step, project, rig, place, progress)[0]
+
+
 def _measured(
     stations: Sequence[Station],
     step: str,

@@ -25,7 +25,7 @@ def initial_text(name: str, found: FoundFiles) -> str:
         "# The red disc, measured across. It checks the scale.",
         "#target: {diameter_m: 0.30}",
         *_markers(found.surveys),
-        *_visits(found.visits, found.videos),
+        *_visits(found.visits, found.videos, surveyed=bool(found.surveys)),
     ]
     return "\n".join(lines) + "\n"
 
@@ -47,7 +47,8 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
     lacks.append("the target: measure the disc across, and give diameter_m under target")
     if not found.surveys:
         lacks.append(
-            "no survey: markers.csv with the columns id,corner,x_m,y_m,z_m (asbuilt-bim print tags makes the markers)"
+            "no survey: markers.csv with the columns id,corner,x_m,y_m,z_m (asbuilt-bim print tags makes the markers); "
+            "or give each visit its storey, under near"
         )
     lacks.append("the markers: measure a black square's side, and give size_m under markers")
     if not found.visits and not found.videos:
@@ -90,12 +91,13 @@ def _markers(surveys: Sequence[str]) -> list[str]:
     return [
         "# The markers: their survey, and the side of their black square as measured on the print.",
         f"#markers: {{survey: {survey}, size_m: 0.25, sigma_m: 0.003}}",
-        "# Without a survey: say in each station roughly where it stood, and the design places it, as in",
+        "# Without a survey the design can place stations: give each visit the storey as the IFC names it, under near.",
+        "# A rough place of each is better (asbuilt-bim plan shows it so), in a list of stations, as in",
         "# - {name: A1, left: A1_l.jpg, right: A1_r.jpg, near: {storey: Ground floor, grid: B-3, looking: north}}",
     ]
 
 
-def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo]) -> list[str]:
+def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo], *, surveyed: bool) -> list[str]:
     if not visits and not videos:
         return [
             "#visits:",
@@ -107,6 +109,7 @@ def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo]) -> list
         mark = "" if photos.day else "#"
         day = photos.day.isoformat() if photos.day else "YEAR-MONTH-DAY"
         lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}")
+        lines += [] if surveyed else ["#    near: {storey: Ground floor}"]
         lines.append(f"{mark}    stations: {{left: {_quoted(photos.left)}, right: {_quoted(photos.right)}}}")
     return lines + _videos(videos, {photos.day for photos in visits})
 

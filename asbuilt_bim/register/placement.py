@@ -15,12 +15,13 @@ from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import DepthReference, StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
-from asbuilt_bim.register.by_design.place import pose_by_design
+from asbuilt_bim.register.by_design.joint import looked_for, poses_by_design
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.known import known_points
 from asbuilt_bim.register.linked import SUPERSEDED, Found, link_stations, worth_linking
 from asbuilt_bim.register.markers import judged_pose, off_values, pose_from_markers
 from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.point_links import PointLink
 from asbuilt_bim.register.point_look import look_for_links
 from asbuilt_bim.register.pose import PlacedStation, Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted
@@ -104,7 +105,8 @@ def register(
 ) -> Placement:
     """Place each station: by its given pose, else by its control points, else by the surveyed markers that it sees.
 
-    What none of these places is looked for in the design, from where somebody says that it stood, roughly.
+    What none of these places is looked for in the design, from where somebody says that it stood, roughly; all such
+    stations are judged together.
 
     Then all of them together, where prints link them that nobody surveyed, or an earlier visit `remembered`, by id; and
     where points that both show link a station that isn't placed yet.
@@ -122,7 +124,7 @@ def register(
             found[name] = given[name], ()
         elif name in control_points:
             found[name] = pose_from_control_points(station, control_points[name], options)
-    designed = _by_design(measured, found, rough, options) if mirrored is None else {}
+    designed, links = _by_design(measured, found, rough, options, share) if mirrored is None else ({}, ())
     found |= designed
     given = {**given, **{name: pose for name, (pose, _) in designed.items() if pose is not None}}
     known = {one.marker_id: one for one in survey} if mirrored is None else {}
@@ -130,8 +132,6 @@ def register(
     if mirrored is not None:
         found |= {one.station: (None, (_not_placed(one.station),)) for one in by_markers}
     tags: Mapping[int, TagPlace] = {}
-    unplaced = {name for name, (pose, _) in found.items() if pose is None}
-    links = look_for_links(measured, unplaced, share) if mirrored is None else ()
     if mirrored is None and (links or worth_linking(measured, found, known, remembered, given)):
         cameras = {one.station: one.camera for one in measured}
         rows = {
@@ -157,17 +157,30 @@ def _by_design(
     found: Mapping[str, Found],
     rough: RoughPlaces | None,
     options: RegisterOptions,
-) -> dict[str, Found]:
-    """Place by the design what has a rough place and nothing better; without success both reasons are told."""
-    placed: dict[str, Found] = {}
-    for one in measured if rough is not None else ():
-        own, notes = found[one.station]
-        if rough is None or own is not None or one.station not in rough.places:
-            continue
-        pose, reasons = pose_by_design(one, rough.places[one.station], rough.design, options)
-        kept = tuple(note for note in notes if pose is None or note.code not in SUPERSEDED)
-        placed[one.station] = pose, (*kept, *reasons)
-    return placed
+    share: Share,
+) -> tuple[dict[str, Found], tuple[PointLink, ...]]:
+    """Place by the design what has a rough place and nothing better, and look for links of what isn't placed by then.
+
+    Links between stations that the design leaves open tie these, and they are judged once more.
+    """
+    todo = [one for one in measured if rough is not None and found[one.station][0] is None]
+    looked = looked_for(todo, rough, options) if rough is not None else []
+    designed = _told(poses_by_design(looked, options), found)
+    unplaced = {name for name, (pose, _) in {**found, **designed}.items() if pose is None}
+    links = look_for_links(measured, unplaced, share)
+    still_open = unplaced & designed.keys()
+    if any({link.first, link.second} <= still_open for link in links):
+        designed = _told(poses_by_design(looked, options, links), found)
+    return designed, links
+
+
+def _told(designed: Mapping[str, Found], found: Mapping[str, Found]) -> dict[str, Found]:
+    """Return what the design says of each station, with what else was said: without success both reasons are told."""
+    told: dict[str, Found] = {}
+    for name, (pose, reasons) in designed.items():
+        kept = tuple(note for note in found[name][1] if pose is None or note.code not in SUPERSEDED)
+        told[name] = pose, (*kept, *reasons)
+    return told
 
 
 def _with_markers_alone(station: StationMeasurement) -> StationMeasurement:

@@ -10,10 +10,13 @@ from rich.text import Text
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import OutputError
+from asbuilt_bim.flow.check_places import PlacedBy, near_of
 from asbuilt_bim.flow.check_visit import check_stations, day_of
 from asbuilt_bim.flow.design_source import place_on_map
+from asbuilt_bim.flow.measure_visit import Workplace
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
+from asbuilt_bim.flow.rough_places import check_near
 from asbuilt_bim.flow.visit_plan import known_report, planned_design, remembered_tags, visit_plan
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
@@ -69,17 +72,20 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     check_page_place(request.out, MADE_BY)
     project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
     refuse_missing(project)
-    stations = stations_of(request.photos, project)
+    stations = near_of(stations_of(request.photos, project), project)
     cache = Cache(folder=default_folder())
     shown = Visit(date=day_of(stations, today), stations=stations)
     today_too = replace(project, visits=(*project.visits, shown))  # its photos say their size, tables name its stations
     places = known_places(today_too, lambda: place_on_map(project))
     design = planned_design(project, cache)
+    check_near(today_too, design)
     known = known_report(project, design, places.survey, shown.date, request.result)
     with screen.steps() as progress:
         source = rig_of(today_too, cache, progress)
-        workers, tags = request.workers or 0, remembered_tags(known)
-        visit = check_stations(stations, project, source.rig, places, shown.date, progress, workers, tags)
+        workers = request.workers or 0
+        by = PlacedBy(known=places, design=design, place=Workplace(workers=workers, cache=cache),
+                      remembered=remembered_tags(known))  # fmt: skip
+        visit = check_stations(stations, project, source.rig, by, shown.date, progress, workers)
         plan = _still_unseen(visit, project, design, source.rig, places.survey, known)
     visit = replace(visit, faults=(*source.warnings, *visit.faults))
     if plan is not None:

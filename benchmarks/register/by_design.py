@@ -3,9 +3,11 @@
 python benchmarks/register/by_design.py --check --json figures.json   110 rendered stations; ten minutes, kept
 python benchmarks/register/by_design.py --quick                       simulated stations alone
 
-Rough places are off by up to 1.5 m and 20 degrees, evenly. Rendered sites are the sample and ten others, all used
-before: the photos of eight were there while this was made. `design_seen.py` simulates what can't be told apart:
-columns in a grid, halves of a hall, storeys alike, a bare wall; and what must not be found: mirrored, of another site.
+Rough places are off by up to 1.5 m and 20 degrees, evenly. The stations of a visit are judged together, without their
+markers and with them as if nobody had surveyed one; each alone is told beside it. Rendered sites are the sample and ten
+others, all used before: the photos of eight were there while this was made. `design_seen.py` simulates what can't be
+told apart: columns in a grid, halves of a hall, storeys alike, a bare wall; and what must not be found: mirrored, of
+another site. `design_visits.py` simulates visits of a hall.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,11 +30,13 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.transform import vector_from_rotation
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.register.by_design.place import pose_by_design
-from asbuilt_bim.register.by_design.rough import RoughPlace
+from asbuilt_bim.register.by_design.rough import RoughPlace, RoughPlaces
 from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.placement import register
+from asbuilt_bim.register.pose import StationPose
 from asbuilt_bim.scale.cache import Cache
 from benchmarks.register.design_seen import Box, column, design_of, measured, standing, wall
+from benchmarks.register.design_visits import SeenVisit, hall, hall_visit
 from benchmarks.sites import SAMPLE, benchmark_folder, generated_site
 from benchmarks.table import Line, line, options, quantiles, report, told, unjudged
 
@@ -43,7 +47,7 @@ WRONG_M, WRONG_DEG, WRONG_SIGMAS = 0.10, 1.0, 5.0
 RIGHT, REFUSED = 0.90, 0.95
 SHARES = (0.6827, 0.9545)
 EYE_M = 1.5
-SIMULATED = 200
+SIMULATED, VISITS = 200, 40
 _SIGNIFICANT = 1.96
 
 
@@ -67,8 +71,8 @@ class Outcome:
     sigma: FloatArray
 
 
-def rendered() -> Iterator[Case]:
-    """Measure the stations of all rendered sites, or find them in the cache."""
+def rendered() -> Iterator[list[Case]]:
+    """Measure the stations of all rendered visits, or find them in the cache."""
     cache = Cache(folder=benchmark_folder() / "cache")
     for site in (SAMPLE, *(generated_site(seed) for seed in SITES)):
         project = read_project(site / "project.yaml")
@@ -77,11 +81,14 @@ def rendered() -> Iterator[Case]:
         rig = rig_of(project, cache, _quiet).rig
         for visit, true in zip(project.visits, truth["visits"], strict=True):
             poses = {one["name"]: np.array(one["world_from_left"]) for one in true["stations"]}
-            for station in measure_visit(visit, project, rig, Workplace(workers=1, cache=cache), _quiet).measured:
-                pose = poses[station.station]
-                floor = min(design.storeys, key=lambda one: abs(pose[2, 3] - one.elevation_m - EYE_M))
-                yield Case(station=station, design=design, true=pose, storeys=(floor.global_id,))
+            measured_all = measure_visit(visit, project, rig, Workplace(workers=1, cache=cache), _quiet).measured
+            yield [_case(station, poses[station.station], design) for station in measured_all]
         print(f"{site.name} measured", file=sys.stderr, flush=True)
+
+
+def _case(station: StationMeasurement, pose: FloatArray, design: BimModel) -> Case:
+    floor = min(design.storeys, key=lambda one: abs(pose[2, 3] - one.elevation_m - EYE_M))
+    return Case(station=station, design=design, true=pose, storeys=(floor.global_id,))
 
 
 def _quiet(*_: object, **__: object) -> None:
@@ -90,17 +97,34 @@ def _quiet(*_: object, **__: object) -> None:
 
 def tried(case: Case, rng: np.random.Generator, near: FloatArray | None) -> Outcome:
     """Place a station from `near` (4, 4), off by up to what a rough place may be; None: from its storey alone."""
+    return tried_together([case], rng, [near], marked=False)[0]
+
+
+def tried_together(
+    cases: list[Case], rng: np.random.Generator, near: list[FloatArray | None], *, marked: bool
+) -> list[Outcome]:
+    """Place the stations of a visit together; `marked`: by the markers that they share, too, which nobody surveyed."""
+    places = {one.station.station: _rough(one, rng, there) for one, there in zip(cases, near, strict=True)}
+    stations = [one.station if marked else replace(one.station, markers=()) for one in cases]
+    rough = RoughPlaces(places=places, design=cases[0].design)
+    found = {one.pose.station: one.pose for one in register(stations, (), RegisterOptions(), rough=rough).stations}
+    return [_outcome(case, found.get(case.station.station)) for case in cases]
+
+
+def _rough(case: Case, rng: np.random.Generator, near: FloatArray | None) -> RoughPlace:
     place, bearing = None, None
     if near is not None:
         far, way = WITHIN_M * np.sqrt(rng.random()), rng.uniform(0.0, 2.0 * np.pi)
         place = near[:2, 3] + far * np.array([np.cos(way), np.sin(way)])
         off = np.radians(WITHIN_DEG) * rng.uniform(-1.0, 1.0)
         bearing = float(np.arctan2(near[0, 2], near[1, 2]) + off)
-    rough = RoughPlace(
+    return RoughPlace(
         storeys=case.storeys, level_m=place, bearing_rad=bearing, within_m=WITHIN_M,
         within_rad=float(np.radians(WITHIN_DEG)),
     )  # fmt: skip
-    pose, _ = pose_by_design(case.station, rough, case.design, RegisterOptions())
+
+
+def _outcome(case: Case, pose: StationPose | None) -> Outcome:
     if pose is None or case.true is None:
         return Outcome(placed=pose is not None, right=False, error=np.zeros(6), sigma=np.ones(6))
     here, true = pose.world_from_left, case.true
@@ -109,11 +133,15 @@ def tried(case: Case, rng: np.random.Generator, near: FloatArray | None) -> Outc
     return Outcome(placed=True, right=bool(right), error=error, sigma=np.sqrt(np.diag(pose.covariance)))
 
 
-def rendered_lines(cases: list[Case]) -> list[Line]:
-    """Judge rendered stations from a rough place, and tell of the storey alone."""
+def rendered_lines(visits: list[list[Case]]) -> list[Line]:
+    """Judge rendered visits from rough places, with markers and without; tell of each station alone, and of storeys."""
     rng = np.random.default_rng(0)
-    near = [tried(case, rng, case.true) for case in cases]
-    lines = _shares("from a rough place", near, judged=True)
+    cases = [case for visit in visits for case in visit]
+    near = [one for visit in visits for one in tried_together(visit, rng, _true(visit), marked=False)]
+    lines = _shares("from a rough place, a visit together", near, judged=True)
+    marked = [one for visit in visits for one in tried_together(visit, rng, _true(visit), marked=True)]
+    lines += _shares("the same with markers that nobody surveyed", marked, judged=True)
+    lines += _shares("each station alone", [tried(case, rng, case.true) for case in cases], judged=False)
     right = [one for one in near if one.right]
     errors = np.array([one.error for one in right])
     pulls = np.abs(errors / np.array([one.sigma for one in right]))
@@ -132,14 +160,26 @@ def rendered_lines(cases: list[Case]) -> list[Line]:
         lines.append(line(f"within {k} sigma", f"{own.mean():.1%} ± {sigma:.1%}", wanted, count, bool(holds)))
     worst = float(pulls.max())
     lines.append(line("furthest off", f"{worst:.1f} sigma", "5 sigma", count, worst <= WRONG_SIGMAS))
-    lines += _shares("from the storey alone", [tried(case, rng, None) for case in cases], judged=False)
-    others = [cases[(k + 37) % len(cases)] for k in range(len(cases))]
-    strange = [
-        tried(Case(station=one.station, design=other.design, true=None, storeys=other.storeys), rng, other.true)
-        for one, other in zip(cases, others, strict=True)
-        if one.design is not other.design
-    ]
-    return [*lines, _none_placed("stations of another site", strange)]
+    storey = [one for visit in visits for one in tried_together(visit, rng, [None] * len(visit), marked=False)]
+    lines += _shares("from the storey alone, a visit together", storey, judged=False)
+    return [*lines, _none_placed("stations of another site", list(_strange(visits, rng)))]
+
+
+def _true(visit: list[Case]) -> list[FloatArray | None]:
+    return [case.true for case in visit]
+
+
+def _strange(visits: list[list[Case]], rng: np.random.Generator) -> Iterator[Outcome]:
+    """Look for each visit in the design of another site."""
+    for number, visit in enumerate(visits):
+        other = visits[(number + 7) % len(visits)]
+        if other[0].design is visit[0].design:
+            continue
+        there = [
+            Case(station=one.station, design=place.design, true=None, storeys=place.storeys)
+            for one, place in zip(visit, other, strict=False)
+        ]
+        yield from tried_together(there, rng, _true(other)[: len(there)], marked=False)
 
 
 def _shares(what: str, found: list[Outcome], judged: bool) -> list[Line]:
@@ -182,7 +222,32 @@ def simulated_lines(count: int) -> list[Line]:
     lines += _wrong("storeys alike, none named", [tried(case, rng, case.true) for case in alike])
     bare = [_bare(rng) for _ in range(count)]
     lines += _wrong("a bare wall", [tried(case, rng, case.true) for case in bare])
+    return [*lines, *_visit_lines(max(2, count * VISITS // SIMULATED))]
+
+
+def _visit_lines(count: int) -> list[Line]:
+    """Judge visits of several stations together: halls and their mirror images, without prints and with them."""
+    rng = np.random.default_rng(2)
+    lines: list[Line] = []
+    for prints in (False, True):
+        told_of = "with prints nobody surveyed" if prints else "without prints"
+        halls = [hall_visit(rng, prints=prints) for _ in range(count)]
+        alone = [one for visit in halls for case in _cases(visit) for one in tried_together([case], rng, [case.true],
+                 marked=prints)]  # fmt: skip
+        together = [one for visit in halls for one in tried_together(_cases(visit), rng, [*visit.true], marked=prints)]
+        lines += _shares(f"visits of a hall, {told_of}, each station alone", alone, judged=False)
+        lines += _shares(f"visits of a hall, {told_of}, together", together, judged=False)
+        mirrored = [hall_visit(rng, prints=prints, mirrored=True) for _ in range(count)]
+        found = [one for visit in mirrored for one in tried_together(_cases(visit), rng, [*visit.true], marked=prints)]
+        lines.append(_none_placed(f"visits of mirrored halls, {told_of}", found))
     return lines
+
+
+def _cases(visit: SeenVisit) -> list[Case]:
+    return [
+        Case(station=one, design=visit.design, true=pose, storeys=("S0",))
+        for one, pose in zip(visit.stations, visit.true, strict=True)
+    ]
 
 
 def _wrong(what: str, found: list[Outcome]) -> list[Line]:
@@ -212,12 +277,8 @@ def _mirrored(pose: FloatArray) -> FloatArray:
 
 
 def _hall(rng: np.random.Generator, storeys: int = 1) -> Case:
-    """Return a station in a hall of two walls and some columns of different widths, part of it not built."""
-    wide, deep = rng.uniform(6.0, 10.0), rng.uniform(6.0, 9.0)
-    boxes = [wall((-wide, deep), (wide, deep)), wall((wide, deep), (wide, -deep))]
-    for _ in range(int(rng.integers(4, 9))):
-        middle = float(rng.uniform(-4.0, 4.0)), float(rng.uniform(2.5, deep - 1.0))
-        boxes.append(column(middle, float(rng.choice([0.3, 0.35, 0.4, 0.5, 0.6]))))
+    """Return a station in a hall, part of it not built."""
+    boxes = hall(rng)
     true = standing(rng.uniform(-1.5, 1.5), rng.uniform(-2.0, 0.5), rng.uniform(-30.0, 30.0))
     built = [box for box in boxes if rng.random() < 0.8]
     all_of_it = [Box(middle_m=b.middle_m, sides_m=b.sides_m, turn_rad=b.turn_rad, foot_m=3.0 * k, head_m=3.0 * k + 3.0)
@@ -252,9 +313,9 @@ def main() -> int:
     lines = simulated_lines(20 if args.quick else SIMULATED)
     summary: dict[str, object] = {}
     if not args.quick:
-        cases = list(rendered())
-        lines = [*rendered_lines(cases), *lines]
-        summary["tilt_rad"] = quantiles(np.concatenate([_tilts(case) for case in cases]))
+        visits = list(rendered())
+        lines = [*rendered_lines(visits), *lines]
+        summary["tilt_rad"] = quantiles(np.concatenate([_tilts(case) for visit in visits for case in visit]))
     return report("placed by the design", unjudged(lines) if args.quick else lines, args, summary)
 
 

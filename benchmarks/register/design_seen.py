@@ -116,7 +116,7 @@ def measured(design: BimModel, world_from_left: FloatArray, seed: int = 0, name:
     """Return what a station measures of a design that is built as it is."""
     rng = np.random.default_rng(seed)
     faces = [face for element in design.elements for face in element.faces if isinstance(face.frame, PlaneFrame)]
-    segments = np.array([face.frame.from_uv(_ends(face))[:, :2] for face in faces]).reshape(-1, 2, 2)
+    segments = segments_of(design)
     seen = []
     for face in faces:
         found = _seen(face, world_from_left, segments, rng, f"{name}/{len(seen) + 1}")
@@ -128,6 +128,12 @@ def measured(design: BimModel, world_from_left: FloatArray, seed: int = 0, name:
         depth_ref=DepthReference(png=b"", sigma_png=b"", scale=2), vertical=frozen(up / np.linalg.norm(up)),
         rejections=(), seconds={}, left_digest="", right_digest="", thumbnail_jpeg=b"",
     )  # fmt: skip
+
+
+def segments_of(design: BimModel) -> FloatArray:
+    """Return the flat faces of a design in plan (S, 2, 2)."""
+    faces = [face for element in design.elements for face in element.faces if isinstance(face.frame, PlaneFrame)]
+    return np.array([face.frame.from_uv(_ends(face))[:, :2] for face in faces]).reshape(-1, 2, 2)
 
 
 def _ends(face: DesignFace) -> FloatArray:
@@ -151,7 +157,7 @@ def _seen(
     pixels = CAMERA.project((points - eye) @ pose[:3, :3])
     with np.errstate(invalid="ignore"):
         shown = (pixels[:, 0] > 10.0) & (pixels[:, 0] < CAMERA.width_px - 10.0)
-    shown &= ~_hidden(eye[:2], points[:, :2], segments) & (np.linalg.norm(points - eye, axis=1) < FURTHEST_M)
+    shown &= ~hidden(eye[:2], points[:, :2], segments) & (np.linalg.norm(points - eye, axis=1) < FURTHEST_M)
     start, stop = _longest(shown)
     if stop - start < 2 or abs(pixels[stop - 1, 0] - pixels[start, 0]) < LEAST_PX:
         return None
@@ -186,7 +192,7 @@ def _measured(
     )  # fmt: skip
 
 
-def _hidden(eye: FloatArray, points: FloatArray, segments: FloatArray) -> np.ndarray:
+def hidden(eye: FloatArray, points: FloatArray, segments: FloatArray) -> np.ndarray:
     """Say which points (N, 2) lie behind a segment (S, 2, 2) in plan."""
     start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
     sight = points - eye

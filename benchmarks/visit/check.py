@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.flow.check_places import PlacedBy
 from asbuilt_bim.flow.check_visit import checked_visit, sighted
 from asbuilt_bim.flow.measure_visit import options_of, read_pair
 from asbuilt_bim.flow.rig_source import rig_of
@@ -157,7 +158,7 @@ class Bench:
         """Check one station by itself."""
         outcome = sighted(photos, self.rig, self.options)
         day = self.project.visits[-1].date
-        return checked_visit([outcome], self.project, self.rig, self.known, day).stations[0]
+        return checked_visit([outcome], self.project, self.rig, PlacedBy(known=self.known), day).stations[0]
 
 
 def bench() -> Bench:
@@ -239,7 +240,8 @@ def faultless(made: Bench) -> tuple[list[Line], dict[str, object]]:
         around = surroundings(design, begun_by(design, day), floors)
 
         def not_read(one: CheckedStation, around: object = around) -> tuple[int, ...]:
-            visit = checked_visit([], made.project, made.rig, made.known, made.project.visits[-1].date)
+            by = PlacedBy(known=made.known)
+            visit = checked_visit([], made.project, made.rig, by, made.project.visits[-1].date)
             seen = with_unread_tags(replace(visit, stations=(one,)), made.rig, around, tags)  # type: ignore[arg-type]
             values = next(a.values for a in seen.stations[0].aspects if a.aspect == "tags")
             found = values.get("unread", ())

@@ -14,6 +14,7 @@ from click.testing import CliRunner, Result
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.flow.check_places import PlacedBy
 from asbuilt_bim.flow.check_visit import check_stations
 from asbuilt_bim.flow.measure_visit import options_of, read_pair
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, StationPhotos, measure_station
@@ -49,7 +50,8 @@ def photos(folder: Path, *names: str) -> Path:
 def check(project: Project, folder: Path) -> CheckedVisit:
     rig = read_rig(project.folder / "rig.yaml")
     known = KnownPlaces(survey=survey_of(project))
-    return check_stations(stations_of([folder], project), project, rig, known, TODAY, lambda *_: None, workers=1)
+    by = PlacedBy(known=known)
+    return check_stations(stations_of([folder], project), project, rig, by, TODAY, lambda *_: None, workers=1)
 
 
 def why(station: CheckedStation) -> set[Reason]:

@@ -145,3 +145,14 @@ def test_photos_of_boards_are_known_by_what_they_show_and_a_site_s_are_not(tmp_p
     found = find_files(tmp_path)
     assert [photos.left for photos in found.boards] == ["2026-03-01/left_*.png", "fotos/left_*.png"]
     assert [photos.left for photos in found.visits] == ["2026-03-02/*_left.png"]
+
+
+@pytest.mark.parametrize("surveyed", [False, True])
+def test_a_folder_without_a_survey_is_drafted_with_a_place_to_say_the_storey(tmp_path: Path, surveyed: bool) -> None:
+    site = made(tmp_path, "design.ifc", "visits/2026-03-02/A1_left.jpg", "visits/2026-03-02/A1_right.jpg")
+    if surveyed:
+        (site / "markers.csv").write_text("id,corner,x_m,y_m,z_m\n")
+    found = find_files(site)
+    assert bool(found.surveys) == surveyed
+    assert ("#    near: {storey: Ground floor}" in initial_text("site", found).splitlines()) == (not surveyed)
+    assert ("under near" in " ".join(missing(found))) == (not surveyed)

@@ -11,8 +11,8 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.fitting import BUILT_M
+from asbuilt_bim.register.by_design.joint import pose_by_design
 from asbuilt_bim.register.by_design.notes import design_notes
-from asbuilt_bim.register.by_design.place import pose_by_design
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import register

@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import wrapped
-from asbuilt_bim.register.by_design.planes import FURTHEST_M, Seen, Upright
+from asbuilt_bim.register.by_design.planes import FURTHEST_M, PAST_M, Seen, Upright
 
 BUILT_M = 0.01
 """How far a built face lies off its design: two of these are the 20 mm that EN 13670 allows."""
 ENDS_M = 0.02
 """How well the end of a face is seen and built."""
-PAST_M = 0.10
-"""How far an outline may run past its design face: pose, formwork joint, the mask's edge."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+SHARES, SHARES_WEIGHT = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+"""How much of what is seen is of the design (Q,): nobody knows, so all shares are as likely, and summed over."""
 OF_DESIGN = 0.5
-"""How likely what was seen is of the design, before it is looked for there: nobody knows."""
+"""The mean of these."""
+MISTAKEN = 0.05
+"""How often somebody is wrong about a place, by a storey, a date or a photo: one in twenty, before anything is seen."""
 WIDTHS_M = 4.0
 """Over how much the widths of things on a site spread."""
 HEIGHT_LOOSE_M = 0.6
@@ -35,7 +38,8 @@ ROUNDS = 8
 class Prior:
     """What is known of a place before: level place (2,) and bearing, with sigmas; None: anywhere in `area_m2`, any way.
 
-    `turn_rad` is counter-clockwise from above: the level frame's y ahead, in the world.
+    `turn_rad` is counter-clockwise from above: the level frame's y ahead, in the world. `linked` is what is known of
+    the places of stations that are tied to it.
     """
 
     level_m: FloatArray
@@ -44,10 +48,11 @@ class Prior:
     sigma_rad: float | None
     area_m2: float
     storey_share: float  # one over the number of storeys that it may be
+    linked: tuple["LinkedPrior", ...] = ()
 
     def log_density(self, turn_rad: float, place_m: FloatArray) -> float:
         """Return the logarithm of how likely a place is, per square metre and radian."""
-        total = np.log(self.storey_share)
+        total = np.log(self.storey_share) + sum(one.log_fit(turn_rad, place_m) for one in self.linked)
         if self.sigma_m is None:
             total -= np.log(self.area_m2)
         else:
@@ -60,11 +65,32 @@ class Prior:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinkedPrior:
+    """A station that is tied to another: by how much it stands beside it (2,), is turned, and what is known of it."""
+
+    level_m: FloatArray
+    turn_rad: float
+    known: Prior
+
+    def log_fit(self, turn_rad: float, place_m: FloatArray) -> float:
+        """Return the logarithm of how well its own rough place fits a place of the other; it may be a mistake."""
+        known = self.known
+        squares = 0.0
+        if known.sigma_m is not None:
+            off = (place_m + turned(turn_rad) @ self.level_m - known.level_m) / known.sigma_m
+            squares += float(off @ off)
+        if known.sigma_rad is not None:
+            squares += float(wrapped(turn_rad + self.turn_rad - known.turn_rad) / known.sigma_rad) ** 2
+        return float(np.log((1.0 - MISTAKEN) * np.exp(-0.5 * squares) + MISTAKEN))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fitted:
     """A place, and what fits there: `turn_rad`, `place_m` (2,), the camera's height, and the design face of each seen.
 
     `on` (N,) is -1 for what fits nowhere, `trust` (N,) how likely each is what it fits. `covariance` (3, 3) is of
-    [turn, x, y]. `log_odds` compares the place with what was seen being of no design at all.
+    [turn, x, y]. `by_share` (Q,) is the logarithm of how many times likelier the place makes what was seen than that it
+    is of no design at all, for each share of it that is.
     """
 
     turn_rad: float
@@ -72,7 +98,18 @@ class Fitted:
     on: NDArray[np.intp]
     trust: FloatArray
     covariance: FloatArray
-    log_odds: float
+    by_share: FloatArray
+
+    @property
+    def log_odds(self) -> float:
+        """Return the logarithm of the odds, whatever the share."""
+        return summed(self.by_share)
+
+
+def summed(by_share: FloatArray) -> float:
+    """Return the logarithm of odds summed over all shares, of their logarithms (Q,)."""
+    most = float(by_share.max())
+    return most + float(np.log(SHARES_WEIGHT @ np.exp(by_share - most)))
 
 
 def turned(turn_rad: float) -> FloatArray:
@@ -125,13 +162,15 @@ def ratios(
     flat = there * ((1.0 - share) * inside + share * whole) * np.exp(-0.5 * np.square(angle / turns))
     on_axis = there * np.exp(-0.5 * np.square(along / sigma)) / (np.sqrt(2.0 * np.pi) * sigma)
     either = np.where(design.round[None], on_axis * 2.0 * design.halves_m, flat)
-    found: FloatArray = np.where(may, either, 0.0) * FURTHEST_M * _slant(design, place)
+    eyes, which = np.unique(seen.eyes_m, axis=0, return_inverse=True)
+    slant = np.array([_slant(design, place + turned(turn) @ eye) for eye in eyes])[which.ravel()]
+    found: FloatArray = np.where(may, either, 0.0) * FURTHEST_M * slant
     return found
 
 
-def _slant(design: Upright, place: FloatArray) -> FloatArray:
-    """Return how much of a length of each design face (F,) is seen across the view: none of it from behind."""
-    way = place - design.middles_m
+def _slant(design: Upright, eye: FloatArray) -> FloatArray:
+    """Return how much of a length of each design face (F,) is seen across the view from a place: none from behind."""
+    way = eye - design.middles_m
     cosine = np.einsum("fk,fk->f", way, design.normals) / np.maximum(np.linalg.norm(way, axis=1), 0.1)
     slant: FloatArray = np.where(design.round, 1.0, np.maximum(cosine, 0.0))
     return slant
@@ -164,8 +203,8 @@ def fitted(
         return None
     covariance = step[1][:3, :3]
     volume = 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
-    log_odds = _evidence(odds, on, design.elements[on], seen.whole > 0.5) + prior.log_density(turn, place) + volume
-    fit = Fitted(turn_rad=turn, place_m=place, on=on, trust=trust, covariance=covariance, log_odds=float(log_odds))
+    by_share = _evidence(odds, on, design.elements[on], seen.whole > 0.5) + prior.log_density(turn, place) + volume
+    fit = Fitted(turn_rad=turn, place_m=place, on=on, trust=trust, covariance=covariance, by_share=by_share)
     return replace(fit, on=np.where(trust > 0.5, on, -1))
 
 
@@ -177,21 +216,22 @@ def _taken(odds: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     return on, trust
 
 
-def _evidence(odds: FloatArray, on: NDArray[np.intp], element: NDArray[np.intp], whole: BoolArray) -> float:
-    """Return the logarithm of the odds of all that was seen; pieces of one design face say one thing once.
+def _evidence(odds: FloatArray, on: NDArray[np.intp], element: NDArray[np.intp], whole: BoolArray) -> FloatArray:
+    """Return the logarithm (Q,) of the odds of all that was seen; pieces of one design face say one thing once.
 
     The ends of a whole face (N,) are where the next faces of its element stand, so these say nothing new. What is cut
     of an element says something for each of its faces.
     """
-    each = np.log(1.0 - OF_DESIGN + OF_DESIGN * odds.sum(axis=1))
-    total = float(each[each <= 0.0].sum())
-    fits = each > 0.0
+    share = SHARES[:, None]
+    sums = odds.sum(axis=1)
+    each = np.log(1.0 - share + share * sums)
+    fits = sums > 1.0
+    total: FloatArray = each[:, ~fits].sum(axis=1)
     for one in np.unique(element[fits]):
         own = fits & (element == one)
-        most = each[own].max()
         cut = own & ~whole
-        pieces = sum(float(each[cut & (on == face)].max()) for face in np.unique(on[cut]))
-        total += max(float(most), pieces)
+        pieces = [each[:, cut & (on == face)].max(axis=1) for face in np.unique(on[cut])]
+        total = total + np.maximum(each[:, own].max(axis=1), np.sum(pieces, axis=0))
     return total
 
 
@@ -211,7 +251,7 @@ def _step(
     way = arms + place - design.middles_m[on]
     normals, along = design.normals[on], design.along[on]
     swing = np.stack([-arms[:, 1], arms[:, 0]], axis=-1)
-    stretch = arms * seen.by_disparity[:, None]
+    stretch = seen.by_disparity_m @ turned(turn).T
     rows, off, weight = [], [], []
 
     def add(directions: FloatArray, sigma: FloatArray, counts: FloatArray) -> None:

@@ -19,6 +19,8 @@ FURTHEST_M = 20.0
 """A face further off is too small in the photo to be known from its neighbour."""
 SHORTEST_M = 0.05
 """Of a length in plan: what is narrower has no direction."""
+PAST_M = 0.10
+"""How far an outline may run past its design face: pose, formwork joint, the mask's edge."""
 FLUSH_M, FLUSH_RAD, MEETING_M = 0.01, float(np.radians(0.5)), 0.05
 """Faces as near to one line and one another as this are one, as far as photos tell."""
 
@@ -53,40 +55,41 @@ class Upright:
 class Seen:
     """What a station measured: its upright faces, with sigmas; `level_from_left` (3, 3) is the turn to its level frame.
 
-    `by_disparity` (N,) is by how much of its distance a face moves with a pixel of disparity that the rig is off by.
+    `by_disparity_m` (N, 2) is by how much a face moves with a pixel of disparity that the rig is off by, `eyes_m`
+    (N, 2) is where the camera stood that saw it: stations that are tied to each other see together.
     """
 
     faces: Upright
     offset_sigma_m: FloatArray  # (N,)
     angle_sigma_rad: FloatArray  # (N,)
     whole: FloatArray  # (N,) how likely both its sides are the face's ends
-    by_disparity: FloatArray  # (N,)
+    by_disparity_m: FloatArray
+    eyes_m: FloatArray
     level_from_left: FloatArray
-    view_rad: float  # how wide the photo is
 
 
-def seen_faces(station: StationMeasurement) -> Seen | None:
-    """Return what a station measured, None where it doesn't know what is plumb."""
-    if station.vertical is None:
-        return None
-    up = unit(station.vertical)
+def seen_faces(station: StationMeasurement) -> Seen:
+    """Return what a station measured, no face where it doesn't know what is plumb."""
+    up = unit(np.array([0.0, -1.0, 0.0]) if station.vertical is None else station.vertical)
     ahead = np.array([0.0, 0.0, 1.0])
     ahead = unit(ahead - (ahead @ up) * up)
     level = np.stack([cross(ahead, up), ahead, up])
     turn = np.eye(4)
     turn[:3, :3] = level
-    rows = [row for face in station.faces if (row := _seen(face, turn)) is not None]
+    level_faces = station.faces if station.vertical is not None else ()
+    rows = [row for face in level_faces if (row := _seen(face, turn)) is not None]
     camera = station.camera
     kept = [face for _, face in rows]
     per_px = np.array([_depth_m(face) / (camera.f_px * camera.baseline_m) for face in kept])
+    faces = upright([row for row, _ in rows])
     return Seen(
-        faces=_upright([row for row, _ in rows]),
-        offset_sigma_m=np.array([np.sqrt(max(float(face.covariance[0, 0]), 0.0)) for face in kept]),
-        angle_sigma_rad=np.array([np.sqrt(max(float(face.covariance[2, 2]), 0.0)) for face in kept]),
-        whole=np.array([face.whole_probability if face.whole else 0.0 for face in kept]),
-        by_disparity=per_px,
+        faces=faces,
+        offset_sigma_m=np.array([np.sqrt(max(float(face.covariance[0, 0]), 0.0)) for face in kept], dtype=np.float64),
+        angle_sigma_rad=np.array([np.sqrt(max(float(face.covariance[2, 2]), 0.0)) for face in kept], dtype=np.float64),
+        whole=np.array([face.whole_probability if face.whole else 0.0 for face in kept], dtype=np.float64),
+        by_disparity_m=faces.middles_m * per_px[:, None],
+        eyes_m=np.zeros_like(faces.middles_m),
         level_from_left=level,
-        view_rad=float(2.0 * np.arctan2(0.5 * camera.width_px, camera.f_px)),
     )
 
 
@@ -123,7 +126,8 @@ def _row(frame: PlaneFrame | CylinderFrame, uv_m: FloatArray, origin: FloatArray
     return normal, middle, 0.5 * (high - low), heights, False, element
 
 
-def _upright(rows: Sequence[_Row]) -> Upright:
+def upright(rows: Sequence[_Row]) -> Upright:
+    """Return faces given one by one."""
     return Upright(
         normals=np.array([row[0] for row in rows]).reshape(-1, 2),
         middles_m=np.array([row[1] for row in rows]).reshape(-1, 2),
@@ -140,7 +144,7 @@ def designed_faces(design: BimModel, origin_m: FloatArray, low_m: float, high_m:
     for number, element in enumerate(design.elements):
         if element.vertices_m[:, 2].max() > low_m and element.vertices_m[:, 2].min() < high_m:
             rows += _faces_of(element, origin_m, number)
-    return _upright([*rows, *_joined(rows)])
+    return upright([*rows, *_joined(rows)])
 
 
 def _joined(rows: Sequence[_Row]) -> list[_Row]:

@@ -1,17 +1,21 @@
 """Places that a station may have stood at: where two of its faces, or one with its ends, lie on the design's."""
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import wrapped
-from asbuilt_bim.register.by_design.fitting import PAST_M, Prior, turned
-from asbuilt_bim.register.by_design.planes import Seen, Upright
+from asbuilt_bim.register.by_design.fitting import Prior, turned
+from asbuilt_bim.register.by_design.planes import PAST_M, Seen, Upright
 
 REACH = 4.0
 """Sigmas of the rough place that are looked at: two say 1.5 m, four say 3 m."""
 TURN_BAND_RAD, PARALLEL_RAD = float(np.radians(1.0)), float(np.radians(3.0))
+SHORTEST_WAY_M = 1.0
+"""Two middles that are centimetres off show a turn to two degrees over it."""
 NEAR_M = 0.15
 """How near a start is to the place: faces err by centimetres, and a turn by a degree moves one 6 m off by ten."""
 MOST_TURNS, MOST_STARTS, MOST_SEGMENTS, MOST_POINTS = 12, 24, 3000, 60_000
@@ -26,27 +30,59 @@ def starts(seen: Seen, design: Upright, may: BoolArray, prior: Prior) -> Iterato
 
 
 def _turns(seen: Seen, design: Upright, may: BoolArray, prior: Prior) -> list[float]:
-    """Return the turns that lay most faces parallel to one of the design, the likeliest first."""
+    """Return the turns that most of what is seen agrees on, the likeliest first.
+
+    A face of some width lies parallel to one of the design. Narrow ones don't show a turn, but two with both their ends
+    do, by the way from one to the other.
+    """
     use = ~seen.faces.round & (seen.angle_sigma_rad < TURN_BAND_RAD)
     one, other = np.nonzero(may & use[:, None] & ~design.round[None])
     turns = wrapped(design.angles_rad[other] - seen.faces.angles_rad[one])
+    weight = (np.minimum(2.0 * seen.faces.halves_m, 2.0) + 0.5)[one]
+    ways, ways_weight, ways_turn = _ways(seen, design, may)
+    one, turns = np.concatenate([one, ways + len(use)]), np.concatenate([turns, ways_turn])
+    weight = np.concatenate([weight, ways_weight])
     if prior.sigma_rad is not None:
         off = wrapped(turns - prior.turn_rad)
         near = np.abs(off) <= REACH * prior.sigma_rad
-        one, turns = one[near], prior.turn_rad + off[near]
-    weight = np.minimum(2.0 * seen.faces.halves_m, 2.0) + 0.5
+        one, weight, turns = one[near], weight[near], prior.turn_rad + off[near]
     found: list[float] = []
     free = np.ones(len(turns), dtype=bool)
     while free.any() and len(found) < MOST_TURNS:
         bins = np.round(turns[free] / TURN_BAND_RAD).astype(np.intp)
-        pairs = np.unique(np.stack([bins, one[free]]), axis=1)
+        pairs, first = np.unique(np.stack([bins, one[free]]), axis=1, return_index=True)
         values, where = np.unique(pairs[0], return_inverse=True)
-        votes = np.bincount(where, weights=weight[pairs[1]])
+        votes = np.bincount(where, weights=weight[free][first])
         middle = values[int(np.argmax(votes))] * TURN_BAND_RAD
         near = free & (np.abs(turns - middle) <= TURN_BAND_RAD)
         found.append(float(np.median(turns[near])))
         free &= np.abs(turns - found[-1]) > 1.5 * TURN_BAND_RAD
     return found
+
+
+def _ways(seen: Seen, design: Upright, may: BoolArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+    """Return turns (K,) that lay the way between two seen faces along one between two of the design, and their pairs.
+
+    Each pair has a number, and less weight the more pairs there are: a face speaks once.
+    """
+    ended = np.flatnonzero((seen.whole > 0.5) | seen.faces.round)
+    like = may & (np.abs(seen.faces.halves_m[:, None] - design.halves_m[None]) < 0.5 * PAST_M)
+    numbers, weights, turns = [], [], []
+    for number, (a, b) in enumerate(combinations(ended, 2)):
+        way = seen.faces.middles_m[b] - seen.faces.middles_m[a]
+        long = float(np.linalg.norm(way))
+        first, second = np.flatnonzero(like[a]), np.flatnonzero(like[b])
+        if long < SHORTEST_WAY_M or not len(first) or not len(second):
+            continue
+        there = design.middles_m[second][None] - design.middles_m[first][:, None]
+        fits = np.abs(np.linalg.norm(there, axis=-1) - long) < PAST_M
+        angles = np.arctan2(there[fits][:, 1], there[fits][:, 0]) - np.arctan2(way[1], way[0])
+        turns.append(wrapped(angles))
+        numbers.append(np.full(len(angles), number, dtype=np.intp))
+        weights.append(np.full(len(angles), 1.0 / (len(ended) - 1)))
+    if not turns:
+        return np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0)
+    return np.concatenate(numbers), np.concatenate(weights), np.concatenate(turns)
 
 
 class _Lines:

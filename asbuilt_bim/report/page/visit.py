@@ -24,6 +24,7 @@ from asbuilt_bim.report.wording.of_page.visit_words import (
     helpful_words,
     list_words,
     look_words,
+    near_words,
     place_words,
     promise_words,
     shown_words,
@@ -143,7 +144,7 @@ def _row(station: ExpectedStation, plan: VisitPlan, names: dict[str, str], towar
         sigma=sigma_words(station.sigma, station.distance_m),
         tags=tag_words(station.tags, NEEDED if plan.by_tags else 0),
         enough=station.planned.number not in plan.unplaced,
-        at=f"x {x:.1f}, y {y:.1f}, {bearing:.0f}° from the y axis, clockwise",
+        at=near_words(names.get(planned.storey, ""), (x, y), bearing),
     )
 
 

@@ -1,5 +1,6 @@
 """The list to walk by: where to stand, where to look, what that shows, and where a tag would help."""
 
+import json
 import math
 from collections.abc import Sequence
 
@@ -40,6 +41,12 @@ def place_words(nearest: Sequence[tuple[str, float]]) -> str:
     if not nearest:
         return ""
     return "Stand " + " and ".join(f"{metres(away)} from {name}" for name, away in nearest) + "."
+
+
+def near_words(storey: str, place_m: tuple[float, float], bearing_deg: float) -> str:
+    """Say a place in the IFC's coordinates as a project file takes it: to copy there, where no tag is surveyed."""
+    on = f"storey: {json.dumps(storey, ensure_ascii=False)}, " if storey else ""
+    return f"near: {{{on}x_m: {place_m[0]:.1f}, y_m: {place_m[1]:.1f}, bearing_deg: {bearing_deg:.0f}}}"
 
 
 def look_words(name: str, away_m: float, towards: str) -> str:
