@@ -69,7 +69,7 @@ def _decided(
     share: Share,
     doubt: ScaleDoubt | None,
 ) -> Sequence[list[SurfaceState]]:
-    colours = visit_colours(matched, options)
+    colours = visit_colours(matched, options, share)
     views = [
         StationView(placed=placed, colour=colours.get(placed.pose.station), doubt=doubt) for placed in matched.stations
     ]
