@@ -49,6 +49,10 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     where not one contradicts. At a pour line, where no side is clear, the sides are counted together: no conflict.
     What hangs in the air isn't concrete, whatever else it may be: it stays unknown.
 
+    Sides contradict one another in one cell by a mistake. Where they do in more cells than are decided, the element
+    isn't what the design says, or where: a column that stands beside it is built on the one side and open on the other.
+    Then nothing is decided.
+
     Where borders may lie elsewhere, the bounds hold what stays built or open wherever they lie. An element of which
     next to nothing lies inside them by as much is unknown.
     """
@@ -74,6 +78,10 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     is_built = np.where(both, (sums[1] >= sums[2]) & ~conflict, any_built)
     is_open = np.where(both, (sums[1] < sums[2]) & ~conflict, any_open)
     is_built &= ~_hanging(cells, is_built, is_open)
+    if conflict.sum() > np.sum(is_built | is_open):
+        return CellStates(
+            built=no, open=no, conflict=conflict | is_built | is_open, least=0.0 * no, most=1.0 - no, height=height
+        )
     least, most = _bounds(element, cells, (is_built, is_open), sums, options)
     if any(surface.border_m for surface in surfaces):
         sure = cell_states(element, [well_inside(surface) for surface in surfaces], options)
