@@ -19,6 +19,9 @@ from asbuilt_bim.report.drawings.figures import Figure as Figure
 from asbuilt_bim.report.drawings.figures import figures as figures
 from asbuilt_bim.report.result.document import read_result as read_result
 from asbuilt_bim.report.result.measure_document import measure_document as measure_document
+from asbuilt_bim.report.result.parts import ResultSummary as ResultSummary
+from asbuilt_bim.report.result.parts import read_elements as read_elements
+from asbuilt_bim.report.result.parts import read_summary as read_summary
 from asbuilt_bim.report.wording.notes import note_words as note_words
 from asbuilt_bim.report.wording.reasons import words_of as words_of
 from asbuilt_bim.schedule.read import read_schedule as read_schedule
@@ -31,16 +34,19 @@ __all__ = [
     "PairMeasurement",
     "ProgressReport",
     "Project",
+    "ResultSummary",
     "Run",
     "__version__",
     "figures",
     "measure_document",
     "measure_pair",
     "read_design",
+    "read_elements",
     "read_project",
     "read_result",
     "read_rig",
     "read_schedule",
+    "read_summary",
     "remake",
     "run",
     "save_measurement",

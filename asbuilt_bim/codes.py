@@ -297,6 +297,7 @@ class Reason(StrEnum):
     SEEN_WITH_FOOT = "seen with its foot"
     FOOT_NOT_SEEN = "foot not seen"
     PHOTOS_DISAGREE = "photos disagree"
+    CONTRADICTS_ITSELF = "contradicts itself"  # in most of what photos show of it: so nothing is decided
     DISPLACED = "displaced"  # it stands beside its design
     DISPLACED_WITH_OTHERS = "displaced with others"  # as most of its storey, or as an earlier visit found
     DISPLACED_ACCEPTED = "displaced and accepted"
@@ -351,6 +352,7 @@ class Reason(StrEnum):
 WHY_STATE = frozenset(
     {
         *(Reason.DECIDED_NOTHING, Reason.NOT_SEEN, Reason.SEEN_LITTLE, Reason.NOT_SEEN_AGAIN, Reason.NO_FACE_FITS),
+        Reason.CONTRADICTS_ITSELF,
         *(Reason.TOP_NOT_SEEN, Reason.FOOT_NOT_SEEN, Reason.SEEN_TO_TOP, Reason.SEEN_WITH_FOOT),
         *(Reason.DISPLACED, Reason.DISPLACED_WITH_OTHERS),
     }

@@ -68,6 +68,7 @@ class MeasuredVisit:
     rig: tuple[RigRecord, ...] = ()
     rig_notes: tuple[Note, ...] = ()
     shown: tuple[Shown, ...] = ()  # what the stations of this visit and of those before it showed
+    scale_share: float = 0.0  # by which known lengths contradict the rig's scale
     of_its_day: bool = False  # every station's photos say so, and nobody says that the camera's clock is wrong
 
 
@@ -271,6 +272,7 @@ def _gathered(watched: WatchedVisit, from_cache: int) -> MeasuredVisit:
         from_cache=from_cache,
         rig=watched.records,
         rig_notes=watched.notes,
+        scale_share=watched.scale_share,
     )
 
 

@@ -44,6 +44,7 @@ from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
 from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
+from asbuilt_bim.register.scale import scale_doubt
 from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.scale.executor import one_thread
@@ -80,6 +81,7 @@ def monitor(
     control_points: Mapping[str, Sequence[ControlPoint]] = NO_POINTS,
     rough: RoughPlaces | None = None,
     barred: Sequence[Rejection] = (),
+    scale_share: float = 0.0,
 ) -> ProgressReport:
     """Return what a visit's measured stations say of the design. Pure: no clock, no files, no globals.
 
@@ -87,7 +89,8 @@ def monitor(
     earlier ones saw, or is `barred` for what another visit says, not one station counts, and everything is as the
     visits before left it. Nothing is said of elements that stand beside their design, until a person accepts that: then
     they are judged where they stand. `share` has stations placed and matched and elements judged, here or in several
-    processes: that changes nothing.
+    processes: that changes nothing. By `scale_share` known lengths contradict the scale: what lies elsewhere for it is
+    within the bounds.
     """
     remembered = {marker_id: place_of(record) for marker_id, record in history.markers.items()}
     placement = register(
@@ -100,7 +103,8 @@ def monitor(
     standing = where_they_stand(seen, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
     matched = adjust_with_design(standing.matched, design, options.match)
-    surfaces = classify_surface(matched, design, history, options.progress, beside, share)
+    doubt = scale_doubt(placement, survey, scale_share)
+    surfaces = classify_surface(matched, design, history, options.progress, beside, share, doubt)
     undone = undone_front(surfaces, design, history, day, options.progress)
     if undone:
         against = (*undone, *refused_stations(matched, Reason.STATION_VISIT_UNDOES))
@@ -255,6 +259,7 @@ def _judged(known: _Known, barred: Mapping[date, Sequence[Rejection]]) -> _Judge
         report = monitor(
             seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
             given=known.places.given(visit.date), rough=rough_places(visit, design), barred=barred.get(visit.date, ()),
+            scale_share=seen.scale_share,
             control_points=known.places.clicked(visit.date, known.rig.rig, seen.measured),
         )  # fmt: skip
         revised = (*remap_notes(past[-1], known.others), *revision_notes(past[-1], report)) if past else ()

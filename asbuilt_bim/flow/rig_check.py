@@ -48,6 +48,7 @@ class WatchedVisit:
     warnings: tuple[Rejection, ...]
     records: tuple[RigRecord, ...]
     notes: tuple[Note, ...]
+    scale_share: float = 0.0  # by which lengths are doubtful
 
 
 def watch_rig(
@@ -157,7 +158,10 @@ def watch_scale(
 
 
 def _widened(watched: WatchedVisit, doubt: Rejection, verdict: ScaleVerdict) -> WatchedVisit:
-    """Warn of a scale that is off, and let every area's sigma hold what that makes of the area: twice a length's."""
+    """Warn of a scale that is off, and let every area's sigma hold what that makes of the area: twice a length's.
+
+    What it makes of places is held by the bounds of completion.
+    """
     share = abs(verdict.ratio**2 - 1.0)
     widened = noted(Reason.AREAS_WIDENED, about(SubjectKind.RIG), share=share)
     return replace(
@@ -165,6 +169,7 @@ def _widened(watched: WatchedVisit, doubt: Rejection, verdict: ScaleVerdict) -> 
         outcomes=tuple(_wider(outcome, share) for outcome in watched.outcomes),
         warnings=(doubt, *watched.warnings),
         notes=(*watched.notes, widened),
+        scale_share=abs(verdict.ratio - 1.0),
     )
 
 

@@ -35,7 +35,7 @@ class Displaced:
 
     element: str
     move_m: FloatArray
-    area_m2: float  # of its faces that were found there; 0 where others of its storey say so, or an earlier visit
+    area_m2: float  # of its faces that were found there; 0 where only others of its storey, or an earlier visit, say so
     stations: tuple[str, ...] = ()
     accepted: bool = False  # by a person: it is judged where it stands
 
@@ -59,6 +59,18 @@ class _Pair:
     sigma_m: float
     outline: Region
     left: float  # share of the measured face that lies on no other element in its place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Seen:
+    """What may be faces of an element, and how much of them (m2) lies in its place."""
+
+    pairs: Sequence[_Pair]
+    here_m2: float
+
+    def stays(self, move_m: FloatArray) -> bool:
+        """Say whether its faces contradict that it has moved so: enough of them lies in its place, and not there."""
+        return self.here_m2 - _standing(self.pairs, move_m, BAND_M)[0] >= LEAST_M2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,11 +108,12 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     """Return the elements that stand beside their design, by GlobalId; `before` is what earlier visits found.
 
     An element counts as displaced where its faces, all moved alike, lie on more measured surface than in its place.
-    Where most of a storey's elements have moved alike, so have those of which nothing was measured.
+    Where most of a storey's elements have moved alike, so have those of which nothing was measured, and those whose
+    faces lie there as well as in their place: a wall that was moved along itself.
     """
     faces = [in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces]
     in_place = _in_place(matched)
-    here: set[str] = set()
+    seen_of: dict[str, _Seen] = {}
     found: dict[str, Displaced] = {}
     for element, near in _nearby(design, faces):
         pairs = []
@@ -108,15 +121,15 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
             lies = in_place.get((seen.pose.station, seen.face.face_id), ())
             left = 1.0 - sum(match.overlap for match in lies if match.element != element.global_id)
             pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
-        here_m2, _ = _standing(pairs, np.zeros(3), COARSE_M)
+        one = _Seen(pairs=pairs, here_m2=_standing(pairs, np.zeros(3), COARSE_M)[0])
         best = _best_move(pairs, element)
-        if best is not None and here_m2 <= min(best.area_m2 - LEAST_M2, MOST_HERE * best.area_m2):
+        if best is not None and one.here_m2 <= min(best.area_m2 - LEAST_M2, MOST_HERE * best.area_m2):
             found[element.global_id] = best
-        elif here_m2 >= LEAST_M2:
-            here.add(element.global_id)
-    found |= _with_their_storey(design, found, here)
+        elif one.here_m2 >= LEAST_M2:
+            seen_of[element.global_id] = one
+    found |= _with_their_storey(design, found, seen_of)
     known = {e.global_id for e in design.elements}
-    seen_here = here | {match.element for match in matched.matches}
+    seen_here = seen_of.keys() | {match.element for match in matched.matches}
     for key, move_m in before.items():
         if key in known and key not in found and key not in seen_here:
             found[key] = Displaced(element=key, move_m=move_m, area_m2=0.0)
@@ -243,17 +256,26 @@ def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tupl
     return total_m2, tuple(sorted(stations))
 
 
-def _with_their_storey(design: BimModel, found: Mapping[str, Displaced], here: Collection[str]) -> dict[str, Displaced]:
-    """Return the elements of which nothing was measured, where most of those of their storey have moved alike."""
+def _with_their_storey(
+    design: BimModel, found: Mapping[str, Displaced], seen_of: Mapping[str, _Seen]
+) -> dict[str, Displaced]:
+    """Return the elements that nothing says otherwise of, where most of those of their storey have moved alike."""
     added: dict[str, Displaced] = {}
     for storey in {element.storey for element in design.elements}:
         members = [element.global_id for element in design.elements if element.storey == storey]
         moves = [found[key].move_m for key in members if key in found]
-        in_place = sum(key in here for key in members)
         alike = max(([m for m in moves if np.linalg.norm(m - one) < COARSE_M] for one in moves), key=len, default=[])
-        if len(alike) < LEAST_MORE or len(alike) <= in_place:
+        if len(alike) < LEAST_MORE:
             continue
         move_m = np.median(alike, axis=0)
-        left = [key for key in members if key not in found and key not in here]
-        added |= {key: Displaced(element=key, move_m=move_m, area_m2=0.0) for key in left}
+        in_place = {key for key in members if key in seen_of and seen_of[key].stays(move_m)}
+        if len(alike) <= len(in_place):
+            continue
+        left = [key for key in members if key not in found and key not in in_place]
+        added |= {key: _as_others(key, move_m, seen_of.get(key)) for key in left}
     return added
+
+
+def _as_others(element: str, move_m: FloatArray, seen: _Seen | None) -> Displaced:
+    area_m2, stations = _standing(seen.pairs if seen else (), move_m, BAND_M)
+    return Displaced(element=element, move_m=move_m, area_m2=area_m2, stations=stations)

@@ -40,6 +40,7 @@ class SurfaceState:
     whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
     tilt_sigma_rad: float | None = None
+    border_m: float = 0.0  # how far the borders of built and open may lie elsewhere, since lengths are doubtful
 
 
 def unseen(face: DesignFace, again: bool = False) -> SurfaceState:

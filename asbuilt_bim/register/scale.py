@@ -10,10 +10,10 @@ import numpy as np
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, Subject, Value
 from asbuilt_bim.errors import Rejection, rejected
-from asbuilt_bim.geometry.arrays import FloatArray, weighted_median
+from asbuilt_bim.geometry.arrays import FloatArray, frozen, weighted_median
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
-from asbuilt_bim.register.pose import SurveyedMarker
+from asbuilt_bim.register.pose import Placement, SurveyedMarker
 from asbuilt_bim.register.print_shape import UNIT_MISTAKES
 
 
@@ -65,6 +65,30 @@ class ScaleVerdict:
         """Say whether kinds that agree with each other, two at least, all say that the rig's scale is wrong."""
         off = abs(np.log(self.ratio))
         return len(self.kinds) >= 2 and self.agree and off > SCALE_LIMIT and off > SIGNIFICANT * self.sigma
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ScaleDoubt:
+    """By which share lengths are doubtful, and the places (N, 3) in the world at each of which they may be right."""
+
+    share: float
+    places_m: FloatArray
+
+    def reach_m(self, points_m: FloatArray) -> FloatArray:
+        """Return how far points (M, 3) may lie elsewhere (M,), whether the rig's scale is wrong or the survey's."""
+        away = np.linalg.norm(points_m[:, None, :] - self.places_m, axis=2)
+        reach: FloatArray = self.share * away.max(axis=1, initial=0.0)
+        return reach
+
+
+def scale_doubt(placement: Placement, survey: Sequence[SurveyedMarker], share: float) -> ScaleDoubt | None:
+    """Return what a doubt of lengths means for a visit that is placed: by the markers it saw, else where it stood."""
+    if share <= 0.0 or not placement.stations:
+        return None
+    used = {marker for one in placement.stations for marker in one.pose.markers_used}
+    places = [marker.corners_m.mean(axis=0) for marker in survey if marker.marker_id in used]
+    eyes = [one.pose.world_from_left[:3, 3] for one in placement.stations]
+    return ScaleDoubt(share=share, places_m=frozen(np.array(places or eyes)))
 
 
 def judge_scale(

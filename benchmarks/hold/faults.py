@@ -145,7 +145,7 @@ def judged(fault: Fault, site: str, ran: Ran, sound: Ran, truth: Mapping[str, An
             if not news:
                 silent += [f"{day} {t}" for k, t in new.items() if not of_own.get(k, set()) - of_base.get(k, set())]
     nothing_counts = all(one.nothing_seen for one in ran.reports.values())
-    verdict = "SILENT" if silent else "refused" if nothing_counts else "named" if codes else "harmless"
+    verdict = "SILENT" if silent else "refused" if nothing_counts else "named" if codes or any(counts) else "harmless"
     return Row(
         fault=fault.name, site=site, verdict=verdict, codes=tuple(sorted(codes)), wrong=counts[0], outside=counts[1],
         silent=tuple(silent),
@@ -184,6 +184,7 @@ def faultless_lines(sound: Mapping[str, Ran]) -> list[Line]:
     named = [f"{name} {one.visit_date}: {fault.code}" for name, one in visits for fault in one.faults]
     named += [f"{name} {one.visit_date}: {text}" for name, one in visits for text in sorted(beside(one))]
     lost = [f"{name}: {ran.refusal}" for name, ran in sound.items() if ran.refusal]
+    lost += [f"{name} {one.visit_date}: no station placed" for name, one in visits if one.nothing_seen]
     first = line("visits without a fault where one is named", str(len(named)), "0", len(visits), not named + lost, 2)
     return [first, *(told(f"  {text}", "", 1) for text in (*named, *lost))]
 

@@ -103,6 +103,28 @@ def test_elements_that_were_not_measured_follow_most_of_their_storey_that_moved_
     assert set(some_stand) == {"C0", "C1", "C2"}, "each its own way is no move of the storey"
 
 
+@pytest.mark.parametrize(("seen_m", "follows"), [((2.0, 7.0), True), ((0.0, 8.0), False)])
+def test_a_wall_moves_along_itself_with_its_storey_unless_its_ends_were_seen_in_place(
+    seen_m: tuple[float, float], follows: bool
+) -> None:
+    walls = [element(f"W{n}", "wall", box(0, 2.0 + 2 * n, 0, 8.0, 0.2, 3)) for n in range(4)]
+    stands = moved_design(model(SITE), {f"C{n}": np.array([0.3, 0.0, 0.0]) for n in range(4)})
+    pieces = [
+        measured(f"A1/{one.global_id}{index}", POSE, frame, polygon.box(*along, 3.0))
+        for elements, indices, along in (
+            (stands.elements, (0, 3), (0.0, 0.0, 0.4)),
+            (walls, (0,), (seen_m[0], 0.0, seen_m[1])),
+        )
+        for one in elements
+        for index in indices
+        if isinstance(frame := one.faces[index].frame, PlaneFrame)
+    ]
+    placed, design = placement(station("A1", POSE, SHAPES, pieces)), model([*SITE, *walls])
+    moved = displaced(match_faces(placed, design, MatchOptions()), design, {})
+    assert {"C0", "C1", "C2", "C3"} <= moved.keys()
+    assert ({f"W{n}" for n in range(4)} <= moved.keys()) is follows
+
+
 def test_what_an_earlier_visit_found_holds_until_the_element_is_seen_again() -> None:
     before = {"C1": np.array([0.3, 0.0, 0.0])}
     assert found({}, seen=(0,), before=before)["C1"].area_m2 == 0.0

@@ -194,7 +194,9 @@ def _state(
     """
     best = completion.best
     if best is None:
-        return "unknown", Reason.SEEN_LITTLE if completion.coverage > 0.0 else Reason.NOT_SEEN
+        if completion.coverage > 0.0:
+            return "unknown", Reason.SEEN_LITTLE
+        return "unknown", Reason.CONTRADICTS_ITSELF if cells.conflict.any() else Reason.NOT_SEEN
     if best >= options.complete_from:
         if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
             if completion.coverage >= options.enough_coverage:

@@ -11,6 +11,7 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states.elsewhere import well_inside, wherever_it_lies
 from asbuilt_bim.progress.surface import SurfaceState
 
 ROUND_SIDES = 8
@@ -47,6 +48,13 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     A side decides a cell when enough of its samples there say the same, the unknown ones counted against it; fewer do
     where not one contradicts. At a pour line, where no side is clear, the sides are counted together: no conflict.
     What hangs in the air isn't concrete, whatever else it may be: it stays unknown.
+
+    Sides contradict one another in one cell by a mistake. Where they do in more cells than are decided, the element
+    isn't what the design says, or where: a column that stands beside it is built on the one side and open on the other.
+    Then nothing is decided.
+
+    Where borders may lie elsewhere, the bounds hold what stays built or open wherever they lie. An element of which
+    next to nothing lies inside them by as much is unknown.
     """
     cells = element_cells(element)
     real = cells.weight.ravel() > 0.0
@@ -70,7 +78,20 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     is_built = np.where(both, (sums[1] >= sums[2]) & ~conflict, any_built)
     is_open = np.where(both, (sums[1] < sums[2]) & ~conflict, any_open)
     is_built &= ~_hanging(cells, is_built, is_open)
+    if conflict.sum() > np.sum(is_built | is_open):
+        return CellStates(
+            built=no, open=no, conflict=conflict | is_built | is_open, least=0.0 * no, most=1.0 - no, height=height
+        )
     least, most = _bounds(element, cells, (is_built, is_open), sums, options)
+    if any(surface.border_m for surface in surfaces):
+        sure = cell_states(element, [well_inside(surface) for surface in surfaces], options)
+        if np.mean(sure.built | sure.open) < options.known_from:
+            return sure
+        stays = [wherever_it_lies(surface, along=cells.shape[0] > 1) for surface in surfaces]
+        inner = cell_states(element, stays, options)
+        kept = _counts(element, cells, stays, options)[1:, :, real].sum(axis=1)
+        kept /= np.maximum(counts[1:].sum(axis=1), 1.0)
+        least, most = np.minimum(least * kept[0], inner.least), np.maximum(1.0 - (1.0 - most) * kept[1], inner.most)
     return CellStates(built=is_built, open=is_open, conflict=conflict, least=least, most=most, height=height)
 
 

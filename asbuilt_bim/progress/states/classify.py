@@ -13,6 +13,7 @@ from asbuilt_bim.progress.states.evidence import StationView
 from asbuilt_bim.progress.states.learn_colour import visit_colours
 from asbuilt_bim.progress.states.votes import gather
 from asbuilt_bim.progress.surface import SurfaceState, knows_anything, unseen
+from asbuilt_bim.register.scale import ScaleDoubt
 from asbuilt_bim.scale.share import Share, in_turn
 
 TOGETHER = 64
@@ -35,12 +36,14 @@ def classify_surface(
     options: ProgressOptions,
     displaced: Collection[str] = (),
     share: Share = in_turn,
+    doubt: ScaleDoubt | None = None,
 ) -> tuple[SurfaceState, ...]:
     """Say of each design face what of its exposed surface is built, what is open, and what is unknown.
 
     What an earlier visit saw built stays built. What it saw open, and this visit doesn't see, is unknown: it may have
     been built since. Of `displaced` elements, by GlobalId, nothing is known: their own place says nothing of them. The
-    others are decided each on its own, in as many processes as `share` has.
+    others are decided each on its own, in as many processes as `share` has. With a `doubt` of lengths each state holds
+    how far its borders may lie elsewhere.
     """
     unobserved = set(matched.unobserved)
     states: list[list[SurfaceState]] = []
@@ -54,26 +57,33 @@ def classify_surface(
             states[-1] = [unseen(face, again=any(earlier)) for face in element.faces]
         else:
             asked.append(_Question(number=number, element=element, earlier=earlier))
-    for one, decided in zip(asked, _decided(asked, matched, options, share), strict=True):
+    for one, decided in zip(asked, _decided(asked, matched, options, share, doubt), strict=True):
         states[one.number] = decided
     return tuple(state for of_element in states for state in of_element)
 
 
 def _decided(
-    asked: Sequence[_Question], matched: MatchResult, options: ProgressOptions, share: Share
+    asked: Sequence[_Question],
+    matched: MatchResult,
+    options: ProgressOptions,
+    share: Share,
+    doubt: ScaleDoubt | None,
 ) -> Sequence[list[SurfaceState]]:
-    colours = visit_colours(matched, options)
-    views = [StationView(placed=placed, colour=colours.get(placed.pose.station)) for placed in matched.stations]
+    colours = visit_colours(matched, options, share)
+    views = [
+        StationView(placed=placed, colour=colours.get(placed.pose.station), doubt=doubt) for placed in matched.stations
+    ]
     by_face: dict[str, list[FaceMatch]] = {}
     for match in matched.matches:
         by_face.setdefault(match.design_face, []).append(match)
-    return share(partial(_decide, views, by_face, options), asked)
+    return share(partial(_decide, views, by_face, options, doubt), asked)
 
 
 def _decide(
     views: Sequence[StationView],
     by_face: Mapping[str, Sequence[FaceMatch]],
     options: ProgressOptions,
+    doubt: ScaleDoubt | None,
     asked: Sequence[_Question],
 ) -> list[list[SurfaceState]]:
     """Decide elements, a few at a time; named in the module, so that a process can be given it."""
@@ -82,7 +92,7 @@ def _decide(
         some = asked[start : start + TOGETHER]
         votes = gather([one.element for one in some], views, by_face, options)
         states += [
-            decide_element(one.element, own, by_face, one.earlier, options)
+            decide_element(one.element, own, by_face, one.earlier, options, doubt)
             for one, own in zip(some, votes, strict=True)
         ]
     return states

@@ -23,6 +23,7 @@ from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
 from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState, unseen
+from asbuilt_bim.register.scale import ScaleDoubt
 
 OVERLAP_M = 1e-6
 """Sample boxes are grown by this, so that neighbours join without a crack."""
@@ -36,6 +37,7 @@ def decide_element(
     by_face: Mapping[str, Sequence[FaceMatch]],
     earlier: Sequence[SurfaceState | None],
     options: ProgressOptions,
+    doubt: ScaleDoubt | None = None,
 ) -> list[SurfaceState]:
     """Return the state of each face of an element by its stations' votes, and by what `earlier` visits made of them.
 
@@ -44,12 +46,12 @@ def decide_element(
     """
     samples = cell_samples(element, options.spacing_m)
     past = _past(element, samples, votes, earlier, options)
-    return [
-        _face_state(
-            face, samples, samples.face == index, votes, by_face.get(face.face_id, ()), earlier[index], past, options
-        )
-        for index, face in enumerate(element.faces)
-    ]
+    elsewhere_m = 0.0 if doubt is None else float(doubt.reach_m(element.vertices_m).max(initial=0.0))
+    faces = []
+    for index, (face, was) in enumerate(zip(element.faces, earlier, strict=True)):
+        own, matches = samples.face == index, by_face.get(face.face_id, ())
+        faces.append(_face_state(face, samples, own, votes, matches, was, past, options, elsewhere_m))
+    return faces
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,6 +108,7 @@ def _face_state(
     earlier: SurfaceState | None,
     past: _Past,
     options: ProgressOptions,
+    elsewhere_m: float,
 ) -> SurfaceState:
     now_built = own & (votes.built > 0.0) & (votes.built >= votes.open)
     now_open = own & (votes.open > votes.built)
@@ -120,6 +123,9 @@ def _face_state(
     areas = {name: float(samples.area_m2[own & by].sum()) for name, by in votes.decided_by.items()}
     built_area, open_area = float(samples.area_m2[built].sum()), float(samples.area_m2[opened].sum())
     doubts = tuple(past_design(checked.matches, options))
+    border_m = elsewhere_m if (now_built | now_open).any() else 0.0
+    if earlier is not None and (built & ~now_built).any():
+        border_m = max(border_m, earlier.border_m)
     return SurfaceState(
         face_id=face.face_id,
         element=face.element,
@@ -150,6 +156,7 @@ def _face_state(
         gone_area_m2=gone_m2,
         whole=measured.whole,
         was_open_uv_m=_region(samples, own & past.open & ~built & ~opened, face),
+        border_m=border_m,
     )
 
 

@@ -16,6 +16,7 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.colour import ConcreteColour, TintedPicture, tinted_picture
 from asbuilt_bim.register.pose import PlacedStation, StationPose
+from asbuilt_bim.register.scale import ScaleDoubt
 from asbuilt_bim.vision.stereo.occluder_free import OCCLUDER_FREE_SIGMA_PX
 
 RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
@@ -59,6 +60,7 @@ class StationView:
 
     placed: PlacedStation
     colour: ConcreteColour | None = None
+    doubt: ScaleDoubt | None = None
 
     @property
     def pose(self) -> StationPose:
@@ -88,6 +90,7 @@ class OpenView:
     colour: ConcreteColour | None = None
     picture: TintedPicture | None = None
     faces: tuple[MeasuredFace, ...] = ()
+    doubt: ScaleDoubt | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -132,7 +135,7 @@ def open_view(view: StationView) -> OpenView:
         pose=view.pose, camera=view.camera, disparity_px=disparity, sigma_px=sigma, scale=scale,
         occluder_free_px=unpack_occluder_free(reference), colour=view.colour,
         picture=tinted_picture(view.placed.measurement) if view.colour is not None else None,
-        faces=view.placed.measurement.faces,
+        faces=view.placed.measurement.faces, doubt=view.doubt,
     )  # fmt: skip
 
 
@@ -158,35 +161,38 @@ def judge(
     `tints` (k, 2) are concrete's as well: those of faces that lie where only concrete does.
 
     Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one for each pixel
-    of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose.
+    of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose, plus
+    how far it may lie elsewhere where lengths are doubtful.
     """
     points, facing, pixels, asked = seen.points, seen.facing, seen.pixels, seen.asked
     verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
     own = verdict.copy()
     tinted, through, even = (np.zeros(len(points), dtype=bool) for _ in range(3))
     sigma, offset, common, drop = (np.full(len(points), np.inf) for _ in range(4))
+    elsewhere = np.zeros(len(points)) if view.doubt is None else view.doubt.reach_m(points_m)
+    tolerance = options.building_tolerance_m + elsewhere[asked]
     if len(asked):
         pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
-        ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+        ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, tolerance, options)
         verdict[asked], own[asked] = _decided(ring.votes), ring.votes[:, 0]
         sigma[asked], offset[asked], common[asked] = ring.sigma_m, ring.offset_m, ring.common_m
         towards = unit(points_m[asked] - view.pose.world_from_left[:3, 3])
         steepness = -towards[:, 2] / np.abs(np.sum(towards * normals[asked], axis=1))
-        drop[asked] = np.maximum(steepness, 0.0) * (options.building_tolerance_m + options.sigmas * ring.sigma_m)
+        drop[asked] = np.maximum(steepness, 0.0) * (tolerance + options.sigmas * ring.sigma_m)
         if view.occluder_free_px is not None:
             bare = replace(
                 view,
                 disparity_px=view.occluder_free_px,
                 sigma_px=np.full_like(view.occluder_free_px, OCCLUDER_FREE_SIGMA_PX),
             )
-            past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, options)
+            past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, tolerance, options)
             through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
             even[asked] = past.range_px <= EVEN_PX
         if view.colour is not None and view.picture is not None:
             tinted[asked] = ~view.picture.fits(view.colour.palette.with_tints(tints), pixels[asked])
     near = verdict == Verdict.NEAR
     verdict[near & tinted] = Verdict.OTHER
-    verdict[near & ~tinted & (options.sigmas * common > options.max_blur_m)] = Verdict.NOT_MEASURED
+    verdict[near & ~tinted & (options.sigmas * common + elsewhere > options.max_blur_m)] = Verdict.NOT_MEASURED
     return Evidence(
         verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted,
         through=through, surely_through=through & even,
@@ -230,6 +236,7 @@ def _ring(
     facing: FloatArray,
     pixels: FloatArray,
     pose_sigma: FloatArray,
+    tolerance_m: FloatArray,
     options: ProgressOptions,
 ) -> _Ring:
     height, width = view.disparity_px.shape
@@ -248,7 +255,7 @@ def _ring(
     with np.errstate(divide="ignore", invalid="ignore"):
         px_per_m = predicted**2 / (power * np.abs(along))  # of disparity, for a metre along the normal
         allowed = options.sigmas * np.hypot(noise, pose_sigma[:, None] * px_per_m)
-        allowed += options.building_tolerance_m * px_per_m
+        allowed += tolerance_m[:, None] * px_per_m
         off = measured - predicted
         sigma = np.hypot(noise / px_per_m, pose_sigma[:, None])
         common = np.hypot(options.rig_sigma_px / px_per_m[:, 0], pose_sigma)

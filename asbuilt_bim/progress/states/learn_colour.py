@@ -7,9 +7,11 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.result import FaceMatch, MatchResult
+from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.colour import SCATTER, ConcreteColour, Palette, tinted_picture
 from asbuilt_bim.progress.states.outlines import may_be_concrete
+from asbuilt_bim.scale.share import Share, in_turn
 
 MOST_TINT = 0.12
 """What the light of a day can make of grey. A visit that shows more has concrete of that colour, or grey as well."""
@@ -18,22 +20,21 @@ RAYLEIGH_MEDIAN = 1.177
 """Median distance from the middle of a round scatter in the plane, in sigmas."""
 
 
-def visit_colours(matched: MatchResult, options: ProgressOptions) -> dict[str, ConcreteColour]:
+def visit_colours(matched: MatchResult, options: ProgressOptions, share: Share = in_turn) -> dict[str, ConcreteColour]:
     """Learn by station what concrete looks like; a station without a picture, or with a grey one, isn't among them.
 
-    With `tinted_share` 1 nothing is judged by its colour. One picture after the other is looked at and let go.
+    With `tinted_share` 1 nothing is judged by its colour. The stations' pictures are looked at one by one, as `share`
+    has it, and let go.
     """
     if options.tinted_share >= 1.0:
         return {}
     credible = {(match.station, match.face_id) for match in matched.matches if may_be_concrete(match, options)}
-    seen: dict[str, _Seen] = {}
-    for placed in matched.stations:
-        picture = tinted_picture(placed.measurement)
-        if picture is not None:
-            name = placed.pose.station
-            faces = {face.face_id: _median(picture.of_faces([face])) for face in placed.measurement.faces}
-            own = [face for face in placed.measurement.faces if (name, face.face_id) in credible]
-            seen[name] = _Seen(faces=faces, own=_median(picture.of_faces(own)))
+    asked = [
+        (placed.measurement, frozenset(face_id for station, face_id in credible if station == placed.pose.station))
+        for placed in matched.stations
+    ]
+    shown = zip(matched.stations, share(_looked_at, asked), strict=True)
+    seen = {placed.pose.station: one for placed, one in shown if one is not None}
     visit = _visit_tint([match for match in matched.matches if may_be_concrete(match, options)], seen)
     tints = {name: _tints(one.own, visit) for name, one in seen.items()}
     sigma = _sigma(credible, seen, tints)
@@ -52,6 +53,20 @@ class _Seen:
 
     faces: Mapping[str, FloatArray | None]
     own: FloatArray | None
+
+
+def _looked_at(asked: Sequence[tuple[StationMeasurement, frozenset[str]]]) -> list[_Seen | None]:
+    """Look at stations' pictures, each with the ids of its faces that may be concrete; None where one has no colour."""
+    found: list[_Seen | None] = []
+    for station, credible in asked:
+        picture = tinted_picture(station)
+        if picture is None:
+            found.append(None)
+            continue
+        faces = {face.face_id: _median(picture.of_faces([face])) for face in station.faces}
+        own = [face for face in station.faces if face.face_id in credible]
+        found.append(_Seen(faces=faces, own=_median(picture.of_faces(own))))
+    return found
 
 
 def _median(tints: FloatArray) -> FloatArray | None:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from datetime import date, datetime
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from cattrs import Converter, transform_error
 from cattrs.errors import BaseValidationError
@@ -20,6 +20,7 @@ from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection
 from asbuilt_bim.report.result.unseen_json import nothing_known, with_unseen_among, with_unseen_apart
 from asbuilt_bim.report.wording.of_faces import source_of
 
+T = TypeVar("T")
 FORMER_NAMES = {
     "behind_days": "days_late", "behind_least_days": "days_late_least", "behind_most_days": "days_late_most",
 }  # fmt: skip
@@ -59,8 +60,17 @@ def report_from_plain(values: dict[str, Any]) -> ProgressReport:
     Raises:
         ValueError: values are missing or of the wrong kind; the message names each place.
     """
+    return part_from_plain(values, ProgressReport)
+
+
+def part_from_plain(values: dict[str, Any], kind: type[T]) -> T:
+    """Build a part of a report, of another dataclass with some of its fields; otherwise as `report_from_plain`.
+
+    Raises:
+        ValueError: as `report_from_plain`.
+    """
     try:
-        return _converter().structure(values, ProgressReport)
+        return _converter().structure(values, kind)
     except BaseValidationError as error:
         raise ValueError("; ".join(transform_error(error, "result", _in_words)[:5])) from error
 

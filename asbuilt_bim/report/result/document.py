@@ -1,7 +1,6 @@
 """`result.json`: the one file that every other output is made from."""
 
 import hashlib
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
@@ -11,6 +10,7 @@ from typing import Any
 from asbuilt_bim.errors import ResultError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.convert import report_from_document, report_to_document
+from asbuilt_bim.report.result.lines import to_lines
 from asbuilt_bim.storage.atomic_write import writing
 from asbuilt_bim.storage.regular_file import open_regular
 from asbuilt_bim.storage.schemas import first_faults
@@ -18,7 +18,7 @@ from asbuilt_bim.storage.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
-MINOR = 9  # raised when keys are added
+MINOR = 10  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
@@ -35,8 +35,7 @@ def write_result(report: ProgressReport, path: Path) -> None:
         OutputError: the file can't be written.
     """
     document = _plain(report)
-    text = json.dumps(document, ensure_ascii=False, separators=(",", ":"))
-    data = f"{text}\n".encode("utf-8", "backslashreplace")  # a lone surrogate becomes JSON's own escape
+    data = "".join(to_lines(document)).encode("utf-8", "backslashreplace")  # a lone surrogate becomes JSON's own escape
     if (digest := hashlib.sha256(data).digest()) not in _FIT:
         _check(document)
     with writing(path):
@@ -73,15 +72,8 @@ def read_result(path: Path | str) -> ProgressReport:
         ResultError: missing, too large, no JSON, another format or a newer version, or damaged; says where.
     """
     path = Path(path)
-    document, digest = _loaded(path)
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise ResultError(f'{path}: not a result: "format" is not "{FORMAT}"; give the result.json of a run folder')
-    version, minor = document.get("version"), document.get("minor", 0)
-    if not isinstance(version, int) or not isinstance(minor, int):
-        raise ResultError(f'{path}: "version" and "minor" must be whole numbers; {REMEDY}')
-    if version != VERSION:
-        remedy = "update asbuilt-bim" if version > VERSION else "run the visit again"
-        raise ResultError(f"{path}: result version {version}, this program reads version {VERSION}; {remedy}")
+    document, digest = loaded(path)
+    minor = check_head(document, path)
     faults = [] if digest in _FIT else first_faults("result-1", document, newer=minor > MINOR)
     if faults:
         raise ResultError(f"{path}: damaged: {'; '.join(faults)}; {REMEDY}")
@@ -90,6 +82,23 @@ def read_result(path: Path | str) -> ProgressReport:
         return report_from_document(values)
     except ValueError as error:
         raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
+
+
+def check_head(document: Any, path: Path) -> int:
+    """Return the minor version of a result.
+
+    Raises:
+        ResultError: it is another format, or of another version.
+    """
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise ResultError(f'{path}: not a result: "format" is not "{FORMAT}"; give the result.json of a run folder')
+    version, minor = document.get("version"), document.get("minor", 0)
+    if not isinstance(version, int) or not isinstance(minor, int):
+        raise ResultError(f'{path}: "version" and "minor" must be whole numbers; {REMEDY}')
+    if version != VERSION:
+        remedy = "update asbuilt-bim" if version > VERSION else "run the visit again"
+        raise ResultError(f"{path}: result version {version}, this program reads version {VERSION}; {remedy}")
+    return minor
 
 
 def read_past(paths: Sequence[Path], until: date) -> tuple[ProgressReport, ...]:
@@ -127,8 +136,12 @@ def read_before(folder: Path, day: date) -> tuple[ProgressReport, ...]:
     return tuple(sorted(before, key=lambda report: report.visit_date))
 
 
-def _loaded(path: Path) -> tuple[Any, bytes]:
-    """Read the bytes within bounds and parse them strictly; returns their digest, too."""
+def loaded(path: Path) -> tuple[Any, bytes]:
+    """Read the bytes of a whole result within bounds and parse them strictly; returns their digest, too.
+
+    Raises:
+        ResultError: it can't be read, or is no JSON.
+    """
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:

@@ -128,6 +128,7 @@ TERMS = {
     "lean_m": "How far its top stands off its foot by the tilt of its worst face, in m; null where not known.",
     "lean_sigma_m": "Standard deviation of the lean in m.",
     "ElementProgress.stations": "Stations that decided something on it.",
+    "border_m": "How far borders of built and open may lie elsewhere: lengths contradict the scale; 0 where none do.",
     "SurfaceState.stations": "Area in m2 of this face that each station decided.",
     "last_seen": "Date of the last visit that decided something on it; null where none did.",
     "key": "GlobalId of the storey or task, empty for the whole.",

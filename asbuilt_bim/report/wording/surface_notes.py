@@ -96,6 +96,8 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.SEEN_WITH_FOOT: f"{_SEEN}with its foot",
     Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
     Reason.PHOTOS_DISAGREE: _disagree,
+    Reason.CONTRADICTS_ITSELF: "Most of what photos show of it contradicts itself: it may stand beside its design, or "
+    "something else stands in its place",
     Reason.DISPLACED: f"Built {_OFF}, seen by {{stations:list}}. {_ACCEPT}",
     Reason.DISPLACED_WITH_OTHERS: f"May be built {_OFF}, as most of its storey, or as an earlier visit found. "
     f"{_ACCEPT}",

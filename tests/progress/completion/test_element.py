@@ -62,6 +62,22 @@ def test_built_from_one_side_and_open_from_the_other_is_a_conflict_and_undecided
     assert note.values["cells"] == one.cells_conflict and note.subject.name == one.global_id
 
 
+def test_an_element_whose_sides_contradict_one_another_nearly_everywhere_is_decided_nowhere() -> None:
+    """A column that stands beside its design is built there on the one side, and open on the other."""
+    front = says(0, built=polygon.box(0, 0, 0.4, 2.0), opened=polygon.box(0, 2.0, 0.4, 3.0), of=COLUMN)
+    one = progress(front, says(1, opened=polygon.box(0, 0, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert one.state == "unknown" and (one.completion.lower, one.completion.upper) == (0.0, 1.0)
+    assert codes(one.notes) == [Reason.CONTRADICTS_ITSELF, Reason.PHOTOS_DISAGREE]
+    assert (one.cells_built, one.cells_open, one.cells_unknown) == (0.0, 0.0, 0.0)
+
+
+def test_a_contradiction_in_a_smaller_part_leaves_the_rest_decided() -> None:
+    front = says(0, built=polygon.box(0, 0, 0.4, 1.0), opened=polygon.box(0, 1.0, 0.4, 3.0), of=COLUMN)
+    one = progress(front, says(1, opened=polygon.box(0, 0, 0.4, 3.0), of=COLUMN), of=COLUMN)
+    assert 0.0 < one.cells_conflict < one.cells_open and one.completion.upper < 0.5
+    assert Reason.CONTRADICTS_ITSELF not in codes(one.notes)
+
+
 def test_a_column_of_which_only_the_foot_was_seen_is_not_called_complete() -> None:
     one = progress(says(0, built=polygon.box(0, 0, 0.4, 1.0), of=COLUMN), of=COLUMN)
     assert one.state == "unknown"

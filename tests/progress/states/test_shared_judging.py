@@ -8,8 +8,11 @@ from dataclasses import replace
 from datetime import date
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 
+from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
@@ -19,7 +22,9 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.states import votes
 from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.progress.states.colour import Palette
 from asbuilt_bim.progress.states.evidence import OpenView, StationView, open_view
+from asbuilt_bim.progress.states.learn_colour import visit_colours
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.share import AmongProcesses, Share, in_turn
@@ -58,6 +63,29 @@ def test_two_processes_judge_as_one_does_to_the_byte(matched: MatchResult) -> No
     assert [plain_digest(one, ProgressReport) for one in shared] == [plain_digest(one, ProgressReport) for one in alone]
 
 
+def test_two_processes_look_at_pictures_as_one_does(matched: MatchResult) -> None:
+    grey = np.full((240, 320, 3), 140.0)
+    pictures = {"A1": grey + np.array([20.0, 0.0, -30.0]), "A2": grey}  # reddish, and without colour
+    stations = tuple(
+        replace(one, measurement=replace(one.measurement, thumbnail_jpeg=jpeg(pictures[one.pose.station])))
+        for one in matched.stations
+    )
+    alone, shared = (
+        visit_colours(
+            replace(matched, stations=stations), ProgressOptions(), AmongProcesses(workers=workers, least_items=0)
+        )
+        for workers in (1, 2)
+    )
+    assert alone.keys() == shared.keys() == {"A1"}
+    assert plain_digest(alone["A1"].palette, Palette) == plain_digest(shared["A1"].palette, Palette)
+    assert alone["A1"].faces.keys() == shared["A1"].faces.keys() == {"A1/1"}
+    np.testing.assert_array_equal(alone["A1"].faces["A1/1"], shared["A1"].faces["A1/1"])
+
+
+def jpeg(picture: FloatArray) -> bytes:
+    return bytes(cv2.imencode(".jpg", picture.astype(np.uint8))[1])
+
+
 def test_two_processes_match_stations_as_one_does_to_the_byte(matched: MatchResult) -> None:
     stations = placement(*matched.stations)
     alone, shared = (
@@ -78,7 +106,7 @@ def test_what_is_shared_is_asked_once_a_visit_and_stays_in_the_order_of_the_desi
         return in_turn(work, items)
 
     surfaces = classify_surface(matched, DESIGN, EMPTY_HISTORY, ProgressOptions(), ["W3"], counted)
-    assert asked == [4]
+    assert asked == [2, 4], "the stations' pictures, then the elements that don't stand beside their design"
     assert [one.face_id for one in surfaces] == [face.face_id for one in DESIGN.elements for face in one.faces]
 
 
