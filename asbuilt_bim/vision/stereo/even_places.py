@@ -44,8 +44,9 @@ def jumps_without_edge(
     own = largest[places[rows, columns]]
     ask = (size[own] >= WINDOW_PX**2) & (pieces[rows, columns] != own)
     rows, columns, own = rows[ask], columns[ask], own[ask]
-    plane = _planes(np.asarray(pieces, dtype=np.int32), disparity_px, count)[own]
-    expected = np.einsum("nk,nk->n", plane, _terms(rows, columns, pieces.shape))
+    asked, which = np.unique(own, return_inverse=True)
+    planes = _planes(np.asarray(pieces, dtype=np.int32), asked, disparity_px)
+    expected = np.einsum("nk,nk->n", planes[which], _terms(rows, columns, pieces.shape))
     off = np.zeros(pieces.shape, dtype=bool)
     off[rows, columns] = np.abs(disparity_px[rows, columns] - expected) > jump_px
     return off
@@ -60,18 +61,20 @@ def _at_jumps(disparity_px: Float32Array, measured: BoolArray, jump_px: float) -
     return cut
 
 
-def _planes(pieces: IntArray, disparity_px: Float32Array, count: int) -> FloatArray:
-    """Return each numbered piece's plane of disparity (count, 3), by least squares over its pixels; of none 0."""
-    rows, columns = np.nonzero(pieces)
-    number, terms = pieces[rows, columns], _terms(rows, columns, pieces.shape)
+def _planes(pieces: IntArray, asked: Indices, disparity_px: Float32Array) -> FloatArray:
+    """Return the planes of disparity (K, 3) of the pieces (H, W) whose numbers (K,) are asked, by least squares."""
+    wanted = np.zeros(int(pieces.max()) + 1, dtype=bool)
+    wanted[asked] = True
+    rows, columns = np.nonzero(wanted[pieces])
+    number, terms = np.searchsorted(asked, pieces[rows, columns]), _terms(rows, columns, pieces.shape)
     values = disparity_px[rows, columns].astype(np.float64)
 
     def summed(weights: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(number, weights=weights, minlength=count), dtype=np.float64)
+        return np.asarray(np.bincount(number, weights=weights, minlength=len(asked)), dtype=np.float64)
 
     square = np.stack([summed(terms[:, i] * terms[:, j]) for i in range(3) for j in range(3)], axis=-1)
     right = np.stack([summed(terms[:, i] * values) for i in range(3)], axis=-1)
-    inverse = np.linalg.pinv(square.reshape(count, 3, 3), hermitian=True)
+    inverse = np.linalg.pinv(square.reshape(-1, 3, 3), hermitian=True)
     return np.asarray(np.einsum("nij,nj->ni", inverse, right), dtype=np.float64)
 
 
