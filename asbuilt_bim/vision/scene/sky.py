@@ -13,7 +13,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.depth import DepthMap
-from asbuilt_bim.vision.stereo.even_places import MOST_TEXTURE_GREY, WINDOW_PX, window_texture
+from asbuilt_bim.vision.stereo.even_places import LIGHT, MOST_TEXTURE_GREY, WINDOW_PX, window_texture
 from asbuilt_bim.vision.stereo.matching import grey
 
 LEAST_LIGHT = 0.55
@@ -67,7 +67,7 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     valid = pair.valid_left
     if not valid.any():
         return np.zeros_like(valid)
-    light = float(np.quantile(picture[valid], 0.98))
+    light = float(np.quantile(picture[valid], LIGHT))
     usual_px = float(np.median(depth.sigma_px[depth.valid])) if depth.valid.any() else 0.0
     far_px = max(depth.f_px * depth.baseline_m / FAR_M, FAR_SIGMAS * usual_px)
     near = depth.valid & (depth.disparity_px > far_px)

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from asbuilt_bim.camera.photo.quality import WHITE
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray
 
 Indices = NDArray[np.intp]
@@ -11,6 +12,8 @@ Indices = NDArray[np.intp]
 WINDOW_PX = 9
 MOST_TEXTURE_GREY = 3.0
 """Standard deviation in a window: sensor noise and a gradient; concrete has pores."""
+LIGHT, LIGHT_EVERY = 0.98, 16
+"""Quantile of grey levels that tells how bright a photo is, over every so many of its pixels."""
 
 
 def window_texture(picture: Float32Array) -> tuple[Float32Array, Float32Array]:
@@ -27,9 +30,11 @@ def jumps_without_edge(
 
     Where one thing hides another the photo has an edge, unless both look quite alike. On a wall of bare paint matching
     carries what it found past the wall's end into the wall. Each even place has one plane, that of the largest piece
-    in it whose disparities hang together; a piece that is off it hangs on nothing.
+    in it whose disparities hang together; a piece that is off it hangs on nothing. In weaker light edges are weaker,
+    too.
     """
-    even = window_texture(picture)[1] < MOST_TEXTURE_GREY
+    light = float(np.quantile(picture[measured][::LIGHT_EVERY], LIGHT)) if measured.any() else 0.0
+    even = window_texture(picture)[1] < MOST_TEXTURE_GREY * light / WHITE
     places = cv2.connectedComponents(even.astype(np.uint8), connectivity=4)[1]
     hanging = even & measured & ~_at_jumps(disparity_px, measured, jump_px)
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(hanging.astype(np.uint8), connectivity=4)

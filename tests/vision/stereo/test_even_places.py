@@ -46,6 +46,13 @@ def test_a_wall_behind_another_one_stays_where_the_photo_has_an_edge_between_the
     assert jumps_without_edge(even_wall(), disparity, everywhere(), JUMP_PX)[:, 160:].all()
 
 
+def test_an_edge_in_a_dark_photo_is_weak_and_an_edge_all_the_same() -> None:
+    disparity = slanted()
+    disparity[:, 150:] = 9.0
+    dark = (even_wall(edge_at=150) * np.float32(0.06)).astype(np.float32)  # 4 grey levels from side to side
+    assert not jumps_without_edge(dark, disparity, everywhere(), JUMP_PX).any()
+
+
 def test_pieces_of_one_wall_that_lie_on_its_plane_stay_though_nothing_was_measured_between_them() -> None:
     measured = everywhere()
     measured[:, 100:120] = False
