@@ -178,7 +178,7 @@ def hull_of(points: FloatArray) -> FloatArray:
     return hull
 
 
-def beside(ring: FloatArray, point: FloatArray, margin: float) -> bool:
+def within_margin(ring: FloatArray, point: FloatArray, margin: float) -> bool:
     """Say whether a point (2,) lies in a ring (N, 2), or no further from it than `margin`."""
     near = (ring - point).astype(np.float32).reshape(-1, 1, 2)
     return bool(cv2.pointPolygonTest(near, (0.0, 0.0), True) >= -margin)

@@ -161,7 +161,7 @@ def _ifccsv_lines(last: ProgressReport, rows: Shown) -> list[Line]:
     for group in groups:
         _, best, lower = rows[group.name]
         done = group.completion
-        same_best = best == "-" if done.best is None else abs(float(best) - done.best) < 1e-9
+        same_best = best == "-" if done.best_shown is None else abs(float(best) - done.best_shown) < 1e-9
         right += same_best and abs(float(lower) - done.lower) < 1e-9
     n = len(groups)
     return [line("ifccsv: tasks whose cells are the report's", f"{right} of {n}", "all", n, right == n, least_n=5)]

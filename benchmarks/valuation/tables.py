@@ -75,7 +75,7 @@ def ifccsv_line(result: ProgressReport, folder: Path) -> Line:
     for element in result.elements:
         found = ifcopenshell.util.element.get_pset(file.by_guid(element.global_id), "AsBuilt_Progress") or {}
         done = element.completion
-        wanted = {"State": element.state, "CompletionBest": done.best, "CompletionLower": done.lower,
+        wanted = {"State": element.shown_state, "CompletionBest": done.best_shown, "CompletionLower": done.lower,
                   "CompletionUpper": done.upper, "Coverage": done.coverage}  # fmt: skip
         right += all(_same(found.get(name), value) for name, value in wanted.items())
     n = len(result.elements)

@@ -81,3 +81,13 @@ def test_two_triangles_that_overlap_or_meet_in_a_point_alone_are_no_quadrangle()
     shared = [(1.0, 0.0), (0.0, 1.0)]
     for second in ([*shared, (0.1, 0.1)], [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0)], [*shared, (0.5, 0.5)]):
         assert polygon._two_joined(np.array([[shared[0], (0.0, 0.0), shared[1]], second])) is None
+
+
+def test_a_hull_far_from_the_origin_keeps_its_corners_and_a_point_counts_as_in_it_up_to_a_margin() -> None:
+    far = np.array([2_500_000.0, 5_400_000.0])
+    points = far + np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [2.0, 1.0]])
+    hull = polygon.hull_of(points)
+    assert len(hull) == 4 and np.allclose(np.sort(hull, axis=0), np.sort(points[:4], axis=0), atol=1e-3)
+    inside, near, away = (far + np.array(at) for at in ([2.0, 1.5], [4.4, 1.5], [4.6, 1.5]))
+    assert polygon.within_margin(hull, inside, 0.0) and polygon.within_margin(hull, near, 0.5)
+    assert not polygon.within_margin(hull, away, 0.5)

@@ -119,7 +119,7 @@ def _view(
 
 def stands_on(hull_m: FloatArray, place_m: FloatArray) -> bool:
     """Say whether a place (2,) or (3,) lies on a floor whose walls and columns have a hull (N, 2)."""
-    return polygon.beside(hull_m, place_m[:2], FLOOR_MARGIN_M)
+    return polygon.within_margin(hull_m, place_m[:2], FLOOR_MARGIN_M)
 
 
 def _floor(design: BimModel, storey: str) -> FloatArray:
