@@ -15,7 +15,7 @@ from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.chances import Possible, chances
-from asbuilt_bim.register.by_design.fitting import LinkedPrior
+from asbuilt_bim.register.by_design.fitting import LinkedPrior, turned
 from asbuilt_bim.register.by_design.heights import camera_height
 from asbuilt_bim.register.by_design.place import (
     Ground,
@@ -154,9 +154,7 @@ def _seen_together(members: Sequence[Looked], ties: Sequence[Tie], options: Regi
 
 def _first_from(place: Place, tie: Tie) -> tuple[float, FloatArray]:
     """Return where the first of a group stands, where another one stands at a place."""
-    turn = -tie.turn_rad
-    back = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ -tie.shift_m[:2]
-    return place.at(turn, back)
+    return place.at(-tie.turn_rad, -turned(-tie.turn_rad) @ tie.shift_m[:2])
 
 
 def _judged(group: _Group, shares: FloatArray, options: RegisterOptions) -> dict[str, Found]:

@@ -18,6 +18,8 @@ SHORTEST_WAY_M = 1.0
 """Two middles that are centimetres off show a turn to two degrees over it."""
 NEAR_M = 0.15
 """How near a start is to the place: faces err by centimetres, and a turn by a degree moves one 6 m off by ten."""
+MOST_WAYS = 1_000_000
+"""From one like face to another: a thousand columns alike tell no place apart, and would fill the memory."""
 MOST_TURNS, MOST_STARTS, MOST_SEGMENTS, MOST_POINTS = 12, 24, 3000, 60_000
 
 
@@ -72,7 +74,7 @@ def _ways(seen: Seen, design: Upright, may: BoolArray) -> tuple[NDArray[np.intp]
         way = seen.faces.middles_m[b] - seen.faces.middles_m[a]
         long = float(np.linalg.norm(way))
         first, second = np.flatnonzero(like[a]), np.flatnonzero(like[b])
-        if long < SHORTEST_WAY_M or not len(first) or not len(second):
+        if long < SHORTEST_WAY_M or not 0 < len(first) * len(second) <= MOST_WAYS:
             continue
         there = design.middles_m[second][None] - design.middles_m[first][:, None]
         fits = np.abs(np.linalg.norm(there, axis=-1) - long) < PAST_M
