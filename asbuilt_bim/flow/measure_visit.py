@@ -14,6 +14,7 @@ from asbuilt_bim.codes import EYES_SWAPPED, Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, refused, watch_rig, watch_scale
 from asbuilt_bim.flow.shown_again import Shown, stations_shown_before
+from asbuilt_bim.measure.standing_before import standing_before
 from asbuilt_bim.measure.station import (
     MeasureOptions,
     RejectedStation,
@@ -90,13 +91,15 @@ def options_of(project: Project) -> MeasureOptions:
 
 @one_thread()
 def measure_job(job: StationJob) -> Outcome:
-    """Measure one station; whatever goes wrong inside rejects it by name. Runs in a worker process.
+    """Measure one station, and what stands before its faces; whatever goes wrong inside rejects it by name.
 
+    Runs in a worker process, and takes with it what needs a station's depth alone.
     An error of this program's own must not cost the other stations their place, so it is caught here, and named.
     """
     name = job.photos.name
     try:
-        return measure_station(job.photos, job.rig, job.options, models=load_models(job.networks))
+        found = measure_station(job.photos, job.rig, job.options, models=load_models(job.networks))
+        return replace(found, before_px=standing_before(found)) if isinstance(found, StationMeasurement) else found
     except AsBuiltError as problem:
         return _rejected(Reason.STATION_FAILED, name, str(problem))
     except MemoryError:

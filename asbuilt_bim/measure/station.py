@@ -90,6 +90,9 @@ class StationMeasurement:
     health: StationHealth | None = None  # of the rig; None where too few matches say anything of it
     scale: ScaleEvidence | None = None  # what target and markers show of the rig's scale
     quality: StationQuality | None = None  # of its photos; what is wrong with them stands in `rejections`, first
+    before_px: tuple[FloatArray, ...] | None = (
+        None  # rings round what stands before its faces; None: not looked for yet
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import date
 
 import cv2
 import numpy as np
+import pytest
 
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -13,6 +15,9 @@ from asbuilt_bim.measure.depth_reference import DepthReference, pack
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.standing_before import standing_before
 from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.progress.completion import records
+from asbuilt_bim.progress.completion.records import station_record
+from asbuilt_bim.scale.codec import from_bytes, to_bytes
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.register.linked_scene import stations
 
@@ -59,3 +64,18 @@ def test_a_body_before_a_wall_lies_within_its_rings_and_the_wall_outside() -> No
 def test_the_walls_own_roughness_and_a_bar_before_it_are_no_body() -> None:
     assert standing_before(seen(0.03, 120)[0]) == ()
     assert standing_before(seen(0.4, 8)[0]) == ()
+
+
+def test_what_was_looked_for_when_a_station_was_measured_is_kept_and_not_looked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    station, _ = seen(0.4, 120)
+    looked = station_record(station, None, date(2026, 3, 2), {}).before_px
+    kept = from_bytes(
+        to_bytes(replace(station, before_px=standing_before(station)), StationMeasurement), StationMeasurement
+    )
+    monkeypatch.setattr(records, "standing_before", lambda _: pytest.fail("it was looked for before"))
+    again = station_record(kept, None, date(2026, 3, 2), {}).before_px
+    assert len(looked) == len(again) > 0
+    for one, other in zip(looked, again, strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -94,6 +94,7 @@ def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Pa
     found = measure_job(job)
     assert isinstance(found, StationMeasurement)
     assert {(face.source, face.segmenter) for face in found.faces} == {(InstanceSource.BOTH, "tiny")}
+    assert found.before_px is not None, "what stands before its faces is looked for in its own task"
     plain_one = measure_station(photos(), rig_of(site()[1]), FREE)
     assert isinstance(plain_one, StationMeasurement)
     assert {face.source for face in plain_one.faces} == {InstanceSource.GEOMETRY}

@@ -50,7 +50,7 @@ def station_record(
         pose_method=pose.method if pose else "",
         markers_used=pose.markers_used if pose else (),
         linked_to=pose.linked_to if pose else (),
-        before_px=standing_before(station),
+        before_px=standing_before(station) if station.before_px is None else station.before_px,
         target_left_px=target.left_px if target else None,
         target_right_px=target.right_px if target else None,
         target_radius_px=target.radius_px if target else None,
