@@ -263,6 +263,7 @@ class VisitFile:
     video: VideoFile | None = None
     camera_clock_wrong: bool = False  # the photos' own days don't count
     near: NearFile | None = None  # of its stations that say nothing themselves
+    near_stations: dict[str, NearFile] = field(default_factory=dict)  # by name: stations by patterns say nothing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

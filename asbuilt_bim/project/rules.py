@@ -31,7 +31,7 @@ def _any_near(written: ProjectFile) -> bool:
     """Say whether any station has a rough place."""
     for visit in () if isinstance(written.visits, PatternsFile) else written.visits:
         stations = () if isinstance(visit.stations, PatternsFile) else visit.stations
-        if visit.near is not None or any(station.near is not None for station in stations):
+        if visit.near is not None or visit.near_stations or any(station.near is not None for station in stations):
             return True
     return False
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -113,3 +114,20 @@ def test_photos_that_tell_no_day_are_named_where_days_make_visits(tmp_path: Path
         picture(tmp_path / f"v/A2_{side}.jpg", "")
     with pytest.raises(ProjectError, match="no photo of A2 says in its EXIF when it was taken"):
         read_project(write_project(tmp_path, {**plain(), "visits": {**BY_NAME, "dates": "exif"}}))
+
+
+def test_stations_by_patterns_have_rough_places_by_their_names(tmp_path: Path) -> None:
+    photos = [f"{name}_{side}.jpg" for name in ("G1", "U3") for side in ("left", "right")]
+    near = {"near": {"storey": "Ground floor"}, "near_stations": {"U3": {"storey": "First floor", "looking": "north"}}}
+    found = project(tmp_path, [{"date": "2026-03-02", "stations": BY_NAME, **near}], photos)
+    places = {station.name: station.near for station in found.visits[0].stations}
+    assert places["G1"] is not None and places["G1"].storey == "Ground floor"
+    assert places["U3"] is not None and (places["U3"].storey, places["U3"].looking) == ("First floor", "north")
+
+
+@pytest.mark.parametrize(("name", "says"), [("U33", "did you mean U3?"), ("roof", "its stations are G1, U3")])
+def test_a_rough_place_of_no_station_is_named_with_those_there_are(tmp_path: Path, name: str, says: str) -> None:
+    photos = [f"{one}_{side}.jpg" for one in ("G1", "U3") for side in ("left", "right")]
+    near = {"near_stations": {name: {"storey": "Ground floor"}}}
+    with pytest.raises(ProjectError, match=rf"near_stations\.{name}.*{re.escape(says)}"):
+        project(tmp_path, [{"date": "2026-03-02", "stations": BY_NAME, **near}], photos)
