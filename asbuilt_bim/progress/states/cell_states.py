@@ -1,7 +1,7 @@
 """From the states of an element's faces to its cells: built, open, in conflict or unknown, and within what bounds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -83,16 +83,32 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
             built=no, open=no, conflict=conflict | is_built | is_open, least=0.0 * no, most=1.0 - no, height=height
         )
     least, most = _bounds(element, cells, (is_built, is_open), sums, options)
-    if any(surface.border_m for surface in surfaces):
-        sure = cell_states(element, [well_inside(surface) for surface in surfaces], options)
-        if np.mean(sure.built | sure.open) < options.known_from:
-            return sure
-        stays = [wherever_it_lies(surface, along=cells.shape[0] > 1) for surface in surfaces]
-        inner = cell_states(element, stays, options)
-        kept = _counts(element, cells, stays, options)[1:, :, real].sum(axis=1)
-        kept /= np.maximum(counts[1:].sum(axis=1), 1.0)
-        least, most = np.minimum(least * kept[0], inner.least), np.maximum(1.0 - (1.0 - most) * kept[1], inner.most)
-    return CellStates(built=is_built, open=is_open, conflict=conflict, least=least, most=most, height=height)
+    found = CellStates(built=is_built, open=is_open, conflict=conflict, least=least, most=most, height=height)
+    doubtful = any(surface.border_m for surface in surfaces)
+    return _wherever_they_lie(found, element, surfaces, options) if doubtful else found
+
+
+def _wherever_they_lie(
+    found: CellStates, element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions
+) -> CellStates:
+    """Return cells whose bounds hold what stays built or open wherever borders lie; unknown where little is sure.
+
+    Little is sure where next to nothing lies inside the borders by as much as they may lie elsewhere.
+    """
+    sure = cell_states(element, [well_inside(surface) for surface in surfaces], options)
+    if np.mean(sure.built | sure.open) < options.known_from:
+        return sure
+    cells = element_cells(element)
+    stays = [wherever_it_lies(surface, along=cells.shape[0] > 1) for surface in surfaces]
+    inner = cell_states(element, stays, options)
+    were, kept = (
+        _counts(element, cells, given, options).sum(axis=1)[1:, cells.weight.ravel() > 0.0]
+        for given in (surfaces, stays)
+    )
+    share = kept / np.maximum(were, 1.0)
+    least = np.minimum(found.least * share[0], inner.least)
+    most = np.maximum(1.0 - (1.0 - found.most) * share[1], inner.most)
+    return replace(found, least=least, most=most)
 
 
 def in_conflict(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> BoolArray:
