@@ -11,7 +11,7 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.elsewhere import well_inside, wherever_it_lies
+from asbuilt_bim.progress.states.borders import well_inside, wherever_it_lies
 from asbuilt_bim.progress.surface import SurfaceState
 
 ROUND_SIDES = 8
