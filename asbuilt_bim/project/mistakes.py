@@ -69,7 +69,8 @@ def further_mistakes(
         if written is not None and not tried.found:
             resolve(written, checker)
             _name_missing(value, checker, kept)
-            return _told(checker.problems.found, kept, removed | lacking)
+            meant = {problem.meant for problem in (*found, *tried.found)} - {""}
+            return _told(checker.problems.found, kept, removed | lacking | meant)
         wrong = [_original(problem.path, kept) for problem in tried.found]
     return []
 

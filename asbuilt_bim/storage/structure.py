@@ -40,10 +40,15 @@ class Within:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """One mistake: where (`visits[0].date`), and what was expected against what is there."""
+    """One mistake: where (`visits[0].date`), and what was expected against what is there.
+
+    `meant` is the place that an unknown key was taken for, by its name; `missing` says that nothing stands at `path`.
+    """
 
     path: str
     text: str
+    meant: str = ""
+    missing: bool = False
 
 
 @dataclass(slots=True)
@@ -63,6 +68,8 @@ def structure(value: object, kind: Any, problems: Problems) -> Any:
         return _CONVERTER.structure(value, kind)
     except Exception as error:  # cattrs gathers whatever a hook or a __post_init__ raises
         _collect(error, "", problems)
+        meant = {problem.meant for problem in problems.found} - {""}  # a key that is only misspelt isn't missing, too
+        problems.found[:] = [problem for problem in problems.found if not (problem.missing and problem.path in meant)]
         return None
 
 
@@ -71,12 +78,16 @@ def _collect(error: BaseException, path: str, problems: Problems) -> None:
     if isinstance(error, ForbiddenExtraKeysError):
         known = [field.name for field in dataclasses.fields(error.cl) if field.init]
         for key in sorted(error.extra_fields, key=str):
-            hint = _near(key, known) or f"; known here: {', '.join(sorted(known))}"
+            near = _nearest(key, known)
+            hint = f"; did you mean {near}?" if near else f"; known here: {', '.join(sorted(known))}"
             if isinstance(key, int):  # {diameter_m: 0,30}
                 hint = "; a decimal comma? write a point"
-            problems.add(f"{path}.{key}".lstrip("."), f"unknown key{hint}")
+            meant = f"{path}.{near}".lstrip(".") if near else ""
+            problems.found.append(Problem(path=f"{path}.{key}".lstrip("."), text=f"unknown key{hint}", meant=meant))
+    elif isinstance(error, KeyError):
+        problems.found.append(Problem(path=path, text="is missing", missing=True))
     elif not isinstance(error, BaseValidationError):
-        problems.add(path, "is missing" if isinstance(error, KeyError) else str(error))
+        problems.add(path, str(error))
     else:
         for inner in error.exceptions:
             note = next(iter(getattr(inner, "__notes__", ())), None)  # of a field, a key or an index
@@ -85,9 +96,13 @@ def _collect(error: BaseException, path: str, problems: Problems) -> None:
             _collect(inner, f"{path}{step}".lstrip("."), problems)
 
 
+def _nearest(value: object, known: Iterable[object]) -> str:
+    return next(iter(difflib.get_close_matches(str(value), map(str, known), n=1, cutoff=0.6)), "")
+
+
 def _near(value: object, known: Iterable[object]) -> str:
-    near = difflib.get_close_matches(str(value), map(str, known), n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
+    near = _nearest(value, known)
+    return f"; did you mean {near}?" if near else ""
 
 
 def _shown(value: object) -> str:

@@ -41,7 +41,6 @@ def named(folder: Path, *changes: tuple[str, str]) -> list[str]:
 def test_a_wrong_key_hides_no_missing_file_and_no_station_that_is_there_twice(tmp_path: Path) -> None:
     rows = named(tmp_path, ("name: Site", "nmae: Site"), ("design.ifc", "desing.ifc"), ("name: A3", "name: A2"))
     assert rows == [
-        "line 1: name: is missing",
         "line 3: nmae: unknown key; did you mean name?",
         "line 4: ifc: there is no desing.ifc",
         "line 12: visits[0].stations[2].name: 'A2' is the name of visits[0].stations[1] too; names are unique",
@@ -93,3 +92,16 @@ def test_a_pattern_says_what_is_there_instead(tmp_path: Path) -> None:
     for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg"):
         (tmp_path / "2026-03-02" / name).touch()
     assert named(tmp_path, (WHOLE, text))[0].endswith("which holds a.jpg, b.jpg, c.jpg and 1 more")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("markers: {survey", "markrs: {survey"), "line 6: markrs: unknown key; did you mean markers?"),
+        (("visits:", "visit:"), "visit: unknown key; did you mean visits?"),
+        (("size_m:", "sizem:"), "line 6: markers.sizem: unknown key; did you mean size_m?"),
+    ],
+)
+def test_a_misspelt_key_is_told_once_and_not_as_missing_too(tmp_path: Path, change: tuple[str, str], says: str) -> None:
+    (row,) = named(tmp_path, change)
+    assert row.endswith(says)
