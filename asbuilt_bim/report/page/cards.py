@@ -40,6 +40,13 @@ class ElementCard:
     why: str
     notes: tuple[str, ...]
 
+    @property
+    def is_unseen(self) -> bool:
+        """Say whether no visit has shown anything of it."""
+        element = self.element
+        known = element.last_seen or element.doubts or element.shown_state != "unknown"
+        return not (known or self.now or self.then or self.late)
+
 
 def element_cards(
     report: ProgressReport, photos: Sequence[Photo], earlier: Sequence[ProgressReport], photos_before: Sequence[Photo]

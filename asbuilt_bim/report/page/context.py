@@ -1,7 +1,8 @@
 """What both pages show of a result, worked out once."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from jinja2 import Environment
@@ -15,7 +16,7 @@ from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.drawings.colours import ORDER, TARGET_COLOUR
 from asbuilt_bim.report.drawings.earned_curve import earned_curves
 from asbuilt_bim.report.drawings.gantt import gantt_of
-from asbuilt_bim.report.page.cards import element_cards
+from asbuilt_bim.report.page.cards import ElementCard, element_cards
 from asbuilt_bim.report.page.matrix import matrix_of, money_due
 from asbuilt_bim.report.page.photos import photos_before, station_cards
 from asbuilt_bim.report.page.plan import MOST_VIEWS, storey_plans
@@ -54,16 +55,21 @@ def page_context(
     then = photos_before(before, pictures_before, whole=report.pictures == "whole")
     steps, plans = next_rows(report), storey_plans(report)
     names = storey_names(report)
+    cards = element_cards(report, now, earlier, then)
+    step_of = {row.element.global_id: row for row in steps[:MOST_VIEWS]}
+    asked = step_of.keys() | {element.global_id for element in due_but_unknown(report)}
+    unseen = {card.element.global_id for card in cards if card.is_unseen} - asked
     return {
         "report": report,
         "interactive": False,
         "storeys": group_rows(report),
-        "elements": _by_storey(report, names),
+        "elements": _by_storey(names, cards, unseen),
+        "unseen": unseen,
         "storey_names": names,
         "no_storey": NO_STOREY,
         "plans": plans,
         "plan_number": {plan.storey: number for number, plan in enumerate(plans)},
-        "cards": element_cards(report, now, earlier, then),
+        "cards": cards,
         "photos": [*now, *then],
         "photo_sizes": {photo.key: (photo.width, photo.height) for photo in (*now, *then)},
         "photographed": photographed_areas(report),
@@ -73,7 +79,7 @@ def page_context(
         "before": before,
         "since": since_rows(before, report) if before else (),
         "next_rows": steps,
-        "step_of": {row.element.global_id: row for row in steps[:MOST_VIEWS]},
+        "step_of": step_of,
         "most_shown": MOST_VIEWS,
         "in_tolerance": Counter(e.tolerance.verdict for e in report.elements if e.tolerance is not None),
         "out_of_tolerance": [e for e in report.elements if e.tolerance and e.tolerance.verdict == "out"],
@@ -121,12 +127,35 @@ def _planned(report: ProgressReport) -> Context:
     }
 
 
-def _by_storey(report: ProgressReport, names: dict[str, str]) -> list[tuple[str, list[ElementProgress]]]:
-    """Return the elements by storey from below, within it by class and name."""
-    groups: dict[str, list[ElementProgress]] = {key: [] for key in names}
-    for element in sorted(report.elements, key=lambda e: (e.ifc_class, e.name, e.global_id)):
-        groups.setdefault(element.storey, []).append(element)
-    return [(names.get(key, NO_STOREY), elements) for key, elements in groups.items() if elements]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoreyRows:
+    """A storey's elements as the page lists them: a row each, or by their tasks where nobody has seen them."""
+
+    name: str
+    shown: tuple[ElementProgress, ...]
+    unseen: tuple[tuple[str, tuple[ElementProgress, ...]], ...]
+
+    @property
+    def unseen_count(self) -> int:
+        """Return how many nobody has seen."""
+        return sum(len(elements) for _, elements in self.unseen)
+
+
+def _by_storey(names: dict[str, str], cards: Sequence[ElementCard], apart: Collection[str]) -> list[StoreyRows]:
+    """Return the elements by storey from below, within it by class and name; those `apart` have their names alone."""
+    groups: dict[str, list[ElementCard]] = {key: [] for key in names}
+    for card in sorted(cards, key=lambda card: (card.element.ifc_class, card.element.name, card.element.global_id)):
+        groups.setdefault(card.element.storey, []).append(card)
+    found = []
+    for key, own in groups.items():
+        unseen: dict[str, list[ElementProgress]] = {}
+        for card in own:
+            if card.element.global_id in apart:
+                unseen.setdefault(", ".join(card.tasks), []).append(card.element)
+        shown = tuple(card.element for card in own if card.element.global_id not in apart)
+        by_task = tuple((tasks, tuple(elements)) for tasks, elements in unseen.items())
+        found.append(StoreyRows(name=names.get(key, NO_STOREY), shown=shown, unseen=by_task))
+    return [rows for rows in found if rows.shown or rows.unseen]
 
 
 def _others(report: ProgressReport) -> list[Rejection]:

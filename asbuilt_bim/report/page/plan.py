@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.polygon import hull_of
@@ -369,5 +370,8 @@ def _station(station: StationRecord, sheet: _Sheet, taken: list[Box]) -> PlanSta
 
 
 def closed_path(ring: FloatArray) -> str:
-    """Return a ring (N, 2) as SVG path data with one decimal."""
-    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in np.asarray(ring)) + "Z"
+    """Return a ring (N, 2) as SVG path data with one decimal, without points that half of that decimal can't show."""
+    points = np.asarray(ring, dtype=np.float64)
+    if len(points) > 4:  # a wall's corners stay as they are
+        points = shapely.get_coordinates(shapely.simplify(shapely.LinearRing(points), 0.05))[:-1]
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z"

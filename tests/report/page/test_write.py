@@ -70,10 +70,18 @@ def test_the_page_asks_for_nothing_outside_itself(html):
 
 
 def test_unknown_is_never_zero_percent(html):
-    rows = re.findall(r"<tr>\s*<td class=\"lead\">(?:<a [^>]*>)?C-11.*?</tr>", html, re.S)
-    assert len(rows) == 1
-    best = re.search(r'data-label="Best estimate">(.*?)</td>', rows[0], re.S).group(1)
-    assert "not enough seen" in best and "0" not in re.sub("<.*?>", "", best)
+    (names,) = re.findall(r"<details[^>]*><summary>[^<]*no photo has shown yet(.*?)</details>", html, re.S)
+    assert "C-11" in names and "nothing certain, possibly all" in names and "0" not in re.sub("<.*?>", "", names)
+
+
+def test_elements_that_nobody_has_seen_grow_the_page_by_little_more_than_their_names():
+    few = sample_report()
+    unseen = next(one for one in few.elements if one.name == "C-11")
+    more = [replace(unseen, global_id=f"{number:022d}", name=f"C-{number}") for number in range(100, 600)]
+    many = replace(few, elements=(*few.elements, *more))
+    page, short = page_html(many, {}), page_html(few, {})
+    assert all(page.count(f'id="e-{one.global_id}"') == 1 for one in more)
+    assert "C-599" in page and len(page) - len(short) < 500 * 100
 
 
 def test_rejected_stations_come_before_any_number_with_value_limit_and_remedy(html):
