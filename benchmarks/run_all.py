@@ -1,7 +1,8 @@
 """Every benchmark, one after the other or two at a time: which crash, and which of those expected to hold don't.
 
-python benchmarks/run_all.py                      the smallest case of each, two at a time: under five minutes
+python benchmarks/run_all.py                      the smallest case of each, two at a time: some ten minutes
 python benchmarks/run_all.py --slow --out FOLDER  each whole, for hours; its figures go to FOLDER
+python benchmarks/run_all.py --brief              the same, but those that take minutes are only started
 python benchmarks/run_all.py --only ifc           those whose path holds this text
 
 What lacks data (ASBUILT_BIM_DATA) or a package is skipped, and named. Exit code 1 where one crashes, takes too long, or
@@ -38,6 +39,7 @@ class Case:
     data: str = ""  # what it needs of the data folder
     room: str = ""  # what it needs of the project
     packages: tuple[str, ...] = ()
+    long: bool = False  # its smallest case takes over a minute of a processor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,16 +55,16 @@ class Outcome:
 CASES = (
     Case(script="site/site.py", quick="--quick --check", packages=RENDERER),
     Case(script="faces/faces.py", packages=RENDERER),
-    Case(script="networks/networks.py", slow="", packages=RENDERER),
-    Case(script="site/light.py", packages=RENDERER),
-    Case(script="site/subsets.py", packages=RENDERER),
+    Case(script="networks/networks.py", slow="", packages=RENDERER, long=True),
+    Case(script="site/light.py", packages=RENDERER, long=True),
+    Case(script="site/subsets.py", packages=RENDERER, long=True),
     Case(script="visit/plan.py", quick="--quick --check", packages=RENDERER),
-    Case(script="visit/check.py", quick="--quick --check"),
+    Case(script="visit/check.py", quick="--quick --check", long=True),
     Case(script="site/page.py"),
     Case(script="hold/photos.py", quick="--quick --check"),
-    Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER),
+    Case(script="hold/faults.py", slow="--check --faultless 37 106 108 139 301 302", packages=RENDERER, long=True),
     Case(script="hold/inputs.py", quick="--quick --check"),
-    Case(script="hold/kills.py", quick="--quick --check"),
+    Case(script="hold/kills.py", quick="--quick --check", long=True),
     Case(script="valuation/fill.py", quick="--quick --check"),
     Case(script="valuation/tables.py", quick="--check", packages=TOOLS),
     Case(script="hold/ifc_hostile.py", quick="--quick --check"),
@@ -114,12 +116,14 @@ def lacking(case: Case) -> str:
     return f"not installed: {', '.join(without)}" if without else ""
 
 
-def run(case: Case, slow: bool, out: Path | None) -> Outcome:
-    """Run a case in a process of its own."""
+def run(case: Case, slow: bool, brief: bool, out: Path | None) -> Outcome:
+    """Run a case in a process of its own; where it is `brief`, a long one says no more than what it is for."""
     script, *words = [*case.script.split(), *(case.slow if slow else case.quick).split()]
     if lack := lacking(case):
         return Outcome(name=case.script, seconds=0.0, code=None, said=lack)
-    if out is not None and not script.endswith("core_numbers.py") and script != "networks/odds.py":
+    if brief and case.long:
+        words = ["--help"]
+    elif out is not None and not script.endswith("core_numbers.py") and script != "networks/odds.py":
         words += ["--json", str(out / f"{case.script.replace('/', '_').replace('.py', '').replace(' --', '_')}.json")]
     command = [sys.executable, str(ROOT / "benchmarks" / script), *words]
     folders = [str(ROOT), str(ROOT / "synthetic"), str(ROOT / "training"), os.environ.get("PYTHONPATH", "")]
@@ -149,6 +153,7 @@ def main() -> int:
     """Run them and print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--slow", action="store_true", help="the whole cases, one after the other")
+    parser.add_argument("--brief", action="store_true", help="start those that take minutes, and no more")
     parser.add_argument("--only", default="", help="those whose path holds this text")
     parser.add_argument("--out", type=Path, help="folder for the figures of each")
     parser.add_argument("--jobs", type=int, default=0, help="how many at a time; 2, of slow ones 1")
@@ -158,7 +163,7 @@ def main() -> int:
     chosen = [case for case in CASES if args.only in case.script]
     start = time.perf_counter()
     with ThreadPoolExecutor(args.jobs or (1 if args.slow else 2)) as pool:
-        outcomes = list(pool.map(lambda case: run(case, args.slow, args.out), chosen))
+        outcomes = list(pool.map(lambda case: run(case, args.slow, args.brief, args.out), chosen))
     bad = [one for one in outcomes if one.code]
     for one in bad:
         print(f"\n--- {one.name}: the end of what it said\n" + "\n".join(one.said.splitlines()[-25:]))

@@ -7,6 +7,7 @@ python benchmarks/rigs/boards.py --render 60                   render no more th
 Every board is a little warped, misprinted and held by hand, as `board_photos.py` draws them; sigma isn't told by how
 much. A square metre is put at 9 places of the frame, 3, 5 and 8 m off, and its true pixels are measured by the
 calibrated rig. All places of a rig share its errors: a rig counts once. Rendered corners are kept in ASBUILT_BIM_BENCH.
+Targets stand at the same places; what their finder adds to the error of their distance is told by `target/target.py`.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ RIGS = 160
 SHARES = (0.6827, 0.9545)
 """Within 1 and 2 sigma of a normal error."""
 WORST_PLACE = (0.60, 0.90)
+MOST_LEAN = 0.0002
 _SIGNIFICANT = 1.96
 _CORNERS = 0.5 * SIDE_M * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
 
@@ -46,6 +48,7 @@ class Judged:
     errors: FloatArray
     sigmas: FloatArray
     by_source: FloatArray
+    depth_errors: FloatArray  # (27,), of points there
     finder_px: FloatArray  # (2,): mean of found less true corners, x and y
 
 
@@ -67,9 +70,11 @@ def judged(rendered: RenderedRig) -> Judged | None:
         ]
     )
     by_source = _by_source(slopes, made)
+    depth_errors = np.concatenate([depth_errors_of(rendered.true, made.rig, distance_m) for distance_m in DISTANCES_M])
     return Judged(
-        errors=errors, sigmas=np.sqrt((by_source**2).sum(axis=0)), by_source=by_source, finder_px=found.mean(axis=0)
-    )
+        errors=errors, sigmas=np.sqrt((by_source**2).sum(axis=0)), by_source=by_source, depth_errors=depth_errors,
+        finder_px=found.mean(axis=0),
+    )  # fmt: skip
 
 
 def area_errors(true: StereoRig, used: StereoRig, distance_m: float) -> FloatArray:
@@ -81,6 +86,28 @@ def area_errors(true: StereoRig, used: StereoRig, distance_m: float) -> FloatArr
     met = triangulate(used.left, used.right, used.right_from_left, *pixels).reshape(squares.shape)
     across = np.cross(met[:, 2] - met[:, 0], met[:, 3] - met[:, 1])
     return np.asarray(0.5 * np.linalg.norm(across, axis=1) / SIDE_M**2 - 1.0)
+
+
+def depth_errors_of(true: StereoRig, used: StereoRig, distance_m: float) -> FloatArray:
+    """Return by which share the depth of a point at each of `PLACES` (9,) comes out wrong, its true pixels measured."""
+    frame = np.array([true.left.width_px, true.left.height_px])
+    points = true.left.rays(np.array(PLACES) * frame - 0.5) * distance_m
+    pixels = true.left.project(points), true.right.project(apply(true.right_from_left, points))
+    met = triangulate(used.left, used.right, used.right_from_left, *pixels)
+    return np.asarray(met[:, 2] / points[:, 2] - 1.0)
+
+
+def target_lines(rows: list[Judged]) -> list[Line]:
+    """Judge whether targets come out too near or too far in the mean: every area inherits twice that."""
+    means = np.array([row.depth_errors.mean() for row in rows])
+    mean, sigma = float(means.mean()), float(means.std() / np.sqrt(len(means)))
+    middle = np.array([row.depth_errors[4::9].mean() for row in rows])
+    there = f"{middle.mean():+.3%} ± {middle.std() / np.sqrt(len(rows)):.3%}"
+    return [
+        line("targets' depth, mean signed error over all places", f"{mean:+.3%} ± {sigma:.3%}",
+             f"<= {MOST_LEAN:.2%}", len(rows), abs(mean) <= MOST_LEAN, least_n=120),
+        told("  the same, in the middle of the frame", there, len(rows)),
+    ]  # fmt: skip
 
 
 def _by_source(slopes: FloatArray, made: Calibration) -> FloatArray:
@@ -163,7 +190,7 @@ def main() -> int:
         return 0
     numbers = range(1 if args.quick else args.rigs)
     rows = [row for one in rendered(args.seed, numbers) if (row := judged(one)) is not None]
-    table = [*pull_lines(rows), *spread_lines(rows)]
+    table = [*pull_lines(rows), *target_lines(rows), *spread_lines(rows)]
     if args.quick:
         table = unjudged(table, LEAST_N)
     pulls = np.concatenate([row.errors / row.sigmas for row in rows])
