@@ -131,6 +131,7 @@ class Reason(StrEnum):
     INSTANCE_WITHOUT_DEPTH = "instance without depth"  # method: paper
     INSTANCE_WITHOUT_FACE = "instance without a face"
     SURFACE_TOO_FAR = "surface too far for the rig"
+    SURFACES_OF_OTHER_COLOUR = "surfaces of another colour"  # than concrete's: not measured
     FACE_NARROW = "face too narrow"
     FACE_UNCERTAIN = "face too uncertain"
     # Places of stations.

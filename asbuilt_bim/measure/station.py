@@ -29,7 +29,7 @@ from asbuilt_bim.vision.masks.segment import Instance, Segmenter
 from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.far_surface import far_surface
-from asbuilt_bim.vision.scene.geometric import segment_scene
+from asbuilt_bim.vision.scene.geometric import of_concretes_colour, upright_instances
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
 from asbuilt_bim.vision.stereo.depth import DepthMap, RelativeDepth
@@ -218,7 +218,10 @@ def _instances(pair: RectifiedPair, scene: Scene, stereo: DepthMap, options: Mea
         if options.method == "default":
             return agree(pair, scene, stereo, models.opinion, options.geometric)
         chosen = models.opinion  # as published: the network's masks as they are
-    found = segment_scene(pair, scene, options.geometric) if chosen is None else chosen.segment(pair, stereo)
-    if chosen is not None and options.method == "default":
+    if chosen is None:
+        grey, notes = of_concretes_colour(upright_instances(pair, scene, options.geometric), pair.name)
+        return Agreed(instances=tuple(grey), notes=notes)
+    found = chosen.segment(pair, stereo)
+    if options.method == "default":
         found = [split_by_depth(instance, pair, scene, options.geometric) for instance in found]
     return Agreed(instances=tuple(found), notes=())

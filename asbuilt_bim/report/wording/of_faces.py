@@ -115,6 +115,11 @@ FACES: Table = {
         limit="{limit_m:.0f} m",
         remedy="photograph it from nearer, or with a wider baseline",
     ),
+    Reason.SURFACES_OF_OTHER_COLOUR: Words(
+        part="surfaces of another colour",
+        reason="{count} upright ones aren't as grey as concrete (brick, timber?); the largest is at {x_px}, {y_px} px",
+        remedy="not measured; where one is concrete, name it: --masks of measure, or a network",
+    ),
     Reason.FACE_NARROW: Words(
         part="face {name}" + _FACE,
         reason=f"{_SEEN}: too narrow",

@@ -16,7 +16,14 @@ from asbuilt_bim.geometry.arrays import BoolArray, freeze
 from asbuilt_bim.vision.masks.given import box_of
 from asbuilt_bim.vision.masks.refinement import refined_mask
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource, Refuter, Segmenter, SurfaceSegmenter
-from asbuilt_bim.vision.scene.geometric import GeometricOptions, Opinion, instance_of_pieces, neutral_of, piece_groups
+from asbuilt_bim.vision.scene.geometric import (
+    GeometricOptions,
+    Opinion,
+    instance_of_pieces,
+    neutral_of,
+    of_concretes_colour,
+    piece_groups,
+)
 from asbuilt_bim.vision.scene.read import Scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
 
@@ -54,6 +61,7 @@ def agree(
     others = network.refuted(pair) if isinstance(network, Refuter) else ()
     held = _holders(scene, [*(one.mask for one in seen), *others])
     found: list[Instance] = []
+    coloured: list[Instance] = []
     spoken: set[int] = set()
     neutral = neutral_of(pair)
     taken = np.zeros(scene.labels.shape, dtype=bool)
@@ -64,6 +72,9 @@ def agree(
         opinion = Opinion(label=seen[holder].label, score=seen[holder].score) if holder is not None else None
         instance = instance_of_pieces(pair, scene, group, options, neutral, opinion)
         if instance is None:
+            continue
+        if holder is None and instance.score <= 0.0:
+            coloured.append(instance)
             continue
         if holder is not None:
             spoken.add(holder)
@@ -77,7 +88,8 @@ def agree(
             score = ALONE * instance.score
             found.append(replace(instance, source=InstanceSource.GEOMETRY_ALONE, score=score))
     found.sort(key=lambda instance: -int(np.count_nonzero(instance.mask)))
-    return Agreed(instances=tuple(found), notes=_alone(pair, seen, spoken, network.name))
+    _, notes = of_concretes_colour(coloured, pair.name)
+    return Agreed(instances=tuple(found), notes=(*_alone(pair, seen, spoken, network.name), *notes))
 
 
 def _seen(pair: RectifiedPair, scene: Scene, depth: DepthMap | None, network: Segmenter) -> list[Instance]:

@@ -1,5 +1,6 @@
 """Walls and columns by geometry alone: what stands upright, hangs together at convex edges, and has their size."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -9,6 +10,8 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.photo.chroma import is_grey
 from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
 from asbuilt_bim.geometry.grow import Piece
 from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
@@ -37,15 +40,30 @@ class Opinion:
 
 
 def segment_scene(pair: RectifiedPair, scene: Scene, options: GeometricOptions | None = None) -> list[Instance]:
-    """Group a scene's upright pieces to instances, the largest first."""
+    """Group a scene's upright pieces to instances as grey as concrete, the largest first."""
+    return of_concretes_colour(upright_instances(pair, scene, options), pair.name)[0]
+
+
+def upright_instances(pair: RectifiedPair, scene: Scene, options: GeometricOptions | None = None) -> list[Instance]:
+    """Group a scene's upright pieces to instances, the largest first; those of another colour have a score of 0."""
     chosen = options or GeometricOptions()
-    found: list[Instance] = []
     neutral = neutral_of(pair)
-    for group in piece_groups(scene.pieces):
-        instance = instance_of_pieces(pair, scene, group, chosen, neutral)
-        if instance is not None:
-            found.append(instance)
+    groups = piece_groups(scene.pieces)
+    instances = (instance_of_pieces(pair, scene, group, chosen, neutral) for group in groups)
+    found = [instance for instance in instances if instance is not None]
     return sorted(found, key=lambda instance: -int(np.count_nonzero(instance.mask)))
+
+
+def of_concretes_colour(found: Sequence[Instance], station: str) -> tuple[list[Instance], tuple[Rejection, ...]]:
+    """Return the instances that are as grey as concrete may be, and a note of the others: these aren't measured."""
+    grey = [one for one in found if one.score > 0.0]
+    others = [one for one in found if one.score <= 0.0]
+    if not others:
+        return grey, ()
+    x0, y0, x1, y1 = max(others, key=lambda one: int(np.count_nonzero(one.mask))).box_px
+    subject = about(SubjectKind.INSTANCE, "of another colour", station)
+    place = {"x_px": (x0 + x1) // 2, "y_px": (y0 + y1) // 2}
+    return grey, (rejected(Reason.SURFACES_OF_OTHER_COLOUR, subject, count=len(others), **place),)
 
 
 def piece_groups(pieces: tuple[Piece, ...]) -> list[list[int]]:
@@ -75,9 +93,9 @@ def instance_of_pieces(
     neutral: FloatArray | None,
     opinion: Opinion | None = None,
 ) -> Instance | None:
-    """Return a group of pieces as an instance, None where it hasn't a wall's or a column's size, place and colour.
+    """Return a group of pieces as an instance, None where it hasn't a wall's or a column's size and place.
 
-    `neutral` (3,) is the photo's own, of `neutral_of`.
+    Its score is by its colour: 0 where concrete has none such. `neutral` (3,) is the photo's own, of `neutral_of`.
     An `opinion` stands for colour; of a slender thing it decides the class too, which size can't tell.
     """
     sizes: list[_Size] = []
@@ -99,8 +117,6 @@ def instance_of_pieces(
     if sum(size.width_m for size in sizes) < options.least_width_m:
         return None
     score = opinion.score if opinion is not None else _concrete_score(pair, mask, neutral, options.most_chroma)
-    if score <= 0.0:
-        return None
     slender = all(size.width_m < options.column_width_m for size in sizes)
     label: InstanceClass = "column" if round_column or slender else "wall"
     if opinion is not None and slender and not round_column:

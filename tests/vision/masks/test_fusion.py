@@ -14,7 +14,12 @@ from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.masks.fusion import Agreed, agree
 from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource
-from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
+from asbuilt_bim.vision.scene.geometric import (
+    GeometricOptions,
+    of_concretes_colour,
+    segment_scene,
+    upright_instances,
+)
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
@@ -127,10 +132,24 @@ def test_the_networks_word_stands_for_colour_but_not_for_size(
     strict = GeometricOptions(most_chroma=1e-6)
     assert segment_scene(pair, scene, strict) == []
     network = FakeNetwork([said(mask_at(alone, WALL), "wall")])
-    found = both(pair, scene, network, strict).instances
-    assert [i.source for i in found] == [InstanceSource.BOTH]
+    found = both(pair, scene, network, strict)
+    assert [i.source for i in found.instances] == [InstanceSource.BOTH]
+    (note,) = found.notes
+    assert note.code is Reason.SURFACES_OF_OTHER_COLOUR and note.values["count"] == len(alone) - 1
     tiny = GeometricOptions(most_chroma=1e-6, least_height_m=50.0)
     assert both(pair, scene, network, tiny).instances == ()
+
+
+def test_what_is_left_out_for_its_colour_is_told_with_how_many_there_are_and_where_the_largest_stands(
+    pair: RectifiedPair, scene: Scene, alone: list[Instance]
+) -> None:
+    found = upright_instances(pair, scene, GeometricOptions(most_chroma=1e-6))
+    grey, (note,) = of_concretes_colour(found, pair.name)
+    assert grey == [] and note.values["count"] == len(alone)
+    x, y = int(note.values["x_px"]), int(note.values["y_px"])
+    assert alone[0].mask[y - 2 : y + 3, x - 2 : x + 3].any()
+    assert f"{len(alone)} upright ones aren't as grey as concrete" in words_of(note).reason
+    assert of_concretes_colour(alone, pair.name) == (alone, ())
 
 
 def test_concrete_that_only_the_network_sees_is_named_and_not_measured(pair: RectifiedPair, scene: Scene) -> None:
