@@ -21,7 +21,7 @@ from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
-from asbuilt_bim.report.wording.of_page.card_words import why_words
+from asbuilt_bim.report.wording.of_page.card_words import sides_words, why_words
 from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
 from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
@@ -258,3 +258,16 @@ def test_the_money_due_is_the_valuations_and_a_fault_stands_beside_it() -> None:
     faulty = replace(report, rejections=(doubt, *report.rejections))
     page = page_html(faulty, {})
     assert "Nothing should be paid" in page[page.index("Money due") : page.index("<nav")]
+
+
+def test_a_card_says_that_one_side_is_enough_where_the_others_were_not_seen() -> None:
+    first = sample_report().elements[0]
+    whole = replace(first, state="complete", completion=done(1.0, 1.0, 1.0, 1.0), surface_coverage=0.627)
+    told = sides_words(whole)
+    assert told.startswith("Complete by the sides that were seen") and told.endswith("62 % was seen")
+    part = sides_words(replace(whole, state="part", completion=done(0.5, 1.0, 0.7)))
+    assert part.startswith("A part counts as seen by one of its sides") and "62 %" in part
+    assert sides_words(replace(whole, surface_coverage=1.0)) == ""
+    report = sample_report()
+    page = page_html(replace(report, elements=(whole, *report.elements[1:])), {})
+    assert f"seen: 100 %. {told}." in text_of(page)
