@@ -1,7 +1,7 @@
 """Planned against actual: what the plan wanted by the status date, how late a task is, which elements are late."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Literal
@@ -9,7 +9,7 @@ from typing import Literal
 from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
-from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
+from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, ShownState, TaskProgress
 
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 """What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
@@ -27,12 +27,12 @@ class TaskVerdict:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateElement:
-    """An element that should stand, by every task that makes it, and was seen not to."""
+    """An element that should stand, by every task that makes it, and was seen not to, or seen too little to say."""
 
     element: ElementProgress
     task: str  # the one with the latest planned finish
     due: date
-    late_days: int
+    late_days: int  # since it was due
 
 
 def verdict(task: TaskProgress) -> TaskVerdict:
@@ -120,8 +120,17 @@ def days_behind(
 
 def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
     """Return the elements seen unfinished after the latest planned finish of their tasks, the latest first."""
+    return _past_due(report, ("part", "not started"))
+
+
+def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
+    """Return the elements that should stand and were seen too little to say: complete as far as seen ones, too."""
+    return _past_due(report, ("unknown", "complete as far as seen"))
+
+
+def _past_due(report: ProgressReport, states: Sequence[ShownState]) -> tuple[LateElement, ...]:
+    """Return the elements in some states after the latest planned finish of their tasks, the longest due first."""
     due = _due(report)
-    late: tuple[State, ...] = ("part", "not started")
     found = [
         LateElement(
             element=e,
@@ -130,19 +139,9 @@ def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
             late_days=days_past(due[e.global_id][0], report.visit_date),
         )
         for e in report.elements
-        if e.global_id in due and e.state in late and days_past(due[e.global_id][0], report.visit_date)
+        if e.global_id in due and e.shown_state in states and days_past(due[e.global_id][0], report.visit_date)
     ]
     return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
-
-
-def due_but_unknown(report: ProgressReport) -> tuple[ElementProgress, ...]:
-    """Return the elements that should stand and were seen too little to say."""
-    due = _due(report)
-    return tuple(
-        e
-        for e in report.elements
-        if e.state == "unknown" and e.global_id in due and days_past(due[e.global_id][0], report.visit_date)
-    )
 
 
 def calendar_of(report: ProgressReport) -> WorkCalendar:

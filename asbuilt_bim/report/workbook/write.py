@@ -17,7 +17,7 @@ from asbuilt_bim.report.tables import (
     station_rows,
     storey_names,
 )
-from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows, unclear_rows
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_workbook.columns import (
     ELEMENTS,
@@ -26,6 +26,7 @@ from asbuilt_bim.report.wording.of_workbook.columns import (
     STATIONS,
     STOREYS,
     TASKS,
+    UNCLEAR,
     Column,
 )
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
@@ -80,7 +81,8 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     elements = [_element(row) for row in element_rows(report)]
     _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=13)
     _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
-    _table(book.add_worksheet("Late"), LATE, [_late(row) for row in late_rows(report)], styles, keep=2)
+    late = [_late(row) for row in (*late_rows(report), *unclear_rows(report))]
+    _table(book.add_worksheet("Late"), LATE, late, styles, keep=2)
     _table(book.add_worksheet("Stations"), STATIONS, [_station(row) for row in station_rows(report)], styles, keep=1)
     _notes(book.add_worksheet("Notes"), report, styles)
     book.close()
@@ -244,8 +246,10 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
 
 
 def _late(row: LateRow) -> tuple[Cell, ...]:
-    """Lay out a late element."""
-    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.late_days)
+    """Lay out an element that is late, or may be."""
+    days = row.late_days if row.is_sure else None
+    what = "late" if row.is_sure else UNCLEAR
+    return (row.storey, row.name, row.global_id, row.state, row.best, row.lower, row.task, row.due, days, what)
 
 
 def _station(row: StationRow) -> tuple[Cell, ...]:

@@ -138,5 +138,8 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     assert late_elements(replace(report, tasks=(*report.tasks, row))) == late, "a blank row of a table hides lateness"
     assert due_but_unknown(report) == ()
     unseen = replace(report, elements=tuple(replace(e, state="unknown") for e in report.elements))
-    assert {e.global_id for e in due_but_unknown(unseen)} >= {one.element.global_id for one in late}
+    ids = {one.element.global_id for one in late}
+    assert {one.element.global_id for one in due_but_unknown(unseen)} >= ids
+    far = tuple(replace(e, state="complete", as_far_as_seen=True) for e in report.elements)
+    assert {one.element.global_id for one in due_but_unknown(replace(report, elements=far))} >= ids
     assert late_elements(unseen) == ()

@@ -66,6 +66,10 @@ def test_late_is_said_in_words_beside_the_bar() -> None:
     page = page_html(late, {})
     assert re.search(r'class="chip loud">late by 6 days', page[page.index('id="gantt"') :])
     unsure = replace(late, tasks=(replace(task, late=None),))
+    stands = replace(task.progress, complete=3, part=0, not_started=0, unknown=0)
+    assert rows(gantt(replace(unsure, tasks=(replace(task, late=None, progress=stands),))))[0].late == (
+        "due, not all of it certain"
+    )
     assert "too little seen" in rows(gantt(unsure))[0].late and not rows(gantt(unsure))[0].is_late
 
 

@@ -44,7 +44,11 @@ def lateness_words(task: TaskRow, today: date) -> str:
     if task.late:
         return "late"
     due = task.planned_finish is not None and task.planned_finish.date() < today
-    return "due, too little seen to say" if task.late is None and due else ""
+    if task.late is not None or not due:
+        return ""
+    if task.complete == task.elements:  # each stands, and not as much of it is certain as finishes a task
+        return "due, not all of it certain"
+    return "due, too little seen to say"
 
 
 def trend_words(visits: Sequence[Bounds], planned_now: float | None, elements: int, of: int) -> str:

@@ -123,17 +123,25 @@ TASKS = (
     _column("Complete", "count", 10, "Elements seen complete."),
 )
 
+UNCLEAR = "unclear, too little seen"
+"""What an element is called that should stand, where photos don't say whether it does."""
+
 LATE = (
     _column("Storey", "text", 18, "Building storey."),
     _column(
-        "Element", "text", 30, "Name of the wall or column, seen unfinished after the planned finish of its last task."
+        "Element",
+        "text",
+        30,
+        "Name of the wall or column: unfinished, or seen too little to say, after the planned finish of its last task.",
     ),
     _column("GlobalId", "text", 25, "The element's GlobalId in the IFC file."),
-    _column("State", "text", 12, "part or not started."),
-    _column("Completion best", "percent", 12, _BEST),
+    _column("State", "text", 22, "part or not started; of unclear ones unknown, or complete as far as seen."),
+    _column("Best estimate", "percent", 12, _BEST),
+    _column("At least", "percent", 12, _LOWER),
     _column("Task", "text", 34, "The task that should have finished it."),
     _column("Due", "date", 12, "Planned finish of that task."),
-    _column("Days late", "count", 10, "Days from then to the visit; as on Tasks."),
+    _column("Days late", "count", 10, "Days from then to the visit, as on Tasks; unknown where it is unclear."),
+    _column("Late", "text", 26, f"late: seen unfinished. {UNCLEAR}: nobody can say."),
 )
 
 STATIONS = (
