@@ -10,6 +10,7 @@ from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
+from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.unstated import unstated_rejection
@@ -73,6 +74,12 @@ def test_the_money_of_the_lines_adds_up_to_the_total_to_the_cent_on_the_page():
     thirds = [replace(line, completion=replace(line.completion, best=0.5, coverage=0.8)) for line in thirds]
     (group,) = cost_groups(replace(report, cost_lines=tuple(thirds)))
     assert (group.planned, group.earned_best, group.earned_lower) == (1.36, 1.36, 1.36)
+
+
+def test_the_page_says_beside_the_formula_that_pieces_count_whole() -> None:
+    page = page_html(sample_report(), {})
+    cost = page[page.index('id="cost"') :]
+    assert "completion × planned quantity" in cost and "whole pieces only" in cost
 
 
 def test_unknown_is_a_word_in_the_workbook_never_zero():
