@@ -1,11 +1,12 @@
 """Planned against actual: what the plan wanted by the status date, how late a task is, which elements are late."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Literal
 
+from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
@@ -149,21 +150,35 @@ def calendar_of(report: ProgressReport) -> WorkCalendar:
     return report.schedule.calendar if report.schedule else EVERY_DAY
 
 
+def due_by(tasks: Iterable[Task], day: date) -> set[str]:
+    """Return the elements that should stand by a day: every task that makes them should be finished."""
+    due = _last_finishes((task, task.global_id, task.name, task.elements) for task in tasks)
+    return {key for key, (finish, _) in due.items() if days_past(finish, day)}
+
+
 def _due(report: ProgressReport) -> Mapping[str, tuple[datetime, str]]:
-    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out.
+    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out."""
+    made = ((task, task.progress) for task in report.tasks)
+    return _last_finishes((task, group.key, group.name, group.elements) for task, group in made)
+
+
+def _last_finishes(
+    tasks: Iterable[tuple[Task | TaskProgress, str, str, Sequence[str]]],
+) -> Mapping[str, tuple[datetime, str]]:
+    """Return what `_due` does, of tasks with their keys, names and elements.
 
     A row of the schedule file without any date, that is no task of the IFC, says nothing of when an element is due.
     """
     due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
-    for task in report.tasks:
-        for key in task.progress.elements:
+    for task, task_key, name, elements in tasks:
+        for key in elements:
             if task.schedule_finish is None:
-                if task.schedule_start is None and task.progress.key.startswith(SCHEDULE_KEY):
+                if task.schedule_start is None and task_key.startswith(SCHEDULE_KEY):
                     continue
                 open_ended.add(key)
             elif key not in due or task.schedule_finish.date() > due[key][0].date():
-                due[key] = (task.schedule_finish, task.progress.name)
+                due[key] = (task.schedule_finish, name)
     return {key: value for key, value in due.items() if key not in open_ended}
 
 

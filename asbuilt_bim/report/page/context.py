@@ -121,6 +121,7 @@ def _planned(report: ProgressReport) -> Context:
         "plan_words": plan_words(report),
         "late_words": late_words(report),
         "due_unknown": unclear_rows(report),
+        "due": {**{row.global_id: "due" for row in unclear_rows(report)}, **{row.global_id: "late" for row in late}},
         "cost_groups": cost_groups(report),
         "money_due": money_due(report),
         "matrix": matrix_of(report, frozenset(row.global_id for row in late)),
