@@ -96,10 +96,10 @@ def days_behind(
     """Return how many whole days a task is behind its plan: by the best estimate, at least and at most.
 
     A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now.
-    At least: all that wasn't seen is built. At most: none of it is. A finished one was finished by the day that saw it
-    so. None was before the last day that saw something of it unfinished (`unfinished_on`). Negative is ahead. The first
-    is None where the completion is unknown, or the finish has passed and nothing was seen unfinished; all are where
-    there is no plan.
+    At least: all that wasn't seen is built, in time where that is all of it. At most: none of it is. A finished one was
+    finished by the day that saw it so, and none before the last day that saw something of it unfinished
+    (`unfinished_on`). Negative is ahead, so the first lies between the others. It is None where the completion is
+    unknown, or the finish has passed and nothing was seen unfinished; all are where there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):
@@ -107,7 +107,7 @@ def days_behind(
     seen = max(0, (unfinished_on - finish.date()).days if unfinished_on else 0)
     if task.actual_finish is not None:
         late = (task.actual_finish - finish.date()).days
-        return late, seen, late
+        return late, min(seen, late), late
     passed = days_past(finish, day)
     most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
     if task.late is None and passed:
@@ -115,8 +115,10 @@ def days_behind(
     if start is None:  # only whether the finish has passed is known
         return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else seen), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
-    least = 0 if completion.upper >= 1.0 else _behind(start, finish, completion.upper, day, calendar)
-    return best, max(seen, least), most
+    least = _behind(start, finish, completion.upper, day, calendar)
+    if completion.upper >= 1.0:  # what nobody saw unfinished may have been finished in time
+        least = min(least, 0)
+    return best, max(seen, least) if seen else least, most
 
 
 def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
