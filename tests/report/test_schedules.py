@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from datetime import date, datetime
@@ -18,7 +19,7 @@ from asbuilt_bim.report.schedule.msp import write_msp
 from asbuilt_bim.report.schedule.p6 import write_p6
 from asbuilt_bim.report.schedule.write import write_tasks_csv
 from asbuilt_bim.report.task_rows import late_words
-from asbuilt_bim.report.wording.of_workbook.columns import UNCLEAR
+from asbuilt_bim.report.wording.of_workbook.columns import TASKS, UNCLEAR
 from asbuilt_bim.report.workbook.write import write_workbook
 from asbuilt_bim.schedule.read import read_schedule
 from tests.report.sample_report import HOSTILE_FORMULA, VISIT, renamed, sample_report
@@ -345,6 +346,14 @@ def test_what_is_due_and_too_little_seen_stands_on_the_sheet_of_late_elements_ma
     assert "1 element is late" in late_words(report) and "2 more should stand" in late_words(report)
     page = page_html(report, {})
     assert f"{first.name}</a> (complete as far as seen, at least" in page[page.index('id="late"') :]
+
+
+def test_the_schedule_is_called_so_and_never_the_plan_which_is_a_drawing(tmp_path: Path) -> None:
+    page = page_html(sample_report(), {})
+    for part in ("time", "tasks"):
+        text = page[page.index(f'<section id="{part}"') :].partition("</section>")[0]
+        assert "schedule" in text and not re.search(r">[^<]*\b[Pp]lan\b[^<]*<", text)
+    assert [c.heading for c in TASKS if "plan" in c.heading.lower().replace("planned", "")] == []
 
 
 def test_the_terminals_line_on_late_elements_holds_no_escape_sequence() -> None:

@@ -137,6 +137,6 @@ def test_what_has_no_planned_dates_is_in_neither_curve() -> None:
 
 def test_behind_or_ahead_is_said_only_where_it_is_certain() -> None:
     day = date(2026, 3, 16)
-    assert "behind the plan by 40" in earned_words(10.0, 60.0, 100.0, "EUR", day)
-    assert "ahead of the plan by 10" in earned_words(110.0, 160.0, 100.0, "EUR", day)
+    assert "behind the schedule by 40" in earned_words(10.0, 60.0, 100.0, "EUR", day)
+    assert "ahead of the schedule by 10" in earned_words(110.0, 160.0, 100.0, "EUR", day)
     assert "Too little was seen" in earned_words(10.0, 160.0, 100.0, "EUR", day)

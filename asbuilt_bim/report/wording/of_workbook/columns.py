@@ -95,16 +95,17 @@ TASKS = (
         "Planned by now",
         "percent",
         11,
-        "Share that the plan wants by the end of the visit's day; empty without a plan.",
+        "Share that the schedule wants by the end of the visit's day; empty without planned dates.",
     ),
     _column(
-        "Days behind plan",
+        "Days behind schedule",
         "count",
         8,
-        "Days behind plan by the best estimate; negative: ahead; empty without a plan.",
+        "By the best estimate: how long ago the schedule wanted as much as stands now, so it can be more than the days "
+        "late; negative: ahead; empty without planned dates.",
     ),
-    _column("Days behind plan, best case", "count", 9, "Best case: what was not seen counts as built."),
-    _column("Days behind plan, worst case", "count", 9, "Worst case: what was not seen counts as not built."),
+    _column("Days behind schedule, best case", "count", 9, "Best case: what was not seen counts as built."),
+    _column("Days behind schedule, worst case", "count", 9, "Worst case: what was not seen counts as not built."),
     _column(
         "Late",
         "text",
