@@ -13,6 +13,7 @@ from asbuilt_bim.progress.valuation.notes import CODES
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
+from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, in_doubt_words, persons_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import VARIATIONS as VARIATION_COLUMNS
@@ -59,7 +60,7 @@ def write_valuation(
     sheet.set_row(0, 24)
     write_cell(sheet, 0, 0, f"Valuation {inputs.number}", "text", styles, "title")
     last = inputs.certificates[-1] if inputs.certificates else None
-    before = f"Valuation {last.number}, signed {last.signed_on} by {last.signed_by}" if last else "none"
+    before = f"Valuation {last.number}, signed {last.signed_on} by {last.signed_by}" if last else _none_before(made)
     head: tuple[tuple[str, str, Cell, str], ...] = (
         ("Project", "", report.project_name, "text"),
         ("Valuation", "valuation_number", inputs.number, "count"),
@@ -79,6 +80,8 @@ def write_valuation(
     ):
         write_cell(sheet, row, 0, f"{label} (blue: may be overwritten)", "text", styles)
         write_cell(sheet, row, 1, share, "percent2", styles, "input")
+        unset = Formula(f'=IF({name}=0,"{NOT_SET}","")', "" if share else NOT_SET)
+        write_cell(sheet, row, 2, unset, "text", styles, "plain")
         _name(book, name, row, 1)
         row += 1
     for bill in made:
@@ -105,6 +108,10 @@ def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) 
         row += 1
         write_paragraph(sheet, row, _LAST, str(words_of(fault)), sum(_WIDTHS), styles)
     return row + 2
+
+
+def _none_before(made: Sequence[Bill]) -> str:
+    return "none" if any(bill.previous.gross for bill in made) else FIRST
 
 
 def _in_doubt(made: Sequence[Bill]) -> list[str]:

@@ -203,6 +203,15 @@ def test_what_the_page_asks_to_look_at_stands_where_one_signs_if_it_is_paid() ->
     assert "Look before you pay" not in before_you_sign(replace(report, cost_lines=tuple(lines)))
 
 
+def test_the_sheet_says_that_it_is_the_first_and_which_terms_are_not_set() -> None:
+    def text(report: ProgressReport) -> list[str]:
+        return [str(c.value) for row in book(report, values=True)["Valuation"].iter_rows() for c in row if c.value]
+
+    none = text(with_valuation(sample_report(), ValuationInputs()))
+    assert none.count("not set") == 2 and any("everything since the start" in one for one in none)
+    assert "not set" not in text(valued())
+
+
 def test_the_sheet_to_sign_says_that_one_side_is_enough() -> None:
     text = " ".join(str(cell.value) for cell in book(valued())["Valuation"]["A"])
     assert "One side is enough" in text and "formwork too" in text and "never what nobody saw" not in text
