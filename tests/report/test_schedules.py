@@ -283,7 +283,7 @@ def test_the_table_the_workbook_and_the_page_tell_them_apart_too(tmp_path: Path)
     assert f"'{HOSTILE_FORMULA}" in rows
     write_workbook(report, tmp_path / "q.xlsx")
     sheet = openpyxl.load_workbook(tmp_path / "q.xlsx")["Tasks"]
-    cells = {row[0]: (row[5], row[6], row[7]) for row in sheet.iter_rows(min_row=2, values_only=True)}
+    cells = {row[0]: (row[5], row[8], row[6]) for row in sheet.iter_rows(min_row=2, values_only=True)}
     assert cells["zero"] == ("measured 0", 0, 0)
     assert cells["part"] == ("part measured", 0.6, 0.355)
     assert cells["unknown"] == ("unknown", "unknown", 0)

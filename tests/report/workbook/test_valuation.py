@@ -14,7 +14,9 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import Observation, Override, Terms, ValuationInputs, Variation
 from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
+from asbuilt_bim.report.wording.values import number
 from asbuilt_bim.report.workbook.write import workbook_bytes
 from tests.report.sample_report import global_id, sample_report
 
@@ -210,6 +212,16 @@ def test_the_sheet_says_that_it_is_the_first_and_which_terms_are_not_set() -> No
     none = text(with_valuation(sample_report(), ValuationInputs()))
     assert none.count("not set") == 2 and any("everything since the start" in one for one in none)
     assert "not set" not in text(valued())
+
+
+def test_what_looks_like_a_sum_error_is_said_where_it_stands() -> None:
+    report = valued()
+    made = book(report, values=True)
+    assert "share of the contract quantity" in str(made["Cost by element"]["A2"].value)
+    page = page_html(report, {})
+    assert "before each line is rounded" in page
+    row = max(rows(made, "Cost by element"), key=lambda one: abs(float(str(one["Before the line"]))))
+    assert f"{number(float(str(row['Before the line'])))} of it certain" in page
 
 
 def test_the_sheet_to_sign_says_that_one_side_is_enough() -> None:

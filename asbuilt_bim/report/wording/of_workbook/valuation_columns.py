@@ -58,6 +58,10 @@ BILL = (
     _column("Key", "text", 26, "What the program knows the line by. Leave it as it is."),
 )
 
+PARTS_TITLE = (
+    "Cost by element. It feeds the bill. Quantity is the element's share of the contract quantity, so it may differ "
+    "from its own in the design."
+)
 COST_PARTS = (
     _column("No.", "count", 5, "The line's number in Bill."),
     _column("Item", "text", 9, "Identification of the line."),
@@ -65,7 +69,8 @@ COST_PARTS = (
     _column("Storey", "text", 14, "The element's storey."),
     _column("State", "text", 12, "The element's state, by photos."),
     _column("Unit", "text", 6, "The line's own unit."),
-    _column("Quantity", "quantity", 11, "The element's part of the contract quantity, by what the line measures."),
+    _column("Quantity", "quantity", 11, "The element's share of the contract quantity, shared out by what the line "
+            "measures of each (volume, area, length, number). Where the contract holds more than the design, so does each share."),
     _column(
         "Certain",
         "percent",
