@@ -76,6 +76,7 @@ def page_context(
         "trend": trend_of(report, earlier),
         "earned": earned_curves(report, earlier),
         "stations": stations,
+        "station_number": {card.row.name: number for number, card in enumerate(stations)},
         "before": before,
         "since": since_rows(before, report) if before else (),
         "next_rows": steps,

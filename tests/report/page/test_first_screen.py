@@ -188,6 +188,8 @@ def test_every_link_on_the_page_leads_to_something() -> None:
     report = sample_report()
     report = replace(report, wanted_views=(wanted(report, 0, 0.0, 5.0),))
     page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
+    notice = page[page.index("Please look at") :].partition("</section>")[0]
+    assert 'href="#s-0">picture A1</a>' in notice and '<div class="station" id="s-0">' in page
     ids = set(re.findall(r'id="([^"]+)"', page))
     assert {link for link in re.findall(r'href="#([^"]+)"', page)} <= ids
 

@@ -70,7 +70,8 @@ COST_PARTS = (
     _column("State", "text", 12, "The element's state, by photos."),
     _column("Unit", "text", 6, "The line's own unit."),
     _column("Quantity", "quantity", 11, "The element's share of the contract quantity, shared out by what the line "
-            "measures of each (volume, area, length, number). Where the contract holds more than the design, so does each share."),
+            "measures of each (volume, area, length, number). Where the contract "
+            "holds more than the design, so does each share."),
     _column(
         "Certain",
         "percent",
