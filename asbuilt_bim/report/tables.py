@@ -134,11 +134,17 @@ def photographed_areas(report: ProgressReport) -> dict[str, float]:
 
 def measured_words(group: GroupProgress, report: ProgressReport) -> str:
     """Write a group's measured area beside the design's of the same sides: `86.78 ± 0.44 of 112.40 m²`; "none"."""
-    sides = photographed_areas(report)
-    if not any(key in sides for key in group.elements):
+    design_m2 = photographed_of(group, report)
+    if design_m2 is None:
         return "none"
-    design_m2 = sum(sides.get(key, 0.0) for key in group.elements)
     return area_of(group.as_built_area_m2, group.as_built_sigma_m2, design_m2)
+
+
+def photographed_of(group: GroupProgress, report: ProgressReport) -> float | None:
+    """Return the design area (m2) of the sides of a group that were measured; None where none was."""
+    sides = photographed_areas(report)
+    found = [sides[key] for key in group.elements if key in sides]
+    return sum(found) if found else None
 
 
 def station_rows(report: ProgressReport) -> tuple[StationRow, ...]:

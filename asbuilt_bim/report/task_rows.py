@@ -1,11 +1,18 @@
 """The rows of tasks and of late elements, worked out once: csv, workbook and page only write them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 
 from asbuilt_bim.progress.completion.forecast import forecast_of
 from asbuilt_bim.progress.completion.moments import late_days
-from asbuilt_bim.progress.completion.planned import Knowledge, due_but_unknown, late_elements, verdict
+from asbuilt_bim.progress.completion.planned import (
+    Knowledge,
+    LateElement,
+    due_but_unknown,
+    late_elements,
+    verdict,
+)
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
 from asbuilt_bim.report.wording.notes import note_words
@@ -58,7 +65,7 @@ class TaskRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateRow:
-    """An element that should stand and was seen not to."""
+    """An element that should stand and was seen not to, or seen too little to say."""
 
     storey: str
     name: str
@@ -68,7 +75,8 @@ class LateRow:
     lower: float
     task: str
     due: date
-    late_days: int
+    late_days: int  # since it was due
+    is_sure: bool  # whether it was seen not to stand
 
 
 def task_rows(report: ProgressReport) -> tuple[TaskRow, ...]:
@@ -78,6 +86,15 @@ def task_rows(report: ProgressReport) -> tuple[TaskRow, ...]:
 
 def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
     """Return the late elements, the latest first."""
+    return _rows_of(late_elements(report), report, is_sure=True)
+
+
+def unclear_rows(report: ProgressReport) -> tuple[LateRow, ...]:
+    """Return the elements that should stand and were seen too little to say, the longest due first."""
+    return _rows_of(due_but_unknown(report), report, is_sure=False)
+
+
+def _rows_of(found: Sequence[LateElement], report: ProgressReport, *, is_sure: bool) -> tuple[LateRow, ...]:
     names = storey_names(report)
     return tuple(
         LateRow(
@@ -90,8 +107,9 @@ def late_rows(report: ProgressReport) -> tuple[LateRow, ...]:
             task=late.task,
             due=late.due,
             late_days=late.late_days,
+            is_sure=is_sure,
         )
-        for late in late_elements(report)
+        for late in found
     )
 
 

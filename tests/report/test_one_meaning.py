@@ -87,7 +87,7 @@ def of_workbook(path: Path) -> Days:
     found: list[dict[str, Any]] = [dict(zip(map(str, head), row, strict=True)) for row in rows]
     return {
         str(r["Task"]): (
-            number(r["Days late"]), number(r["Days behind plan"]), day(r["Forecast finish"]), day(r["Seen begun"]),
+            number(r["Days late"]), number(r["Days behind schedule"]), day(r["Forecast finish"]), day(r["Seen begun"]),
             day(r["Seen complete"]),
         )
         for r in found

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from datetime import date, datetime
@@ -18,6 +19,7 @@ from asbuilt_bim.report.schedule.msp import write_msp
 from asbuilt_bim.report.schedule.p6 import write_p6
 from asbuilt_bim.report.schedule.write import write_tasks_csv
 from asbuilt_bim.report.task_rows import late_words
+from asbuilt_bim.report.wording.of_workbook.columns import TASKS, UNCLEAR
 from asbuilt_bim.report.workbook.write import write_workbook
 from asbuilt_bim.schedule.read import read_schedule
 from tests.report.sample_report import HOSTILE_FORMULA, VISIT, renamed, sample_report
@@ -281,7 +283,7 @@ def test_the_table_the_workbook_and_the_page_tell_them_apart_too(tmp_path: Path)
     assert f"'{HOSTILE_FORMULA}" in rows
     write_workbook(report, tmp_path / "q.xlsx")
     sheet = openpyxl.load_workbook(tmp_path / "q.xlsx")["Tasks"]
-    cells = {row[0]: (row[5], row[6], row[7]) for row in sheet.iter_rows(min_row=2, values_only=True)}
+    cells = {row[0]: (row[5], row[8], row[6]) for row in sheet.iter_rows(min_row=2, values_only=True)}
     assert cells["zero"] == ("measured 0", 0, 0)
     assert cells["part"] == ("part measured", 0.6, 0.355)
     assert cells["unknown"] == ("unknown", "unknown", 0)
@@ -325,7 +327,33 @@ def test_late_elements_are_named_on_the_page_and_on_a_sheet(tmp_path: Path) -> N
     write_workbook(report, tmp_path / "q.xlsx")
     rows = list(openpyxl.load_workbook(tmp_path / "q.xlsx")["Late"].iter_rows(min_row=2, values_only=True))
     assert len(rows) == 2
-    assert rows[0][5:8] == ("Columns, ground floor", datetime(2026, 3, 13), 3)
+    assert rows[0][6:10] == ("Columns, ground floor", datetime(2026, 3, 13), 3, "late")
+
+
+def test_what_is_due_and_too_little_seen_stands_on_the_sheet_of_late_elements_marked_so(tmp_path: Path) -> None:
+    report = sample_report()
+    first = replace(report.elements[0], state="complete", as_far_as_seen=True)
+    unseen = replace(report.elements[2], state="unknown")
+    report = replace(report, elements=(first, report.elements[1], unseen, *report.elements[3:]))
+    write_workbook(report, tmp_path / "q.xlsx")
+    rows = list(openpyxl.load_workbook(tmp_path / "q.xlsx")["Late"].iter_rows(min_row=2, values_only=True))
+    told = {row[2]: (row[3], *row[8:10]) for row in rows}
+    assert told == {
+        report.elements[1].global_id: ("part", 3, "late"),
+        first.global_id: ("complete as far as seen", "unknown", UNCLEAR),
+        unseen.global_id: ("unknown", "unknown", UNCLEAR),
+    }
+    assert "1 element is late" in late_words(report) and "2 more should stand" in late_words(report)
+    page = page_html(report, {})
+    assert f"{first.name}</a> (complete as far as seen, at least" in page[page.index('id="late"') :]
+
+
+def test_the_schedule_is_called_so_and_never_the_plan_which_is_a_drawing(tmp_path: Path) -> None:
+    page = page_html(sample_report(), {})
+    for part in ("time", "tasks"):
+        text = page[page.index(f'<section id="{part}"') :].partition("</section>")[0]
+        assert "schedule" in text and not re.search(r">[^<]*\b[Pp]lan\b[^<]*<", text)
+    assert [c.heading for c in TASKS if "plan" in c.heading.lower().replace("planned", "")] == []
 
 
 def test_the_terminals_line_on_late_elements_holds_no_escape_sequence() -> None:

@@ -10,10 +10,11 @@ from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
-from asbuilt_bim.report.tables import element_rows, lost_stations, station_rows
+from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.tables import element_rows, lost_stations, photographed_of, station_rows
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.unstated import unstated_rejection
-from asbuilt_bim.report.wording.values import rate, share_bounds
+from asbuilt_bim.report.wording.values import area_of, rate, share_bounds
 from asbuilt_bim.report.workbook.write import workbook_bytes, write_workbook
 from asbuilt_bim.terminal.summary_table import summary
 from tests.report.sample_report import HOSTILE_FORMULA, UMLAUTS, renamed, sample_report
@@ -73,6 +74,32 @@ def test_the_money_of_the_lines_adds_up_to_the_total_to_the_cent_on_the_page():
     thirds = [replace(line, completion=replace(line.completion, best=0.5, coverage=0.8)) for line in thirds]
     (group,) = cost_groups(replace(report, cost_lines=tuple(thirds)))
     assert (group.planned, group.earned_best, group.earned_lower) == (1.36, 1.36, 1.36)
+
+
+def test_the_workbook_has_the_design_area_of_the_photographed_sides_and_the_pages_words():
+    report = sample_report()
+    book = openpyxl.load_workbook(io.BytesIO(workbook_bytes(report)))
+    heads = {name: [cell.value for cell in row] for name, row in (("Elements", book["Elements"][1]),)}
+    lines = list(book["Summary"].iter_rows(values_only=True))
+    at = next(index for index, row in enumerate(lines) if row[0] == "Storey")
+    heads["Summary"] = list(lines[at])
+    for found in heads.values():
+        assert {"At least", "Possibly", "Best estimate", "Seen"} <= set(found)
+        area = found.index("As-built area [m²], of the sides photographed")
+        assert found[area - 1] == "Design area [m²], of the sides photographed"
+    group = report.storeys[0]
+    row = dict(zip(heads["Summary"], lines[at + 1], strict=True))
+    assert row["Design area [m²], of the sides photographed"] == pytest.approx(photographed_of(group, report))
+    assert area_of(group.as_built_area_m2, group.as_built_sigma_m2, photographed_of(group, report)) in page_html(
+        report, {}
+    ).replace("&nbsp;", " ")
+    assert (row["At least"], row["Possibly"]) == pytest.approx((group.completion.lower, group.completion.upper))
+
+
+def test_the_page_says_beside_the_formula_that_pieces_count_whole() -> None:
+    page = page_html(sample_report(), {})
+    cost = page[page.index('id="cost"') :]
+    assert "completion × planned quantity" in cost and "whole pieces only" in cost
 
 
 def test_unknown_is_a_word_in_the_workbook_never_zero():

@@ -1,15 +1,16 @@
 """Planned against actual: what the plan wanted by the status date, how late a task is, which elements are late."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Literal
 
+from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
-from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, State, TaskProgress
+from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, ShownState, TaskProgress
 
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 """What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
@@ -27,12 +28,12 @@ class TaskVerdict:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateElement:
-    """An element that should stand, by every task that makes it, and was seen not to."""
+    """An element that should stand, by every task that makes it, and was seen not to, or seen too little to say."""
 
     element: ElementProgress
     task: str  # the one with the latest planned finish
     due: date
-    late_days: int
+    late_days: int  # since it was due
 
 
 def verdict(task: TaskProgress) -> TaskVerdict:
@@ -95,10 +96,10 @@ def days_behind(
     """Return how many whole days a task is behind its plan: by the best estimate, at least and at most.
 
     A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now.
-    At least: all that wasn't seen is built. At most: none of it is. A finished one was finished by the day that saw it
-    so. None was before the last day that saw something of it unfinished (`unfinished_on`). Negative is ahead. The first
-    is None where the completion is unknown, or the finish has passed and nothing was seen unfinished; all are where
-    there is no plan.
+    At least: all that wasn't seen is built, in time where that is all of it. At most: none of it is. A finished one was
+    finished by the day that saw it so, and none before the last day that saw something of it unfinished
+    (`unfinished_on`). Negative is ahead, so the first lies between the others. It is None where the completion is
+    unknown, or the finish has passed and nothing was seen unfinished; all are where there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):
@@ -106,7 +107,7 @@ def days_behind(
     seen = max(0, (unfinished_on - finish.date()).days if unfinished_on else 0)
     if task.actual_finish is not None:
         late = (task.actual_finish - finish.date()).days
-        return late, seen, late
+        return late, min(seen, late), late
     passed = days_past(finish, day)
     most = passed if start is None else _behind(start, finish, completion.lower, day, calendar)
     if task.late is None and passed:
@@ -114,14 +115,25 @@ def days_behind(
     if start is None:  # only whether the finish has passed is known
         return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else seen), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
-    least = 0 if completion.upper >= 1.0 else _behind(start, finish, completion.upper, day, calendar)
-    return best, max(seen, least), most
+    least = _behind(start, finish, completion.upper, day, calendar)
+    if completion.upper >= 1.0:  # what nobody saw unfinished may have been finished in time
+        least = min(least, 0)
+    return best, max(seen, least) if seen else least, most
 
 
 def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
     """Return the elements seen unfinished after the latest planned finish of their tasks, the latest first."""
+    return _past_due(report, ("part", "not started"))
+
+
+def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
+    """Return the elements that should stand and were seen too little to say: complete as far as seen ones, too."""
+    return _past_due(report, ("unknown", "complete as far as seen"))
+
+
+def _past_due(report: ProgressReport, states: Sequence[ShownState]) -> tuple[LateElement, ...]:
+    """Return the elements in some states after the latest planned finish of their tasks, the longest due first."""
     due = _due(report)
-    late: tuple[State, ...] = ("part", "not started")
     found = [
         LateElement(
             element=e,
@@ -130,19 +142,9 @@ def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
             late_days=days_past(due[e.global_id][0], report.visit_date),
         )
         for e in report.elements
-        if e.global_id in due and e.state in late and days_past(due[e.global_id][0], report.visit_date)
+        if e.global_id in due and e.shown_state in states and days_past(due[e.global_id][0], report.visit_date)
     ]
     return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
-
-
-def due_but_unknown(report: ProgressReport) -> tuple[ElementProgress, ...]:
-    """Return the elements that should stand and were seen too little to say."""
-    due = _due(report)
-    return tuple(
-        e
-        for e in report.elements
-        if e.state == "unknown" and e.global_id in due and days_past(due[e.global_id][0], report.visit_date)
-    )
 
 
 def calendar_of(report: ProgressReport) -> WorkCalendar:
@@ -150,21 +152,35 @@ def calendar_of(report: ProgressReport) -> WorkCalendar:
     return report.schedule.calendar if report.schedule else EVERY_DAY
 
 
+def due_by(tasks: Iterable[Task], day: date) -> set[str]:
+    """Return the elements that should stand by a day: every task that makes them should be finished."""
+    due = _last_finishes((task, task.global_id, task.name, task.elements) for task in tasks)
+    return {key for key, (finish, _) in due.items() if days_past(finish, day)}
+
+
 def _due(report: ProgressReport) -> Mapping[str, tuple[datetime, str]]:
-    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out.
+    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out."""
+    made = ((task, task.progress) for task in report.tasks)
+    return _last_finishes((task, group.key, group.name, group.elements) for task, group in made)
+
+
+def _last_finishes(
+    tasks: Iterable[tuple[Task | TaskProgress, str, str, Sequence[str]]],
+) -> Mapping[str, tuple[datetime, str]]:
+    """Return what `_due` does, of tasks with their keys, names and elements.
 
     A row of the schedule file without any date, that is no task of the IFC, says nothing of when an element is due.
     """
     due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
-    for task in report.tasks:
-        for key in task.progress.elements:
+    for task, task_key, name, elements in tasks:
+        for key in elements:
             if task.schedule_finish is None:
-                if task.schedule_start is None and task.progress.key.startswith(SCHEDULE_KEY):
+                if task.schedule_start is None and task_key.startswith(SCHEDULE_KEY):
                     continue
                 open_ended.add(key)
             elif key not in due or task.schedule_finish.date() > due[key][0].date():
-                due[key] = (task.schedule_finish, task.progress.name)
+                due[key] = (task.schedule_finish, name)
     return {key: value for key, value in due.items() if key not in open_ended}
 
 

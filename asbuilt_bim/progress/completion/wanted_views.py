@@ -9,6 +9,7 @@ import numpy as np
 from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.completion.planned import due_by
 from asbuilt_bim.progress.report import ElementProgress, StationRecord, WantedView
 from asbuilt_bim.progress.surface import SurfaceState
 
@@ -40,14 +41,18 @@ def wanted_views(
     stations: Sequence[StationRecord],
     day: date,
 ) -> tuple[WantedView, ...]:
-    """Return a view an element, those that should be begun by the plan first, then by what they leave open in m2.
+    """Return a view an element: what should stand by now first, then what should be begun, then by open m2.
+
+    What should stand and leaves something open is late, or nobody can say whether it is.
 
     `elements` are by GlobalId, `surfaces` by face id; `stations` are the visit's.
     """
-    begun = begun_by(design, day)
+    begun, due = begun_by(design, day), due_by(design.tasks, day)
     open_m2 = {key: (e.completion.upper - e.completion.lower) * e.design_area_m2 for key, e in elements.items()}
     asked = [e for e in design.elements if _is_open(elements[e.global_id]) and e.faces]
-    asked.sort(key=lambda e: (e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id))
+    asked.sort(
+        key=lambda e: (e.global_id not in due, e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id)
+    )
     if not asked:
         return ()
     screens, places, floors = (

@@ -31,7 +31,7 @@ from asbuilt_bim.report.tables import (
     station_of,
     storey_names,
 )
-from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows, unclear_rows
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike, notes_alike, rejections_alike
 from asbuilt_bim.report.wording.reasons import words_of
 
@@ -57,7 +57,7 @@ def page_context(
     names = storey_names(report)
     cards = element_cards(report, now, earlier, then)
     step_of = {row.element.global_id: row for row in steps[:MOST_VIEWS]}
-    asked = step_of.keys() | {element.global_id for element in due_but_unknown(report)}
+    asked = step_of.keys() | {one.element.global_id for one in due_but_unknown(report)}
     unseen = {card.element.global_id for card in cards if card.is_unseen} - asked
     return {
         "report": report,
@@ -76,6 +76,7 @@ def page_context(
         "trend": trend_of(report, earlier),
         "earned": earned_curves(report, earlier),
         "stations": stations,
+        "station_number": {card.row.name: number for number, card in enumerate(stations)},
         "before": before,
         "since": since_rows(before, report) if before else (),
         "next_rows": steps,
@@ -120,7 +121,8 @@ def _planned(report: ProgressReport) -> Context:
         "late": late,
         "plan_words": plan_words(report),
         "late_words": late_words(report),
-        "due_unknown": due_but_unknown(report),
+        "due_unknown": unclear_rows(report),
+        "due": {**{row.global_id: "due" for row in unclear_rows(report)}, **{row.global_id: "late" for row in late}},
         "cost_groups": cost_groups(report),
         "money_due": money_due(report),
         "matrix": matrix_of(report, frozenset(row.global_id for row in late)),

@@ -11,6 +11,7 @@ from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.page.trades import Trades, trades_of
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
+from asbuilt_bim.report.wording.of_page.money_words import period_words, terms_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,8 +49,9 @@ class Due:
     due: float
     certified: float  # in all, before retention and tax
     contract: float
-    retention: float  # as a share, kept back of what is due
-    tax: float  # as a share, in what is due
+    since: str  # in words: when the period began
+    terms: str  # in words: retention and tax, and which of them isn't set
+    is_net: bool  # whether neither of them is in what is due
 
 
 def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
@@ -72,7 +74,8 @@ def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
 def money_due(report: ProgressReport) -> tuple[Due, ...]:
     """Return what each bill owes; none where the design has no cost lines."""
     made = [bill for bill in bills(report) if bill.lines]
-    terms = (report.valuation or NO_INPUTS).terms
+    inputs = report.valuation or NO_INPUTS
+    last = inputs.certificates[-1] if inputs.certificates else None
     return tuple(
         Due(
             name=bill.schedule if len(made) > 1 else "",
@@ -80,8 +83,9 @@ def money_due(report: ProgressReport) -> tuple[Due, ...]:
             due=bill.period.payable,
             certified=bill.cumulative.gross,
             contract=bill.contract,
-            retention=terms.retention,
-            tax=terms.tax,
+            since=period_words(last, paid_before=bool(bill.previous.gross)),
+            terms=terms_words(inputs.terms),
+            is_net=not (inputs.terms.retention or inputs.terms.tax),
         )
         for bill in made
     )

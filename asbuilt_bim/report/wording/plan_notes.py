@@ -8,7 +8,7 @@ from asbuilt_bim.report.wording.template import Template, filled
 _TASK = "task {task}: "
 _ITEM = "cost item {item}: "
 _LOST = "cost item {item} left out: "
-_NO_PLAN = "It has no plan here: correct the schedule"
+_NO_PLAN = "It has no planned dates here: correct the schedule"
 _FILE = "Schedule {subject.name}: "
 _ROW = "Schedule, task '{subject.name}': "
 
@@ -40,7 +40,8 @@ _DATES: Mapping[Reason, Template] = {
     "element is due when its last task is",
     Reason.FINISH_WORKED_OUT: "{count:# task has|# tasks have} a start and a duration but no finish. The calendar "
     "gives it: {tasks:list}{more}",
-    Reason.PLANS_DIFFER: f"{_TASK}it stands in {{schedules}} schedules with other dates in each. It has no plan here",
+    Reason.PLANS_DIFFER: f"{_TASK}it stands in {{schedules}} schedules with other dates in each. It has no "
+    "planned dates here",
     Reason.DATE_UNREADABLE: f"{_TASK}its {{end}} '{{written}}' is no date. {_NO_PLAN}",
     Reason.FINISH_BEFORE_START: f"{_TASK}its finish {{finish}} is before its start {{start}}. {_NO_PLAN}",
     Reason.FINISH_UNKNOWN: f"{_TASK}it has a start and a duration ({{duration}}) but no finish, and no calendar gives "

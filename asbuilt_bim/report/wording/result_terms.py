@@ -53,7 +53,7 @@ TERMS = {
     "ProgressReport.stations": "Stations that were measured.",
     "rejections": "Stations, markers and other things left out, with the reason.",
     "unmatched": "Measured faces that belong to no design face, with the reason.",
-    "wanted_views": "What to photograph next, a side an element: what the plan has begun first, then by open_m2.",
+    "wanted_views": "What to photograph next, a side an element: what is due first, then what should have begun.",
     "WantedView.element": "GlobalId of the element.",
     "begun": "Whether the plan has begun it by the visit's day; true where it has no plan.",
     "open_m2": "Of the element's design area, what lies between its bounds.",

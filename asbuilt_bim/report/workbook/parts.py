@@ -9,6 +9,7 @@ from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import NO_STOREY
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS as COLUMNS
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import PARTS_TITLE
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, letter, letter_of
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
@@ -36,7 +37,7 @@ def write_parts(
     sheet: Worksheet, made: Sequence[Bill], title: str, storeys: dict[str, str], counts: bool, styles: Styles
 ) -> None:
     """Write a row for each element of each line, and one for what isn't measured of a line."""
-    titled(sheet, title, "Cost by element. It feeds the bill.", styles)
+    titled(sheet, title, PARTS_TITLE, styles)
     write_head(sheet, HEAD, COLUMNS, styles)
     lines = sum(len(bill.lines) for bill in made)
     rows, amounts = rows_of(made), [pair for bill in made for line in bill.lines for pair in line.amounts()]

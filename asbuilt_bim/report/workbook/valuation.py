@@ -12,8 +12,10 @@ from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.notes import CODES
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page.alike import doubts_alike
+from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
-from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, persons_words
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, in_doubt_words, persons_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import VARIATIONS as VARIATION_COLUMNS
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
@@ -58,7 +60,7 @@ def write_valuation(
     sheet.set_row(0, 24)
     write_cell(sheet, 0, 0, f"Valuation {inputs.number}", "text", styles, "title")
     last = inputs.certificates[-1] if inputs.certificates else None
-    before = f"Valuation {last.number}, signed {last.signed_on} by {last.signed_by}" if last else "none"
+    before = f"Valuation {last.number}, signed {last.signed_on} by {last.signed_by}" if last else _none_before(made)
     head: tuple[tuple[str, str, Cell, str], ...] = (
         ("Project", "", report.project_name, "text"),
         ("Valuation", "valuation_number", inputs.number, "count"),
@@ -78,6 +80,8 @@ def write_valuation(
     ):
         write_cell(sheet, row, 0, f"{label} (blue: may be overwritten)", "text", styles)
         write_cell(sheet, row, 1, share, "percent2", styles, "input")
+        unset = Formula(f'=IF({name}=0,"{NOT_SET}","")', "" if share else NOT_SET)
+        write_cell(sheet, row, 2, unset, "text", styles, "plain")
         _name(book, name, row, 1)
         row += 1
     for bill in made:
@@ -85,7 +89,7 @@ def write_valuation(
     row = _signatures(book, sheet, row + 1, styles)
     notes = [note_words(note) for note in report.notes if note.code in CODES]
     persons = persons_words(len(inputs.overrides), len(inputs.rates), len(inputs.variations))
-    row = _paragraphs(sheet, row + 1, "Before you sign", [*notes, persons], styles)
+    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made), *notes, persons], styles)
     row = _paragraphs(sheet, row + 1, "How it is worked out", SIGNING_RULES, styles)
     write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
     write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")
@@ -104,6 +108,17 @@ def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) 
         row += 1
         write_paragraph(sheet, row, _LAST, str(words_of(fault)), sum(_WIDTHS), styles)
     return row + 2
+
+
+def _none_before(made: Sequence[Bill]) -> str:
+    return "none" if any(bill.previous.gross for bill in made) else FIRST
+
+
+def _in_doubt(made: Sequence[Bill]) -> list[str]:
+    """Return what the page asks to look at of the elements that something is certified of."""
+    rows = [row for bill in made for line in bill.lines for row in line.rows if row.certified]
+    paid = {row.global_id: row.element for row in rows if row.element is not None}
+    return [in_doubt_words(one) for one in doubts_alike(tuple(paid.values()))]
 
 
 def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tuple[int, int], styles: Styles) -> int:

@@ -14,10 +14,11 @@ from asbuilt_bim.report.tables import (
     StationRow,
     element_rows,
     group_rows,
+    photographed_of,
     station_rows,
     storey_names,
 )
-from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows
+from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows, unclear_rows
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_workbook.columns import (
     ELEMENTS,
@@ -26,6 +27,7 @@ from asbuilt_bim.report.wording.of_workbook.columns import (
     STATIONS,
     STOREYS,
     TASKS,
+    UNCLEAR,
     Column,
 )
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
@@ -78,9 +80,10 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     _summary(book.add_worksheet("Summary"), report, styles)
     _write_money(book, report, styles)
     elements = [_element(row) for row in element_rows(report)]
-    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=13)
+    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=14)
     _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
-    _table(book.add_worksheet("Late"), LATE, [_late(row) for row in late_rows(report)], styles, keep=2)
+    late = [_late(row) for row in (*late_rows(report), *unclear_rows(report))]
+    _table(book.add_worksheet("Late"), LATE, late, styles, keep=2)
     _table(book.add_worksheet("Stations"), STATIONS, [_station(row) for row in station_rows(report)], styles, keep=1)
     _notes(book.add_worksheet("Notes"), report, styles)
     book.close()
@@ -137,7 +140,7 @@ def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     groups = group_rows(report)
     for index, (name, group) in enumerate(groups):
         role = "total" if index == len(groups) - 1 else "body"
-        write_row(sheet, row + 1 + index, _group(name, group), STOREYS, styles, role)
+        write_row(sheet, row + 1 + index, _group(name, group, photographed_of(group, report)), STOREYS, styles, role)
     row += len(groups) + 2
     for note in report.notes:
         write_cell(sheet, row, 0, note_words(note), "text", styles)
@@ -171,7 +174,7 @@ def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[StationRow], 
     return row + 2
 
 
-def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
+def _group(name: str, group: GroupProgress, photographed_m2: float | None) -> tuple[Cell, ...]:
     """Lay out a storey."""
     done = group.completion
     seen = group.as_built_area_m2 > 0.0 or done.coverage > 0.0
@@ -185,11 +188,12 @@ def _group(name: str, group: GroupProgress) -> tuple[Cell, ...]:
         group.displaced,
         group.unknown,
         group.design_area_m2,
+        photographed_m2,
         group.as_built_area_m2 if seen else None,
         group.as_built_sigma_m2 if seen else None,
-        done.best_shown,
         done.lower,
         done.upper,
+        done.best_shown,
         done.coverage,
     )
 
@@ -201,11 +205,12 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.name,
         row.state,
         row.design_area_m2,
+        row.photographed_m2,
         row.as_built_area_m2,
         row.sigma_m2,
-        row.best,
         row.lower,
         row.upper,
+        row.best,
         row.coverage,
         row.offset_mm,
         row.tolerance,
@@ -227,9 +232,9 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         row.name,
         *(date or "" for date in dates),
         row.knowledge,
-        done.best_shown,
         done.lower,
         done.upper,
+        done.best_shown,
         done.coverage,
         "" if row.planned is None else row.planned,
         row.behind_days if row.has_plan else "",
@@ -244,8 +249,10 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
 
 
 def _late(row: LateRow) -> tuple[Cell, ...]:
-    """Lay out a late element."""
-    return (row.storey, row.name, row.global_id, row.state, row.best, row.task, row.due, row.late_days)
+    """Lay out an element that is late, or may be."""
+    days = row.late_days if row.is_sure else None
+    what = "late" if row.is_sure else UNCLEAR
+    return (row.storey, row.name, row.global_id, row.state, row.lower, row.best, row.task, row.due, days, what)
 
 
 def _station(row: StationRow) -> tuple[Cell, ...]:

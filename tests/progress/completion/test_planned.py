@@ -57,9 +57,18 @@ def test_no_plan_gives_no_share() -> None:
 def test_a_task_is_as_late_as_the_plan_is_ahead_of_it() -> None:
     # 30 % stands at the end of 6 March; the plan wanted 30 % at the end of 4 March
     assert days_behind(task(done(0.3)), done(0.3), date(2026, 3, 6)) == (2, 2, 2)
-    assert days_behind(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, 0, -2)
-    # half of it unknown: by the best estimate on time, and not more than two days late
-    assert days_behind(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, 0, 2)
+    assert days_behind(task(done(0.7)), done(0.7), date(2026, 3, 6)) == (-2, -2, -2)
+    # half of it unknown: by the best estimate on time, two days ahead at best, two behind at worst
+    assert days_behind(task(done(0.5, 0.3, 0.7)), done(0.5, 0.3, 0.7), date(2026, 3, 6)) == (0, -2, 2)
+
+
+def test_the_days_by_the_best_estimate_lie_between_best_and_worst_case() -> None:
+    for day in (date(2026, 3, 1), date(2026, 3, 6), date(2026, 3, 11), date(2026, 3, 30)):
+        for lower, best, upper in ((0.0, 0.0, 0.4), (0.55, 0.9, 1.0), (0.62, 0.8, 0.85), (1.0, 1.0, 1.0)):
+            said = days_behind(task(done(best, lower, upper)), done(best, lower, upper), day)
+            assert None not in said and said[1] <= said[0] <= said[2], (day, lower, said)  # type: ignore[operator]
+    early = task(done(1.0), actual_finish=date(2026, 3, 8))
+    assert days_behind(early, early.progress.completion, date(2026, 3, 30)) == (-4, -4, -4)
 
 
 def test_what_was_nowhere_seen_unfinished_is_late_by_no_number() -> None:
@@ -71,7 +80,7 @@ def test_what_was_nowhere_seen_unfinished_is_late_by_no_number() -> None:
 def test_a_plan_at_the_end_of_time_breaks_nothing() -> None:
     last, end = datetime(9999, 12, 30), datetime(9999, 12, 31, 23)
     plan = task(done(0.5), schedule_start=last, schedule_finish=end)
-    assert days_behind(plan, done(0.5), date(2026, 3, 6))[1] == 0
+    assert len(set(days_behind(plan, done(0.5), date(2026, 3, 6)))) == 1
     with pytest.raises(ValueError, match="too little working time"):
         EVERY_DAY.after(end, 48.0)
 
@@ -138,5 +147,8 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     assert late_elements(replace(report, tasks=(*report.tasks, row))) == late, "a blank row of a table hides lateness"
     assert due_but_unknown(report) == ()
     unseen = replace(report, elements=tuple(replace(e, state="unknown") for e in report.elements))
-    assert {e.global_id for e in due_but_unknown(unseen)} >= {one.element.global_id for one in late}
+    ids = {one.element.global_id for one in late}
+    assert {one.element.global_id for one in due_but_unknown(unseen)} >= ids
+    far = tuple(replace(e, state="complete", as_far_as_seen=True) for e in report.elements)
+    assert {one.element.global_id for one in due_but_unknown(replace(report, elements=far))} >= ids
     assert late_elements(unseen) == ()

@@ -88,6 +88,21 @@ def test_what_is_known_is_not_asked_for_and_what_the_plan_has_not_begun_comes_la
     assert [(view.element, view.begun) for view in views] == [("short", True), ("long", False)]
 
 
+def test_what_should_stand_by_now_comes_before_what_is_larger_and_has_only_begun() -> None:
+    def task(name: str, finish: datetime, *elements: str) -> Task:
+        return Task(
+            global_id=name, name=name, identification="", elements=elements, schedule_start=datetime(2026, 3, 1),
+            schedule_finish=finish,
+        )  # fmt: skip
+
+    due = (task("due", datetime(2026, 3, 15, 17), "short"), task("under way", datetime(2026, 3, 29), "long"))
+    assert [view.element for view in wanted(model([LONG, SHORT], tasks=due))] == ["short", "long"]
+    today = (task("due", datetime(2026, 3, 16, 17), "short"), due[1])  # not late before tomorrow
+    assert [view.element for view in wanted(model([LONG, SHORT], tasks=today))] == ["long", "short"]
+    again = (*due, task("later", datetime(2026, 4, 2), "short"))  # a later task makes it, too
+    assert [view.element for view in wanted(model([LONG, SHORT], tasks=again))] == ["long", "short"]
+
+
 def test_a_wall_that_is_half_seen_is_asked_for_where_it_was_not_seen() -> None:
     half = polygon.box(0.0, 0.0, 4.0, 3.0)
     rest = polygon.box(4.0, 0.0, 8.0, 3.0)

@@ -66,6 +66,10 @@ def test_late_is_said_in_words_beside_the_bar() -> None:
     page = page_html(late, {})
     assert re.search(r'class="chip loud">late by 6 days', page[page.index('id="gantt"') :])
     unsure = replace(late, tasks=(replace(task, late=None),))
+    stands = replace(task.progress, complete=3, part=0, not_started=0, unknown=0)
+    assert rows(gantt(replace(unsure, tasks=(replace(task, late=None, progress=stands),))))[0].late == (
+        "due, not all of it certain"
+    )
     assert "too little seen" in rows(gantt(unsure))[0].late and not rows(gantt(unsure))[0].is_late
 
 
@@ -133,6 +137,6 @@ def test_what_has_no_planned_dates_is_in_neither_curve() -> None:
 
 def test_behind_or_ahead_is_said_only_where_it_is_certain() -> None:
     day = date(2026, 3, 16)
-    assert "behind the plan by 40" in earned_words(10.0, 60.0, 100.0, "EUR", day)
-    assert "ahead of the plan by 10" in earned_words(110.0, 160.0, 100.0, "EUR", day)
+    assert "behind the schedule by 40" in earned_words(10.0, 60.0, 100.0, "EUR", day)
+    assert "ahead of the schedule by 10" in earned_words(110.0, 160.0, 100.0, "EUR", day)
     assert "Too little was seen" in earned_words(10.0, 160.0, 100.0, "EUR", day)

@@ -15,13 +15,15 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.progress.report import Completion, ProgressReport, WantedView
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.inputs import Certificate, Terms
 from asbuilt_bim.report.page.matrix import matrix_of
 from asbuilt_bim.report.page.plan import storey_plans
 from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
-from asbuilt_bim.report.wording.of_page.card_words import why_words
+from asbuilt_bim.report.wording.of_page.card_words import sides_words, why_words
+from asbuilt_bim.report.wording.of_page.money_words import period_words, terms_words
 from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
 from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
@@ -186,6 +188,8 @@ def test_every_link_on_the_page_leads_to_something() -> None:
     report = sample_report()
     report = replace(report, wanted_views=(wanted(report, 0, 0.0, 5.0),))
     page = page_html(report, {station.name: sample_picture() for station in report.stations[:2]})
+    notice = page[page.index("Please look at") :].partition("</section>")[0]
+    assert 'href="#s-0">picture A1</a>' in notice and '<div class="station" id="s-0">' in page
     ids = set(re.findall(r'id="([^"]+)"', page))
     assert {link for link in re.findall(r'href="#([^"]+)"', page)} <= ids
 
@@ -253,8 +257,31 @@ def test_the_money_due_is_the_valuations_and_a_fault_stands_beside_it() -> None:
     for bill in bills(report):
         assert text_of(f"{number(bill.period.payable)} {bill.currency} for this period") in first
     assert "Nothing should be paid" not in first
+    assert "everything since the start, as no valuation was signed yet" in first
+    assert "Retention and tax not set." in first
     values = {"turn_rad": 0.0, "move_x_m": 0.0, "move_y_m": 0.0, "move_z_m": 3.1, "more": 24}
     doubt = Rejection(code=Reason.SURVEY_SHIFTED_IN_HEIGHT, subject=about(SubjectKind.SURVEY), values=values)
     faulty = replace(report, rejections=(doubt, *report.rejections))
     page = page_html(faulty, {})
     assert "Nothing should be paid" in page[page.index("Money due") : page.index("<nav")]
+
+
+def test_a_period_says_since_when_it_runs_and_an_unset_term_is_no_silent_0() -> None:
+    signed = Certificate(number=2, visit=date(2026, 3, 2), signed_on=date(2026, 3, 5), signed_by="Ann", totals=())
+    assert period_words(signed, paid_before=True) == "since valuation 2, signed 2026-03-05"
+    assert period_words(None, paid_before=True).startswith("since what was certified before")
+    assert terms_words(Terms(retention=0.05, tax=0.19)) == "after 5 % retention and with 19 % tax"
+    assert terms_words(Terms(tax=0.19)) == "with 19 % tax, retention not set"
+
+
+def test_a_card_says_that_one_side_is_enough_where_the_others_were_not_seen() -> None:
+    first = sample_report().elements[0]
+    whole = replace(first, state="complete", completion=done(1.0, 1.0, 1.0, 1.0), surface_coverage=0.627)
+    told = sides_words(whole)
+    assert told.startswith("Complete by the sides that were seen") and told.endswith("62 % was seen")
+    part = sides_words(replace(whole, state="part", completion=done(0.5, 1.0, 0.7)))
+    assert part.startswith("A part counts as seen by one of its sides") and "62 %" in part
+    assert sides_words(replace(whole, surface_coverage=1.0)) == ""
+    report = sample_report()
+    page = page_html(replace(report, elements=(whole, *report.elements[1:])), {})
+    assert f"seen: 100 %. {told}." in text_of(page)

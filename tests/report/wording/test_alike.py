@@ -51,4 +51,7 @@ def test_the_page_lists_what_a_warning_concerns_once() -> None:
     assert len(doubts_alike(torn)[0].concerns) == len(torn)
     page = page_html(replace(report, elements=torn, rejections=tuple(map(marker, range(30)))), {})
     notice = page[page.index("Please look at") :].partition("</section>")[0]
+    for element in torn:
+        assert f'href="#e-{element.global_id}"' in notice
+        assert all(f">picture {name}</a>" in notice for name in element.stations)
     assert notice.count("<li>") == 3 and "<strong>30</strong> times" in notice and "marker 29" in notice

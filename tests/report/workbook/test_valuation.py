@@ -14,6 +14,9 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import Observation, Override, Terms, ValuationInputs, Variation
 from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.wording.of_page.alike import doubts_alike
+from asbuilt_bim.report.wording.values import number
 from asbuilt_bim.report.workbook.write import workbook_bytes
 from tests.report.sample_report import global_id, sample_report
 
@@ -186,3 +189,41 @@ def test_no_best_amount_stands_where_less_than_half_was_seen() -> None:
     assert f"Best (1 of {len(own)} lines unknown)" in heads
     bill = next(one for one in bills(report) if one.currency == first.currency)
     assert bill.best is None, "a sum without a line is no estimate of all, and may lie under what is certain"
+
+
+def before_you_sign(report: ProgressReport) -> str:
+    texts = [str(cell.value) for cell in book(report, values=True)["Valuation"]["A"]]
+    return "\n".join(texts[texts.index("Before you sign") : texts.index("How it is worked out")])
+
+
+def test_what_the_page_asks_to_look_at_stands_where_one_signs_if_it_is_paid() -> None:
+    report = valued()
+    torn = [element for element in report.elements if element.cells_conflict]
+    (page,) = doubts_alike(torn)
+    assert f"Look before you pay: {page.line}." in before_you_sign(report)
+    lines = [replace(line, elements=(), parts={}) for line in report.cost_lines]
+    assert "Look before you pay" not in before_you_sign(replace(report, cost_lines=tuple(lines)))
+
+
+def test_the_sheet_says_that_it_is_the_first_and_which_terms_are_not_set() -> None:
+    def text(report: ProgressReport) -> list[str]:
+        return [str(c.value) for row in book(report, values=True)["Valuation"].iter_rows() for c in row if c.value]
+
+    none = text(with_valuation(sample_report(), ValuationInputs()))
+    assert none.count("not set") == 2 and any("everything since the start" in one for one in none)
+    assert "not set" not in text(valued())
+
+
+def test_what_looks_like_a_sum_error_is_said_where_it_stands() -> None:
+    report = valued()
+    made = book(report, values=True)
+    assert "share of the contract quantity" in str(made["Cost by element"]["A2"].value)
+    page = page_html(report, {})
+    assert "before each line is rounded" in page
+    row = max(rows(made, "Cost by element"), key=lambda one: abs(float(str(one["Before the line"]))))
+    assert f"{number(float(str(row['Before the line'])))} of it certain" in page
+
+
+def test_the_sheet_to_sign_says_that_one_side_is_enough() -> None:
+    text = " ".join(str(cell.value) for cell in book(valued())["Valuation"]["A"])
+    assert "One side is enough" in text and "formwork too" in text and "never what nobody saw" not in text

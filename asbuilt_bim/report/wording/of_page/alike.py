@@ -1,7 +1,7 @@
 """Warnings that say the same of several things, as one line with a count and the list of what it concerns."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from asbuilt_bim.codes import Note
 from asbuilt_bim.errors import Rejection
@@ -23,6 +23,7 @@ class Alike:
 
     words: str
     concerns: tuple[str, ...] = ()
+    elements: tuple[ElementProgress, ...] = ()  # that a page leads to, with their pictures
 
     @property
     def line(self) -> str:
@@ -59,7 +60,9 @@ def doubts_alike(elements: Sequence[ElementProgress]) -> tuple[Alike, ...]:
     """Return what to look at before elements are paid for: photos that disagree, then doubts, by what they say."""
     torn = [(plain(e.name) or e.global_id, e) for e in elements if e.cells_conflict > 0]
     found: dict[str, list[tuple[str, str]]] = {}
+    whom: dict[str, dict[str, ElementProgress]] = {}
     for name, element in torn:
+        whom.setdefault(PHOTOS_DISAGREE, {})[element.global_id] = element
         about = f"{name} ({', '.join(element.stations)})" if element.stations else name
         whole = photos_disagree(element.kind, element.name, element.stations)
         found.setdefault(PHOTOS_DISAGREE, []).append((about, whole))
@@ -67,7 +70,8 @@ def doubts_alike(elements: Sequence[ElementProgress]) -> tuple[Alike, ...]:
         for note in element.doubts:
             text, name = note_words(note), plain(element.name) or element.global_id
             found.setdefault(text, []).append((name, f"{name}: {text}"))
-    return tuple(_together(said, kept) for said, kept in found.items())
+            whom.setdefault(text, {})[element.global_id] = element
+    return tuple(replace(_together(said, kept), elements=tuple(whom[said].values())) for said, kept in found.items())
 
 
 def days_alike(warnings: Iterable[tuple[str, str]]) -> tuple[str, ...]:

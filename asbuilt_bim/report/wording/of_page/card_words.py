@@ -2,7 +2,7 @@
 
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, StationRecord
 from asbuilt_bim.report.wording.completion import seen_words
-from asbuilt_bim.report.wording.values import day, number, plain
+from asbuilt_bim.report.wording.values import day, number, percent_certain, plain
 
 
 def worth_words(line: CostProgress, worth: float, certain: float) -> str:
@@ -23,6 +23,16 @@ def why_words(element: ElementProgress) -> str:
         return ""
     best = element.completion.best
     return f"{seen}, {'all' if best is not None and best >= 1.0 - 1e-9 else 'nearly all'} of that built"
+
+
+def sides_words(element: ElementProgress) -> str:
+    """Say that a part counts by one side, and how much of all sides was seen; "" where that is as much as counts."""
+    if element.completion.coverage - element.surface_coverage < 0.005:
+        return ""
+    sides = f"of the area of all its sides {percent_certain(element.surface_coverage)} was seen"
+    if element.state == "complete":
+        return f"Complete by the sides that were seen, for one side is enough; {sides}"
+    return f"A part counts as seen by one of its sides; {sides}"
 
 
 def cut_title(element: ElementProgress, station: StationRecord | None, *, should_stand: bool) -> str:

@@ -44,14 +44,18 @@ def lateness_words(task: TaskRow, today: date) -> str:
     if task.late:
         return "late"
     due = task.planned_finish is not None and task.planned_finish.date() < today
-    return "due, too little seen to say" if task.late is None and due else ""
+    if task.late is not None or not due:
+        return ""
+    if task.complete == task.elements:  # each stands, and not as much of it is certain as finishes a task
+        return "due, not all of it certain"
+    return "due, too little seen to say"
 
 
 def trend_words(visits: Sequence[Bounds], planned_now: float | None, elements: int, of: int) -> str:
-    """Say what each visit knew, and what the plan wants by now; of so many elements of all."""
+    """Say what each visit knew, and what the schedule wants by now; of so many elements of all."""
     known = [f"{day(one.day)}: at least {percent_certain(one.lower)}, possibly {at_most(one.upper)}." for one in visits]
     if planned_now is not None:
-        known.append(f"The plan wants {percent(planned_now)} by now.")
+        known.append(f"The schedule wants {percent(planned_now)} by now.")
     if elements != of:
         known.append(f"Of the {elements} of {of} elements that have planned dates.")
     return " ".join(known)
@@ -63,11 +67,11 @@ def group_row_words(tasks: int, late: int) -> str:
 
 
 def earned_words(certain: float, possible: float, planned: float, currency: str, status: date) -> str:
-    """Say how what was earned stands against what the plan wanted by a day, without cents."""
+    """Say how what was earned stands against what the schedule wanted by a day, without cents."""
     low, high, wanted = number(certain, 0), number(possible, 0), number(planned, 0)
-    known = f"By {day(status)} the plan wanted {wanted} {currency}. At least {low} was earned, possibly {high}."
+    known = f"By {day(status)} the schedule wanted {wanted} {currency}. At least {low} was earned, possibly {high}."
     if certain >= planned:
-        return f"{known} That is ahead of the plan by {number(certain - planned, 0)} at least."
+        return f"{known} That is ahead of the schedule by {number(certain - planned, 0)} at least."
     if possible < planned:
-        return f"{known} That is behind the plan by {number(planned - possible, 0)} at least."
-    return f"{known} Too little was seen to say whether that is behind the plan."
+        return f"{known} That is behind the schedule by {number(planned - possible, 0)} at least."
+    return f"{known} Too little was seen to say whether that is behind the schedule."

@@ -8,7 +8,7 @@ _BEST = (
 )
 _LOWER = "What is certain: everything that was not seen counts as not built."
 _UPPER = "What is possible: everything that was not seen counts as built."
-_COVERAGE = "Share that was seen and decided."
+_COVERAGE = "Share that was seen, from one side or more, and decided."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,12 +36,18 @@ STOREYS = (
     _column("Displaced", "count", 10, "Elements built beside their design: nothing of them counts until accepted."),
     _column("Unknown", "count", 10, "Elements of which too little was seen."),
     _column("Design area [m²]", "area", 13, "Exposed lateral surface of the design."),
+    _column(
+        "Design area [m²], of the sides photographed",
+        "area",
+        13,
+        "Design area of the sides that were measured: the as-built area stands beside it.",
+    ),
     _column("As-built area [m²], of the sides photographed", "area", 13, "Measured area; only what photos show."),
     _column("Sigma [m²]", "quantity", 10, "Standard deviation of the as-built area (about 2 in 3 lie within)."),
-    _column("Completion best", "percent", 12, "Best estimate; unknown where less than half was seen."),
-    _column("Completion lower", "percent", 12, _LOWER),
-    _column("Completion upper", "percent", 12, _UPPER),
-    _column("Coverage", "percent", 11, _COVERAGE),
+    _column("At least", "percent", 12, _LOWER),
+    _column("Possibly", "percent", 12, _UPPER),
+    _column("Best estimate", "percent", 12, "Best estimate; unknown where less than half was seen."),
+    _column("Seen", "percent", 11, _COVERAGE),
 )
 
 ELEMENTS = (
@@ -50,16 +56,22 @@ ELEMENTS = (
     _column("State", "text", 22, "complete, complete as far as seen, part, not started, displaced, or unknown."),
     _column("Design area [m²]", "area", 10, "Exposed lateral surface of the design: openings and contact taken off."),
     _column(
+        "Design area [m²], of the sides photographed",
+        "area",
+        13,
+        "Design area of the sides that were measured: the as-built area stands beside it.",
+    ),
+    _column(
         "As-built area [m²], of the sides photographed",
         "area",
         13,
         "Area of the union of all measured outlines; only what photos show.",
     ),
     _column("Sigma [m²]", "quantity", 9, "Standard deviation of the as-built area."),
-    _column("Completion best", "percent", 11, _BEST),
-    _column("Completion lower", "percent", 11, _LOWER),
-    _column("Completion upper", "percent", 11, _UPPER),
-    _column("Coverage", "percent", 10, _COVERAGE),
+    _column("At least", "percent", 11, _LOWER),
+    _column("Possibly", "percent", 11, _UPPER),
+    _column("Best estimate", "percent", 11, _BEST),
+    _column("Seen", "percent", 10, _COVERAGE),
     _column(
         "Offset [mm]",
         "millimetres",
@@ -87,24 +99,25 @@ TASKS = (
         14,
         "measured; part measured (the lower bound counts); measured 0 (seen, and nothing is there); unknown.",
     ),
-    _column("Completion best", "percent", 12, _BEST),
-    _column("Completion lower", "percent", 12, _LOWER),
-    _column("Completion upper", "percent", 12, _UPPER),
-    _column("Coverage", "percent", 10, _COVERAGE),
+    _column("At least", "percent", 12, _LOWER),
+    _column("Possibly", "percent", 12, _UPPER),
+    _column("Best estimate", "percent", 12, _BEST),
+    _column("Seen", "percent", 10, _COVERAGE),
     _column(
         "Planned by now",
         "percent",
         11,
-        "Share that the plan wants by the end of the visit's day; empty without a plan.",
+        "Share that the schedule wants by the end of the visit's day; empty without planned dates.",
     ),
     _column(
-        "Days behind plan",
+        "Days behind schedule",
         "count",
         8,
-        "Days behind plan by the best estimate; negative: ahead; empty without a plan.",
+        "By the best estimate: how long ago the schedule wanted as much as stands now, so it can be more than the days "
+        "late; negative: ahead; empty without planned dates.",
     ),
-    _column("Days behind plan, best case", "count", 9, "Best case: what was not seen counts as built."),
-    _column("Days behind plan, worst case", "count", 9, "Worst case: what was not seen counts as not built."),
+    _column("Days behind schedule, best case", "count", 9, "Best case: what was not seen counts as built."),
+    _column("Days behind schedule, worst case", "count", 9, "Worst case: what was not seen counts as not built."),
     _column(
         "Late",
         "text",
@@ -123,17 +136,25 @@ TASKS = (
     _column("Complete", "count", 10, "Elements seen complete."),
 )
 
+UNCLEAR = "unclear, too little seen"
+"""What an element is called that should stand, where photos don't say whether it does."""
+
 LATE = (
     _column("Storey", "text", 18, "Building storey."),
     _column(
-        "Element", "text", 30, "Name of the wall or column, seen unfinished after the planned finish of its last task."
+        "Element",
+        "text",
+        30,
+        "Name of the wall or column: unfinished, or seen too little to say, after the planned finish of its last task.",
     ),
     _column("GlobalId", "text", 25, "The element's GlobalId in the IFC file."),
-    _column("State", "text", 12, "part or not started."),
-    _column("Completion best", "percent", 12, _BEST),
+    _column("State", "text", 22, "part or not started; of unclear ones unknown, or complete as far as seen."),
+    _column("At least", "percent", 12, _LOWER),
+    _column("Best estimate", "percent", 12, _BEST),
     _column("Task", "text", 34, "The task that should have finished it."),
     _column("Due", "date", 12, "Planned finish of that task."),
-    _column("Days late", "count", 10, "Days from then to the visit; as on Tasks."),
+    _column("Days late", "count", 10, "Days from then to the visit, as on Tasks; unknown where it is unclear."),
+    _column("Late", "text", 26, f"late: seen unfinished. {UNCLEAR}: nobody can say."),
 )
 
 STATIONS = (

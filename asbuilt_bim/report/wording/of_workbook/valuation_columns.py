@@ -1,5 +1,6 @@
 """The columns of the workbook's valuation, and what each one means."""
 
+from asbuilt_bim.report.wording.of_page.alike import MOST_NAMED, Alike
 from asbuilt_bim.report.wording.of_workbook.columns import Column
 
 ROUNDED = (
@@ -57,6 +58,10 @@ BILL = (
     _column("Key", "text", 26, "What the program knows the line by. Leave it as it is."),
 )
 
+PARTS_TITLE = (
+    "Cost by element. It feeds the bill. Quantity is the element's share of the contract quantity, so it may differ "
+    "from its own in the design."
+)
 COST_PARTS = (
     _column("No.", "count", 5, "The line's number in Bill."),
     _column("Item", "text", 9, "Identification of the line."),
@@ -64,13 +69,16 @@ COST_PARTS = (
     _column("Storey", "text", 14, "The element's storey."),
     _column("State", "text", 12, "The element's state, by photos."),
     _column("Unit", "text", 6, "The line's own unit."),
-    _column("Quantity", "quantity", 11, "The element's part of the contract quantity, by what the line measures."),
+    _column("Quantity", "quantity", 11, "The element's share of the contract quantity, shared out by what the line "
+            "measures of each (volume, area, length, number). Where the contract "
+            "holds more than the design, so does each share."),
     _column(
         "Certain",
         "percent",
         9,
-        "What photos make certain of the element; what wasn't seen counts as not built (of a line that takes money off "
-        "as built). Of what is counted in pieces: 100 % if it was seen complete (not only as far as seen), else 0 %.",
+        "What photos make certain of the element; what was seen from no side counts as not built (of a line that takes "
+        "money off as built). One side that is seen built is enough for all sides. Of what is counted in pieces: 100 % "
+        "if it was seen complete (not only as far as seen), else 0 %.",
     ),
     _column("Best", "percent", 9, "The best estimate of the element; unknown where less than half was seen."),
     _column("Seen by a person", "percent", 10, "From the observations table. Beside the photos, never mixed in."),
@@ -149,7 +157,9 @@ WHY_NOTHING = {
     "none": "the IFC file has no cost items for walls or columns, and the project file names no costs.",
 }
 SIGNING_RULES = (
-    "Certified is what photos make certain, or what a person put in its place: never what nobody saw.",
+    "Certified is what photos make certain, or what a person put in its place.",
+    "One side is enough: where a photo shows it built, the part behind it counts with all its sides, formwork too.",
+    "What no photo shows from any side counts for nothing.",
     "Best is the best estimate by photos alone, of lines seen to at least half. Nothing is paid by it.",
     ROUNDED,
     "Retention is worked out on what is certified in all, tax on what this valuation adds.",
@@ -157,10 +167,16 @@ SIGNING_RULES = (
 )
 
 
+def in_doubt_words(one: Alike) -> str:
+    """Say what is in doubt of elements that are paid."""
+    rest = ". The column Notes on Elements names them all" if len(one.concerns) > MOST_NAMED else ""
+    return f"Look before you pay: {one.line}{rest}."
+
+
 def persons_words(overrides: int, rates: int, variations: int) -> str:
     """Say how much of a valuation persons set."""
     if not overrides + rates + variations:
-        return "No person changed anything: all of it follows from photos and costs."
+        return "No person changed anything: the amounts follow from photos and costs."
     counts = (("percentage", overrides), ("rate", rates), ("variation", variations))
     told = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
     return f"Set by persons, in yellow on their sheets: {told}."
