@@ -30,7 +30,7 @@ from asbuilt_bim.flow.measure_visit import Workplace
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
-from asbuilt_bim.progress.states import cell_states, decide, evidence, outlines, trust, votes
+from asbuilt_bim.progress.states import cell_states, decide, evidence, features, outlines, votes
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.scale.cache import Cache
 from benchmarks.site.site import EXPECTED_UNKNOWN, VISIBLE
@@ -79,16 +79,10 @@ def _no_cells(cells: Any, *_: Any) -> Any:
 
 
 RULES = (
+    Rule(name="patches before the design", module=features, function="_before", instead=none_of),
     Rule(
-        name="depth to a face's edges", module=trust, function="_to_its_edges",
-        instead=lambda samples, seen, options: seen.verdict == evidence.Verdict.NEAR,
+        name="outlines standing off", module=votes, function="stands_off", instead=lambda *_: False,
     ),
-    Rule(name="seen through between bars", module=votes, function="seen_through", instead=none_of),
-    Rule(name="seen through in a cage", module=trust, function="_in_a_cage", instead=none_of),
-    Rule(name="strips bridged", module=trust, function="bridged", instead=none_of),
-    Rule(name="wide enough", module=trust, function="wide", instead=lambda samples, flags, least: flags),
-    Rule(name="large enough to be open", module=votes, function="large_enough", instead=lambda s, chosen, *_: chosen),
-    Rule(name="outlines standing off", module=votes, function="standing_off", instead=none_of),
     Rule(name="bars by size and depth", module=outlines, function="looks_like_bars", instead=lambda *_: False),
     Rule(name="built hangs in the air", module=cell_states, function="_hanging", instead=_no_cells),
     Rule(name="open under built may be built", module=cell_states, function="_under", instead=_no_cells),

@@ -46,7 +46,8 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     """Decide each cell by its sides: built if any side is seen built, open if any is seen open, both is a conflict.
 
     A side decides a cell when enough of its samples there say the same, the unknown ones counted against it; fewer do
-    where not one contradicts. At a pour line, where no side is clear, the sides are counted together: no conflict.
+    where not one contradicts, nor did when it was last seen. At a pour line, where no side is clear, the sides are
+    counted together: no conflict.
     What hangs in the air isn't concrete, whatever else it may be: it stays unknown.
 
     Sides contradict one another in one cell by a mistake. Where they do in more cells than are decided, the element
@@ -63,10 +64,10 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     if not any(surface.built_uv_m or surface.open_uv_m for surface in surfaces):
         return CellStates(built=no, open=no, conflict=no, least=0.0 * no, most=1.0 - no, height=height)
     counts = _counts(element, cells, surfaces, options)[:, :, real]
-    total, built, opened = counts
+    total, built, opened, was_open = counts
     decided = built + opened
     share = built / np.maximum(decided, 1.0)
-    needed = np.where(built * opened > 0.0, options.decided_share, options.sole_share) * total
+    needed = np.where(built * (opened + was_open) > 0.0, options.decided_share, options.sole_share) * total
     says_built = (built >= needed) & (built > 0.0)
     says_open = (opened >= needed) & (opened > 0.0) & ~says_built
     enough = says_built | says_open
@@ -102,7 +103,7 @@ def _wherever_they_lie(
     stays = [wherever_it_lies(surface, along=cells.shape[0] > 1) for surface in surfaces]
     inner = cell_states(element, stays, options)
     were, kept = (
-        _counts(element, cells, given, options).sum(axis=1)[1:, cells.weight.ravel() > 0.0]
+        _counts(element, cells, given, options).sum(axis=1)[1:3, cells.weight.ravel() > 0.0]
         for given in (surfaces, stays)
     )
     share = kept / np.maximum(were, 1.0)
@@ -140,7 +141,7 @@ def _bounds(
     sums: FloatArray,
     options: ProgressOptions,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how much of each cell (n,) is built at least and at most, from its samples: all, built and open (3, n).
+    """Return how much of each cell (n,) is built at least and at most, from its samples: all, built, open ... (4, n).
 
     A pour line may run through a built cell under one that isn't, and through an open cell over one that isn't. These
     cells count by their samples. Concrete rises from
@@ -182,7 +183,7 @@ def _under(cells: Cells, flags: BoolArray) -> BoolArray:
 def _counts(
     element: BimElement, cells: Cells, surfaces: Sequence[SurfaceState], options: ProgressOptions
 ) -> FloatArray:
-    """Return how many samples each side has in each cell, all, built and open: (3, sides, cells).
+    """Return how many samples each side has in each cell, all, built, open, and open once: (4, sides, cells).
 
     A lateral surface is taken as eight sides, since no station sees half of it.
     """
@@ -194,10 +195,11 @@ def _counts(
         own = samples.face == index
         cell, uv, surface = samples.cell[own], samples.uv_m[own], by_face[face.face_id]
         inside = [np.ones(len(uv), dtype=bool)]
-        inside += [polygon.contains(region, uv) for region in (surface.built_uv_m, surface.open_uv_m)]
+        regions = surface.built_uv_m, surface.open_uv_m, surface.was_open_uv_m
+        inside += [polygon.contains(region, uv) for region in regions]
         side = np.zeros(len(uv), dtype=int)
         if isinstance(face.frame, CylinderFrame):
             side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * ROUND_SIDES).astype(int)
         for number in np.unique(side):
             counts.append([np.bincount(cell[(side == number) & one], minlength=size) for one in inside])
-    return np.asarray(counts, dtype=np.float64).reshape(-1, 3, size).transpose(1, 0, 2)
+    return np.asarray(counts, dtype=np.float64).reshape(-1, 4, size).transpose(1, 0, 2)

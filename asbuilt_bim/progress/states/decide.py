@@ -87,7 +87,7 @@ def _past(
                 opened[own] |= polygon.contains(region, samples.uv_m[own])
     opened &= not _has_risen(opened, samples, votes)
     built &= ~in_conflict(element, known, options)[samples.cell]
-    undone = built & (votes.open > votes.built)
+    undone = built & votes.open
     gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
     lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]
     return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost), open=opened)
@@ -95,8 +95,8 @@ def _past(
 
 def _has_risen(opened: BoolArray, samples: CellSamples, votes: Votes) -> bool:
     """Say whether most of what was open and is seen again is built now: then the rest may well be, too."""
-    built = opened & (votes.built > 0.0) & (votes.built >= votes.open)
-    return bool(samples.area_m2[built].sum() > samples.area_m2[opened & (votes.open > votes.built)].sum())
+    built, still = opened & votes.built, opened & votes.open
+    return bool(samples.area_m2[built].sum() > samples.area_m2[still].sum())
 
 
 def _face_state(
@@ -110,11 +110,10 @@ def _face_state(
     options: ProgressOptions,
     elsewhere_m: float,
 ) -> SurfaceState:
-    now_built = own & (votes.built > 0.0) & (votes.built >= votes.open)
-    now_open = own & (votes.open > votes.built)
+    now_built, now_open = own & votes.built, own & votes.open
     built = now_built | (past.stands & own)
     opened = now_open & ~past.built
-    conflict = own & (((votes.built > 0.0) & (votes.open > 0.0)) | past.undone)
+    conflict = own & (votes.contradicted | past.undone)
     gone_m2 = float(samples.area_m2[own & past.undone].sum())
     regions = [_region(samples, one, face) for one in (built, opened)]
     checked = _checked(face, samples, own, votes, matches, built, options)

@@ -1,9 +1,10 @@
 """What one station's depth says of points of the design's surface: there, seen through, hidden, or nothing."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
-from functools import lru_cache
+from functools import lru_cache, partial
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,18 +20,8 @@ from asbuilt_bim.register.pose import PlacedStation, StationPose
 from asbuilt_bim.register.scale import ScaleDoubt
 from asbuilt_bim.vision.stereo.occluder_free import OCCLUDER_FREE_SIGMA_PX
 
-RING = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
-"""A sample's own reference pixel and eight round it, in units of the margin."""
-
-FEWEST, DISSENT = 5, 1
-"""Of these nine at least five must be measured, and one of them may differ: a speckle is no edge."""
-
-FEWEST_PAST = 3
-"""Where something stands before the others, so many must be seen past it, the sample's own among them, and agree."""
-
-
-EVEN_PX = 5.0
-"""A ring is 18 px high in a photo of 1280: over it the ground's disparity changes by 3 px, give or take its noise."""
+AROUND_PX = 7
+"""Reference pixels round one that the second look must see past all of: the matcher smears a bar over so many."""
 
 FRAME = 0.02
 """Of the width, which a lens's distortion bends a rectified photo's border in. What stands so far left that the right
@@ -50,8 +41,6 @@ class Verdict(IntEnum):
     NEAR = 2  # the measured surface is there
     BEHIND = 3  # one sees through where it should be
     BEFORE = 4  # something stands before it
-    MIXED = 5  # a depth edge runs through here
-    OTHER = 6  # a surface is there, but it hasn't the colour of concrete
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,25 +94,20 @@ class Faced:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
-    """Verdicts (N,) uint8 of `Verdict`, and how well each surface point is known along its normal (N,) in metres.
+    """Verdicts (N,) uint8 of `Verdict`, and where each surface point lies along its normal (N,) in metres.
 
-    `own` is what the sample's own pixel says, whatever its neighbours do. `offset_m` (N,) is how far before the design
+    Each is what the sample's own pixel says, whatever its neighbours do. `offset_m` (N,) is how far before the design
     its surface stands, `common_m` (N,) the error of it that all samples share, by the rig and the pose. `drop_m` (N,)
     is how far the line of sight falls within the tolerance: lower over its foot, a surface can't be distinguished from
     the ground behind it. `tinted` says where it can't be concrete, `through` where one sees past it between bars.
-    `surely_through` says where what is seen there is even: a matcher that still sees bars answers with shreds of
-    depths.
     """
 
     verdict: NDArray[np.uint8]
-    sigma_m: FloatArray
-    own: NDArray[np.uint8]
     offset_m: FloatArray
     common_m: FloatArray
     drop_m: FloatArray
     tinted: BoolArray
     through: BoolArray
-    surely_through: BoolArray
 
 
 @lru_cache(maxsize=_VIEWS_KEPT)
@@ -133,10 +117,19 @@ def open_view(view: StationView) -> OpenView:
     disparity, sigma, scale = unpack(reference)
     return OpenView(
         pose=view.pose, camera=view.camera, disparity_px=disparity, sigma_px=sigma, scale=scale,
-        occluder_free_px=unpack_occluder_free(reference), colour=view.colour,
+        occluder_free_px=_nearest(unpack_occluder_free(reference)), colour=view.colour,
         picture=tinted_picture(view.placed.measurement) if view.colour is not None else None,
         faces=view.placed.measurement.faces, doubt=view.doubt,
     )  # fmt: skip
+
+
+def _nearest(disparity_px: Float32Array | None) -> Float32Array | None:
+    """Return of a disparity (h, w) the largest round each pixel; NaN stays: shreds of bars left over make it err."""
+    if disparity_px is None:
+        return None
+    known = np.isfinite(disparity_px)
+    nearest = cv2.dilate(np.where(known, disparity_px, np.float32(0.0)), np.ones((AROUND_PX, AROUND_PX), np.uint8))
+    return np.where(known, nearest, np.float32(np.nan)).astype(np.float32)
 
 
 def faced(view: StationView, points_m: FloatArray, normals: FloatArray, options: ProgressOptions) -> Faced:
@@ -160,43 +153,32 @@ def judge(
 
     `tints` (k, 2) are concrete's as well: those of faces that lie where only concrete does.
 
-    Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one for each pixel
-    of the ring round it. The tolerance is the building's, plus sigmas of the disparity, the rig and the pose, plus
-    how far it may lie elsewhere where lengths are doubtful.
+    Disparities are compared, where noise is even: the design's tangent plane at the sample predicts one. The tolerance
+    is the building's, plus sigmas of the disparity, the rig and the pose, plus how far it may lie elsewhere where
+    lengths are doubtful.
     """
     points, facing, pixels, asked = seen.points, seen.facing, seen.pixels, seen.asked
     verdict = np.full(len(points), Verdict.NOT_FACED, dtype=np.uint8)
-    own = verdict.copy()
-    tinted, through, even = (np.zeros(len(points), dtype=bool) for _ in range(3))
-    sigma, offset, common, drop = (np.full(len(points), np.inf) for _ in range(4))
-    elsewhere = np.zeros(len(points)) if view.doubt is None else view.doubt.reach_m(points_m)
-    tolerance = options.building_tolerance_m + elsewhere[asked]
+    tinted, through = (np.zeros(len(points), dtype=bool) for _ in range(2))
+    offset, common, drop = (np.full(len(points), np.inf) for _ in range(3))
     if len(asked):
+        elsewhere = np.zeros(len(asked)) if view.doubt is None else view.doubt.reach_m(points_m[asked])
+        tolerance = options.building_tolerance_m + elsewhere
         pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
-        ring = _ring(view, points[asked], facing[asked], pixels[asked], pose_sigma, tolerance, options)
-        verdict[asked], own[asked] = _decided(ring.votes), ring.votes[:, 0]
-        sigma[asked], offset[asked], common[asked] = ring.sigma_m, ring.offset_m, ring.common_m
+        look = partial(_look, view, points[asked], facing[asked], pixels[asked], pose_sigma, tolerance, options)
+        found = look(view.disparity_px, view.sigma_px)
+        verdict[asked], offset[asked], common[asked] = found.verdict, found.offset_m, found.common_m
+        blurred = options.sigmas * found.common_m + elsewhere > options.max_blur_m
+        verdict[asked[blurred & (found.verdict == Verdict.NEAR)]] = Verdict.NOT_MEASURED
         towards = unit(points_m[asked] - view.pose.world_from_left[:3, 3])
         steepness = -towards[:, 2] / np.abs(np.sum(towards * normals[asked], axis=1))
-        drop[asked] = np.maximum(steepness, 0.0) * (tolerance + options.sigmas * ring.sigma_m)
+        drop[asked] = np.maximum(steepness, 0.0) * (tolerance + options.sigmas * found.sigma_m)
         if view.occluder_free_px is not None:
-            bare = replace(
-                view,
-                disparity_px=view.occluder_free_px,
-                sigma_px=np.full_like(view.occluder_free_px, OCCLUDER_FREE_SIGMA_PX),
-            )
-            past = _ring(bare, points[asked], facing[asked], pixels[asked], pose_sigma, tolerance, options)
-            through[asked] = (_decided(past.votes) == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
-            even[asked] = past.range_px <= EVEN_PX
+            past = look(view.occluder_free_px, np.full_like(view.occluder_free_px, OCCLUDER_FREE_SIGMA_PX))
+            through[asked] = (past.verdict == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
         if view.colour is not None and view.picture is not None:
             tinted[asked] = ~view.picture.fits(view.colour.palette.with_tints(tints), pixels[asked])
-    near = verdict == Verdict.NEAR
-    verdict[near & tinted] = Verdict.OTHER
-    verdict[near & ~tinted & (options.sigmas * common + elsewhere > options.max_blur_m)] = Verdict.NOT_MEASURED
-    return Evidence(
-        verdict=verdict, sigma_m=sigma, own=own, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted,
-        through=through, surely_through=through & even,
-    )  # fmt: skip
+    return Evidence(verdict=verdict, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted, through=through)
 
 
 def _faced(
@@ -220,17 +202,16 @@ def _on_both(view: OpenView, points: FloatArray, pixels: FloatArray) -> BoolArra
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Ring:
-    """What the pixels round n samples say, (n, 9) votes, and of their own pixels (n,) the rest, in metres."""
+class _Look:
+    """What the pixels of n samples say, (n,) each, in metres."""
 
-    votes: NDArray[np.uint8]
+    verdict: NDArray[np.uint8]
     sigma_m: FloatArray
     offset_m: FloatArray
     common_m: FloatArray
-    range_px: FloatArray  # by how much the nine disparities differ; NaN where not all were measured
 
 
-def _ring(
+def _look(
     view: OpenView,
     points: FloatArray,
     facing: FloatArray,
@@ -238,50 +219,23 @@ def _ring(
     pose_sigma: FloatArray,
     tolerance_m: FloatArray,
     options: ProgressOptions,
-) -> _Ring:
-    height, width = view.disparity_px.shape
-    own = np.floor((pixels + 0.5) / view.scale).astype(int)
-    around = own[:, None, :] + RING * options.margin_px
-    inside = np.all((around >= 0) & (around < [width, height]), axis=-1)
-    column, row = np.clip(around[..., 0], 0, width - 1), np.clip(around[..., 1], 0, height - 1)
-    measured = np.where(inside, view.disparity_px[row, column], np.nan).astype(np.float64)
-    noise = view.sigma_px[row, column].astype(np.float64)  # what the rig errs by in common is in it
-    rays = view.camera.rays(np.stack([column, row], axis=-1) * float(view.scale) + 0.5 * (view.scale - 1))
-    rays[:, 0] = view.camera.rays(pixels)  # its own pixel is judged at the sample itself
-    along = np.einsum("nki,ni->nk", rays, facing)
-    to_plane = np.sum(points * facing, axis=1)[:, None]
+    disparity_px: Float32Array,
+    sigma_px: Float32Array,
+) -> _Look:
+    height, width = disparity_px.shape
+    column, row = np.clip(np.floor((pixels + 0.5) / view.scale).astype(int), 0, [width - 1, height - 1]).T
+    measured, noise = (one[row, column].astype(np.float64) for one in (disparity_px, sigma_px))
+    along = np.sum(view.camera.rays(pixels) * facing, axis=1)
     power = view.camera.f_px * view.camera.baseline_m
-    predicted = power * along / to_plane  # the tangent plane is linear in disparity
+    predicted = power * along / np.sum(points * facing, axis=1)  # the tangent plane is linear in disparity
     with np.errstate(divide="ignore", invalid="ignore"):
         px_per_m = predicted**2 / (power * np.abs(along))  # of disparity, for a metre along the normal
-        allowed = options.sigmas * np.hypot(noise, pose_sigma[:, None] * px_per_m)
-        allowed += tolerance_m[:, None] * px_per_m
+        allowed = options.sigmas * np.hypot(noise, pose_sigma * px_per_m) + tolerance_m * px_per_m
         off = measured - predicted
-        sigma = np.hypot(noise / px_per_m, pose_sigma[:, None])
-        common = np.hypot(options.rig_sigma_px / px_per_m[:, 0], pose_sigma)
-    votes = np.full(measured.shape, Verdict.NEAR, dtype=np.uint8)
-    votes[off < -allowed] = Verdict.BEHIND
-    votes[off > allowed] = Verdict.BEFORE
-    votes[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
-    extent = measured.max(axis=1) - measured.min(axis=1)  # NaN, and so not even, where one is not measured
-    return _Ring(
-        votes=votes, sigma_m=sigma[:, 0], offset_m=off[:, 0] / px_per_m[:, 0], common_m=common, range_px=extent
-    )
-
-
-def _decided(votes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return what the rings (n, 9) say together: one surface, or a depth edge that runs through.
-
-    What stands before a part of a ring hides it and says nothing of the design: then what is seen past it decides.
-    """
-    counts = {kind: np.sum(votes == kind, axis=1) for kind in (Verdict.NEAR, Verdict.BEHIND, Verdict.BEFORE)}
-    known = sum(counts.values())
-    past = known - counts[Verdict.BEFORE]
-    decided = np.full(len(votes), Verdict.MIXED, dtype=np.uint8)
-    for kind, count in counts.items():
-        decided[(count >= known - DISSENT) & (count >= FEWEST)] = kind
-        if kind != Verdict.BEFORE:
-            alike = (votes[:, 0] == kind) & (count == past) & (count >= FEWEST_PAST)
-            decided[alike & (known >= FEWEST)] = kind
-    decided[known < FEWEST] = Verdict.NOT_MEASURED
-    return decided
+        sigma = np.hypot(noise / px_per_m, pose_sigma)  # what the rig errs by in common is in the noise
+        common = np.hypot(options.rig_sigma_px / px_per_m, pose_sigma)
+    verdict = np.full(measured.shape, Verdict.NEAR, dtype=np.uint8)
+    verdict[off < -allowed] = Verdict.BEHIND
+    verdict[off > allowed] = Verdict.BEFORE
+    verdict[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
+    return _Look(verdict=verdict, sigma_m=sigma, offset_m=off / px_per_m, common_m=common)

@@ -1,6 +1,6 @@
 """Which outlines of measured faces may count as built concrete: not formwork, starter bars or a neighbour's side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,85 +8,45 @@ import numpy as np
 from asbuilt_bim.bim.cells import CellSamples
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
-from asbuilt_bim.progress.states.evidence import Evidence, Verdict
 from asbuilt_bim.progress.states.sample_grid import Indices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Speaking:
-    """A station's matches that may count as built concrete, each with the samples in its outline.
+class Covered:
+    """A station's match, the samples in its outline, and whether its design face is a plane."""
 
-    `tinted` are those that don't, for their colour alone, by face id: the share that hasn't the colour of concrete.
-    """
-
-    matches: list[tuple[FaceMatch, Indices]]
-    tinted: dict[str, float]
+    match: FaceMatch
+    samples: Indices
+    flat: bool
 
 
-def speaking(
+def covered(
     element: BimElement,
     samples: CellSamples,
     station: str,
-    evidence: Evidence,
     by_face: Mapping[str, Sequence[FaceMatch]],
-    options: ProgressOptions,
-) -> Speaking:
-    """Return a station's matches that may count as built concrete.
-
-    An outline doesn't count where `may_be_concrete` says so, where depth finds gaps in its surface, as starter bars
-    have, or where most of it hasn't the colour of concrete.
-    """
-    found = Speaking(matches=[], tinted={})
+) -> list[Covered]:
+    """Return a station's matches, each with the samples in its outline."""
+    found: list[Covered] = []
     for index, face in enumerate(element.faces):
         own = np.flatnonzero(samples.face == index)
         for match in by_face.get(face.face_id, ()) if len(own) else ():
-            if match.station != station or not may_be_concrete(match, options):
-                continue
-            covered = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
-            if len(covered) == 0 or np.mean(evidence.own[covered] == Verdict.NEAR) < options.solid_share:
-                continue
-            tinted = float(np.mean(evidence.tinted[covered]))
-            if tinted <= options.tinted_share:
-                found.matches.append((match, covered))
-            else:
-                found.tinted[match.face_id] = tinted
+            if match.station == station:
+                inside = own[polygon.contains(match.outline_uv_m, samples.uv_m[own])]
+                found.append(Covered(match=match, samples=inside, flat=isinstance(face.frame, PlaneFrame)))
     return found
 
 
-def standing_off(
-    element: BimElement,
-    samples: CellSamples,
-    station: str,
-    by_face: Mapping[str, Sequence[FaceMatch]],
-    options: ProgressOptions,
-) -> BoolArray:
-    """Say which samples (N,) lie in outlines of a station's faces that were measured to stand off their design face.
-
-    A plane through thousands of pixels knows better than one of them whether it is that surface. (A cylinder's offset
-    is how far off its middle is.)
-    """
-    off = np.zeros(len(samples.uv_m), dtype=bool)
-    for index, face in enumerate(element.faces):
-        own = np.flatnonzero(samples.face == index)
-        for match in by_face.get(face.face_id, ()) if len(own) else ():
-            if match.station == station and isinstance(face.frame, PlaneFrame) and stands_off(match, options):
-                off[own] |= polygon.contains(match.outline_uv_m, samples.uv_m[own])
-    return off
-
-
-def outlined_samples(
-    samples: CellSamples, speak: Sequence[tuple[FaceMatch, Indices]], evidence: Evidence, options: ProgressOptions
-) -> tuple[BoolArray, FloatArray]:
-    """Say which samples lie in outlines that count, and the planes' sigma (m)."""
-    inside, sigma = np.zeros(len(samples.uv_m), dtype=bool), np.full(len(samples.uv_m), np.inf)
-    for match, covered in speak:
-        inside[covered] = True
-        sigma[covered] = np.minimum(sigma[covered], match.offset_sigma_m)
-    return inside, sigma
+def marked(chosen: Iterable[Covered], count: int) -> BoolArray:
+    """Say which of so many samples lie in one of the chosen outlines."""
+    inside = np.zeros(count, dtype=bool)
+    for one in chosen:
+        inside[one.samples] = True
+    return inside
 
 
 def stands_off(match: FaceMatch, options: ProgressOptions) -> bool:

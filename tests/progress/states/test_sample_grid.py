@@ -5,7 +5,7 @@ import pytest
 
 from asbuilt_bim.bim.cells import cell_samples
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.progress.states.sample_grid import above, next_to, patches, share_around, strips, wide
+from asbuilt_bim.progress.states.sample_grid import above, patches, share_around, strips
 from tests.match.small_site import box, element, round_column
 
 SAMPLES = cell_samples(element("W", "wall", box(0, 0, 0, 2.0, 0.25, 2.0)), 0.05)
@@ -32,20 +32,6 @@ def test_patches_hang_together_over_the_seam_of_a_round_column() -> None:
 def test_above_looks_up_its_own_upright_line_and_no_other() -> None:
     found = above(SAMPLES, FRONT & (U < 0.5) & (V > 1.0) & (V < 1.1))
     np.testing.assert_array_equal(found, FRONT & (U < 0.5) & (V < 1.05))
-
-
-def test_beside_reaches_so_many_samples_to_both_sides_at_its_own_height_only() -> None:
-    found = next_to(SAMPLES, FRONT & (U > 0.9) & (U < 1.0) & (V > 1.0) & (V < 1.05), 2)
-    np.testing.assert_array_equal(found, FRONT & (U > 0.8) & (U < 1.1) & (V > 1.0) & (V < 1.05))
-
-
-@pytest.mark.parametrize("least", [3, 10])
-def test_a_row_counts_from_its_least_width_on_at_the_border_as_inside_and_whole(least: int) -> None:
-    step = 0.05
-    for first in (0, 10):
-        for width in (least - 1, least):
-            row = FRONT & (U - first * step > 0.0) & (U - first * step < width * step) & (V < 0.5)
-            np.testing.assert_array_equal(wide(SAMPLES, row, least), row if width == least else row & False)
 
 
 def test_a_share_counts_only_among_those_asked() -> None:
