@@ -25,6 +25,7 @@ from asbuilt_bim.progress.states.evidence import (
 from asbuilt_bim.progress.states.features import shown
 from asbuilt_bim.progress.states.likelihood import decided, log_odds
 from asbuilt_bim.progress.states.outlines import Covered, covered, marked, may_be_concrete, stands_off
+from asbuilt_bim.progress.states.sample_grid import patches
 
 NEARLY_M = 1e-3
 """What is no further off than this past a station's reach is asked sample by sample: a box is rounded, too."""
@@ -59,6 +60,8 @@ class _Asked:
         """Put what they say together: what each is likely for adds up, since each looks from a place of its own."""
         total = np.sum([np.zeros(len(self.before)), *self.odds.values()], axis=0)
         built, opened = decided(total)
+        label = patches(self.samples, opened)  # of bare paint stereo mistakes small pieces, and is sure of them
+        opened &= np.bincount(label, weights=self.samples.area_m2)[label] >= options.min_face_m2
         alone = [decided(odds) for odds in self.odds.values()]
         contradicted = [np.any([one[kind] for one in alone], axis=0) for kind in (0, 1)] if alone else [built, opened]
         known, mean = built | opened, total / max(len(self.odds), 1)
