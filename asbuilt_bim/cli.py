@@ -366,7 +366,9 @@ def check(context: click.Context, /, **options: Any) -> None:
 @click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project to visit.")
 @click.option("--date", "day", type=Day(), default=None, help="The day of the visit; today if left out.")
 @click.option("--stations", type=click.IntRange(min=1), default=None, metavar="N", help="So many at most.")
-@click.option("--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what is seen isn't due.")
+@click.option(
+    "--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw isn't asked for."
+)
 @click.option("--out", type=_FILE, default=Path("plan.html"), metavar="PAGE.html", help="The page to write.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
 @click.pass_context

@@ -209,7 +209,7 @@ def _show(report: ProgressReport, before: ProgressReport | None, screen: Screen,
     screen.say()
     screen.say(summary(report, screen.width))
     if plan := late_words(report):
-        screen.say(Text(f"Against the plan: {plan}"))  # a Text is wrapped at the terminal's width
+        screen.say(Text(f"Against the schedule: {plan}"))  # a Text is wrapped at the terminal's width
     if before is None:
         return
     lines: Sequence[str] = changes(before, report)

@@ -49,7 +49,7 @@ def test_a_scale_that_is_two_per_cent_off_widens_every_area_by_four(tmp_path: Pa
     assert found.warnings[0].code in (Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER)
     (note,) = found.notes
     assert note.code is Reason.AREAS_WIDENED and note.values["share"] == pytest.approx(0.04, rel=0.2)
-    assert "each area's sigma holds 4." in note_words(note) or "each area's sigma holds 3." in note_words(note)
+    assert "rig's scale by 4." in note_words(note) or "rig's scale by 3." in note_words(note)
 
 
 def test_a_right_scale_widens_nothing(tmp_path: Path) -> None:

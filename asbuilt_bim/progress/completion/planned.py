@@ -95,11 +95,10 @@ def days_behind(
 ) -> tuple[int | None, int | None, int | None]:
     """Return how many whole days a task is behind its plan: by the best estimate, at least and at most.
 
-    A task in progress is as late as the day is after the moment at which the plan wanted the share that is there now.
-    At least: all that wasn't seen is built, in time where that is all of it. At most: none of it is. A finished one was
-    finished by the day that saw it so, and none before the last day that saw something of it unfinished
-    (`unfinished_on`). Negative is ahead, so the first lies between the others. It is None where the completion is
-    unknown, or the finish has passed and nothing was seen unfinished; all are where there is no plan.
+    A task in progress is as late as the day is after the moment at which the plan wanted what is there now. At least:
+    all that wasn't seen is built. At most: none of it is. It finished by the day that saw it so, and not before the
+    last day that saw something of it unfinished (`unfinished_on`). Negative is ahead. The first is None where the
+    completion is unknown, or the finish has passed and nothing was seen unfinished; all are where there is no plan.
     """
     start, finish = task.schedule_start, task.schedule_finish
     if finish is None or (start is not None and finish < start):
@@ -116,35 +115,27 @@ def days_behind(
         return (None if completion.best is None else passed), (passed if completion.upper < 1.0 else seen), most
     best = None if completion.best is None else _behind(start, finish, completion.best, day, calendar)
     least = _behind(start, finish, completion.upper, day, calendar)
-    if completion.upper >= 1.0:  # what nobody saw unfinished may have been finished in time
-        least = min(least, 0)
+    least = min(least, 0) if completion.upper >= 1.0 else least  # it may have been finished in time
     return best, max(seen, least) if seen else least, most
 
 
-def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
-    """Return the elements seen unfinished after the latest planned finish of their tasks, the latest first."""
-    return _past_due(report, ("part", "not started"))
+def late_elements(
+    report: ProgressReport, states: Sequence[ShownState] = ("part", "not started")
+) -> tuple[LateElement, ...]:
+    """Return the elements in some states after the latest planned finish of their tasks, the longest due first."""
+    due = _due(report.tasks)
+    those = ((e, *due[e.global_id]) for e in report.elements if e.global_id in due and e.shown_state in states)
+    found = [
+        LateElement(element=element, task=task, due=finish.date(), late_days=days)
+        for element, finish, task in those
+        if (days := days_past(finish, report.visit_date))
+    ]
+    return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
 
 
 def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
     """Return the elements that should stand and were seen too little to say: complete as far as seen ones, too."""
-    return _past_due(report, ("unknown", "complete as far as seen"))
-
-
-def _past_due(report: ProgressReport, states: Sequence[ShownState]) -> tuple[LateElement, ...]:
-    """Return the elements in some states after the latest planned finish of their tasks, the longest due first."""
-    due = _due(report)
-    found = [
-        LateElement(
-            element=e,
-            task=due[e.global_id][1],
-            due=due[e.global_id][0].date(),
-            late_days=days_past(due[e.global_id][0], report.visit_date),
-        )
-        for e in report.elements
-        if e.global_id in due and e.shown_state in states and days_past(due[e.global_id][0], report.visit_date)
-    ]
-    return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
+    return late_elements(report, ("unknown", "complete as far as seen"))
 
 
 def calendar_of(report: ProgressReport) -> WorkCalendar:
@@ -154,33 +145,25 @@ def calendar_of(report: ProgressReport) -> WorkCalendar:
 
 def due_by(tasks: Iterable[Task], day: date) -> set[str]:
     """Return the elements that should stand by a day: every task that makes them should be finished."""
-    due = _last_finishes((task, task.global_id, task.name, task.elements) for task in tasks)
-    return {key for key, (finish, _) in due.items() if days_past(finish, day)}
+    return {key for key, (finish, _) in _due(tasks).items() if days_past(finish, day)}
 
 
-def _due(report: ProgressReport) -> Mapping[str, tuple[datetime, str]]:
-    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out."""
-    made = ((task, task.progress) for task in report.tasks)
-    return _last_finishes((task, group.key, group.name, group.elements) for task, group in made)
-
-
-def _last_finishes(
-    tasks: Iterable[tuple[Task | TaskProgress, str, str, Sequence[str]]],
-) -> Mapping[str, tuple[datetime, str]]:
-    """Return what `_due` does, of tasks with their keys, names and elements.
+def _due(tasks: Iterable[Task | TaskProgress]) -> Mapping[str, tuple[datetime, str]]:
+    """Return element -> (latest planned finish, its task); an element with a task without a finish is left out.
 
     A row of the schedule file without any date, that is no task of the IFC, says nothing of when an element is due.
     """
     due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
-    for task, task_key, name, elements in tasks:
-        for key in elements:
+    for task in tasks:
+        own, made = (task.global_id, task) if isinstance(task, Task) else (task.progress.key, task.progress)
+        for key in made.elements:
             if task.schedule_finish is None:
-                if task.schedule_start is None and task_key.startswith(SCHEDULE_KEY):
+                if task.schedule_start is None and own.startswith(SCHEDULE_KEY):
                     continue
                 open_ended.add(key)
             elif key not in due or task.schedule_finish.date() > due[key][0].date():
-                due[key] = (task.schedule_finish, name)
+                due[key] = (task.schedule_finish, made.name)
     return {key: value for key, value in due.items() if key not in open_ended}
 
 

@@ -43,16 +43,12 @@ def wanted_views(
 ) -> tuple[WantedView, ...]:
     """Return a view an element: what should stand by now first, then what should be begun, then by open m2.
 
-    What should stand and leaves something open is late, or nobody can say whether it is.
-
     `elements` are by GlobalId, `surfaces` by face id; `stations` are the visit's.
     """
     begun, due = begun_by(design, day), due_by(design.tasks, day)
     open_m2 = {key: (e.completion.upper - e.completion.lower) * e.design_area_m2 for key, e in elements.items()}
     asked = [e for e in design.elements if _is_open(elements[e.global_id]) and e.faces]
-    asked.sort(
-        key=lambda e: (e.global_id not in due, e.global_id not in begun, -open_m2[e.global_id], e.name, e.global_id)
-    )
+    asked.sort(key=lambda e: ((key := e.global_id) not in due, key not in begun, -open_m2[key], e.name, key))
     if not asked:
         return ()
     screens, places, floors = (

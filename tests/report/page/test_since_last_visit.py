@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import date
 
+from asbuilt_bim.progress.completion.planned import due_but_unknown
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.page.rows import since_rows
 from asbuilt_bim.report.page.write import page_html
@@ -56,7 +57,17 @@ def test_the_page_tells_both_visits_and_nothing_where_there_was_none_before() ->
 def test_what_should_stand_and_was_seen_too_little_is_named_with_its_link() -> None:
     report = sample_report()
     unseen = replace(report, elements=tuple(replace(e, state="unknown") for e in report.elements))
-    name, key = unseen.elements[0].name, unseen.elements[0].global_id
-    assert f'Should stand, too little seen to say: <a href="#e-{key}">' in page_html(unseen, {}) and name
+    key = due_but_unknown(unseen)[0].element.global_id
+    assert f'Should stand, too little seen to say: <a href="#e-{key}">' in page_html(unseen, {})
     assert f'Too little seen of <a href="#e-{key}">' in page_html(unseen, {}).partition("<table")[0]
     assert "Should stand, too little seen" not in page_html(report, {})
+
+
+def test_what_changed_stands_after_what_people_act_on() -> None:
+    report = sample_report()
+    page = page_html(report, {}, (a_visit_before(report),))
+    places = [page.index(f'<section id="{name}"') for name in ("late", "plans", "since", "elements")]
+    assert places == sorted(places)
+    nav = page[page.index("<nav") :].partition("</nav>")[0]
+    named = [nav.index(f'href="#{name}"') for name in ("time", "late", "plans", "since", "elements")]
+    assert named == sorted(named)

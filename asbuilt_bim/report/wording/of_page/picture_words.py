@@ -3,8 +3,8 @@
 from typing import Literal
 
 _SHOWN = {
-    "elements": "Pictures are sharp where elements were seen and where something was measured; where one is missing "
-    "they are coarse. All else is blurred, and what is seen to stand before them.",
+    "elements": "Pictures are sharp where elements were seen and where something was measured. Where an element should "
+    "stand and doesn't, they are coarse. All else is blurred, and so is what stands before an element.",
     "whole": "Pictures show whole photos, as the project file asks.",
 }
 _PEOPLE = {
