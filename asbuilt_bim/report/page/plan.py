@@ -373,5 +373,5 @@ def closed_path(ring: FloatArray) -> str:
     """Return a ring (N, 2) as SVG path data with one decimal, without points that half of that decimal can't show."""
     points = np.asarray(ring, dtype=np.float64)
     if len(points) > 4:  # a wall's corners stay as they are
-        points = cv2.approxPolyDP(points.astype(np.float32), 0.05, closed=True)[:, 0]
+        points = cv2.approxPolyDP(points.astype(np.float32), 0.05, closed=True)[:, 0].astype(np.float64)
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z"
