@@ -104,11 +104,12 @@ def _share_limit(values: Values) -> str:
 
 def _scale_wrong(values: Values) -> Words:
     return Words(
-        reason=fill("the rig's scale is wrong: lengths come out {ratio:.3f} times too large (", values)
-        + f"{', '.join(_each(values))}); {_cause(values)}",
+        reason=f"the rig's scale is wrong: {_cause(values)}; known lengths come out "
+        + fill("{ratio:.3f} times as long as they are: ", values)
+        + ", ".join(_each(values)),
         value=f"{100 * (_number(values, 'ratio') - 1):+.1f} %",
         limit=_share_limit(values),
-        remedy="correct it and run again",
+        remedy="correct that number; no new photos are needed",
     )
 
 
@@ -157,11 +158,11 @@ def _cause(values: Values) -> str:
         )
     if "square_m" in values:
         return fill(
-            "rig.boards.square_m is {square_m:g} m, and these lengths ask for {asked_square_m:.4g} m: measure the "
-            "board's squares",
+            "measure the board's squares: rig.boards.square_m is {square_m:g} m, and known lengths ask for "
+            "{asked_square_m:.4g} m",
             values,
         )
-    return fill("its baseline is {baseline_m:.4g} m, and these lengths ask for {asked_baseline_m:.4g} m", values)
+    return fill("its baseline is {baseline_m:.4g} m, and known lengths ask for {asked_baseline_m:.4g} m", values)
 
 
 def _number(values: Values, key: str) -> float:
