@@ -85,7 +85,7 @@ def watch_rig(
         notes += _rows_told(verdict)
         if verdict.state == "knocked":
             found.update({name: _refused(found[name], verdict) for name in names})
-        doubt = rig_doubt(verdict, names)
+        doubt = rig_doubt(verdict, names, rig)
         warnings += [doubt] if doubt is not None else []
     notes += [_knocked_between(before, after) for before, after in pairwise(verdicts)]
     return WatchedVisit(
@@ -222,7 +222,7 @@ def _still_knocked(
     verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
     bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
     refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
-    doubts = [rig_doubt(verdict, verdict.stations, refined=True) for verdict in verdicts]
+    doubts = [rig_doubt(verdict, verdict.stations, rig, refined=True) for verdict in verdicts]
     told = tuple(doubt for doubt in doubts if doubt is not None)
     return refused, "not refined" if refused else "refined", told
 

@@ -87,14 +87,18 @@ def _moved(values: Values) -> Words:
 
 
 def _undetermined(values: Values) -> Words:
+    """Say what leaves a rig open, with advice for the rig that it is; results of before don't say which."""
+    remedy = "take stations with near and far things all over the frame"
+    if values.get("lens_known") is False:
+        remedy += ". A rig file of another program doesn't say how well its lenses are known: calibrate the rig with "
+        remedy += "asbuilt-bim calibrate"
     return Words(
         part=_part(values),
         reason="the photos say too little of how the rig stands (it was used all the same): by "
-        f"{values['matches']} matches {effect_text(values)}; that leaves it open by",
-        value=fill("{area_sigma:.1%}", values),
+        f"{values['matches']} matches {effect_text(values)}; an area may be off by more than the limit",
+        value=fill("± {area_sigma:.1%}", values),
         limit=_share_limit(values),
-        remedy="take stations with near and far things all over the frame. A rig file of another program doesn't say "
-        "how well its lenses are known: calibrate the rig with asbuilt-bim calibrate",
+        remedy=remedy,
     )
 
 
