@@ -228,7 +228,7 @@ def test_a_folder_without_photos_is_refused_in_one_line(project: Project, tmp_pa
     done = run(tmp_path / "empty", "--project", project.path, "--out", tmp_path / "page.html")
     assert done.exit_code == 1 and "holds no photos" in done.output
     lone = run(tmp_path / "a.jpg", "--project", project.path, "--out", tmp_path / "page.html")
-    assert lone.exit_code == 2 and "are no pairs" in lone.output
+    assert lone.exit_code == 2 and "a.jpg alone is no pair" in lone.output
 
 
 def test_the_plan_command_lists_as_many_stations_as_asked_for_and_writes_the_page(
