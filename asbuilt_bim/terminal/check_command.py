@@ -95,8 +95,11 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     write_page(request.out, check_page(visit, project.name, plan))
     if plan is not None:
         screen.say(unseen_words(plan))
-        for row in walk_parts(plan).rows:
+        parts = walk_parts(plan)
+        for row in parts.rows:
             screen.say(f"  {row.number}. {row.storey}. {row.place} {row.look}")
+        for name, words in parts.tags:
+            screen.say(f"  {name}: {words}")
     screen.say(f"Page: {request.out}")
     if not visit.counting:
         return INCOMPLETE
