@@ -36,6 +36,8 @@ SIGNS_OF_KNOCK = frozenset(
     {Reason.RIG_KNOCKED, Reason.TARGET_ROWS_APART, Reason.PHOTOS_ROWS_APART, Reason.PHOTOS_BEHIND_RIG}
 )
 """What one station alone shows of a knock: its visit's verdict says it better."""
+_USED_ALL_THE_SAME = frozenset({Reason.RIG_MOVED, Reason.RIG_UNDETERMINED})
+"""Warnings of a rig that was used all the same: one of a wrong scale isn't."""
 ROWS_MENDED_PX = 0.3
 """From here on rows are mended where asked: three times what matches of one photo pair scatter by."""
 
@@ -154,7 +156,8 @@ def watch_scale(
         doubt = doubt_rejection(RIG, verdict, rig, square_m)
         return watched if doubt is None else _widened(watched, doubt, verdict)
     wrong = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
-    return replace(watched, outcomes=tuple(wrong))
+    left = tuple(one for one in watched.warnings if one.code not in _USED_ALL_THE_SAME)
+    return replace(watched, outcomes=tuple(wrong), warnings=left)
 
 
 def _widened(watched: WatchedVisit, doubt: Rejection, verdict: ScaleVerdict) -> WatchedVisit:
