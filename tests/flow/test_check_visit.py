@@ -207,6 +207,7 @@ def test_the_command_writes_a_page_and_fails_where_nothing_counts(project: Proje
     good = run(folder, "--project", project.path, "--out", page, "--workers", 1, "--strict")
     assert good.exit_code == 0, good.output
     assert "The station will count." in good.output and b"data:image/jpeg" in page.read_bytes()
+    assert "put up the tags T1, T2" in " ".join(good.output.split()) and "\n  T1: On " in good.output
     (folder / "G1_right.jpg").unlink()
     (folder / "G2_left.jpg").write_bytes(b"no photo")
     (folder / "G2_right.jpg").write_bytes(b"no photo")
