@@ -201,10 +201,9 @@ def checked_visit(
         reasons = (*outcome.rejections, *own)
         picture = _picture(outcome)
         name = outcome.station
-        told = (taken or {}).get(name)
         looked = Looked(
             outcome=outcome, seen=before[name] if isinstance(outcome, RejectedStation) else outcome,
-            pose=poses.get(name), picture=picture, rows_px=rows.get(name), day=told,
+            pose=poses.get(name), picture=picture, rows_px=rows.get(name), day=(taken or {}).get(name),
             of_file=of_file | _wrong_date(outcome, day),
         )  # fmt: skip
         checked.append(checked_station(looked, reasons))

@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
-from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.bim.model import BimModel, Task
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.errors import ResultError
 from asbuilt_bim.flow.design_source import design_of
@@ -13,8 +13,9 @@ from asbuilt_bim.flow.output.folder import read_current
 from asbuilt_bim.flow.pipeline import monitor
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.ifc.apart import read_floors
+from asbuilt_bim.progress.completion.moments import days_past
 from asbuilt_bim.progress.completion.records import place_of
-from asbuilt_bim.progress.completion.wanted_views import begun_by, due_by
+from asbuilt_bim.progress.completion.wanted_views import begun_by
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState
@@ -73,7 +74,7 @@ def visit_plan(
 
     visit = plan_visit(
         design, read_floors(project.ifc), rig, wanted, states, most=most, taken=taken,
-        first=due_by(design, day), counts=placed if by_tags else None,
+        first=_due_by(design.tasks, day), counts=placed if by_tags else None,
     )  # fmt: skip
     return VisitPlan(
         day=day,
@@ -86,6 +87,13 @@ def visit_plan(
         has_dates=any(task.schedule_start is not None for task in design.tasks),
         by_tags=by_tags,
     )
+
+
+def _due_by(tasks: Sequence[Task], day: date) -> set[str]:
+    """Return the elements that should stand by a day: every task that makes them should be finished."""
+    made = {element for task in tasks for element in task.elements}
+    open_yet = (one for one in tasks if one.schedule_finish is None or not days_past(one.schedule_finish, day))
+    return made - {element for task in open_yet for element in task.elements}
 
 
 def _any_near(project: Project) -> bool:

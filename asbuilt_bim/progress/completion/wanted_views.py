@@ -9,7 +9,6 @@ import numpy as np
 from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.progress.completion.moments import days_past
 from asbuilt_bim.progress.report import ElementProgress, StationRecord, WantedView
 from asbuilt_bim.progress.surface import SurfaceState
 
@@ -75,12 +74,6 @@ def begun_by(design: BimModel, day: date) -> set[str]:
     later = {e for t in design.tasks if t.schedule_start and t.schedule_start.date() > day for e in t.elements}
     now = {e for t in design.tasks if t.schedule_start and t.schedule_start.date() <= day for e in t.elements}
     return {element.global_id for element in design.elements} - (later - now)
-
-
-def due_by(design: BimModel, day: date) -> set[str]:
-    """Return the elements that should stand before a day: a task of theirs was to be finished."""
-    done = (task for task in design.tasks if task.schedule_finish and days_past(task.schedule_finish, day))
-    return {element for task in done for element in task.elements}
 
 
 def _view(

@@ -60,8 +60,8 @@ RIG_NOTES: Mapping[Reason, Template] = {
     Reason.RIG_REFINED_BY_LENGTHS: _by_lengths,
     Reason.RIG_KNOCKED_BETWEEN: _knocked,
     Reason.RIG_ROWS_APART: _rows_apart,
-    Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale: each area's sigma holds {share:hundredth %} for "
-    "that, and completion's bounds are wider, since walls and columns may lie elsewhere",
+    Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale: each area's sigma holds {share:hundredth %}, and "
+    "completion's bounds hold what may lie elsewhere for it",
     Reason.CALIBRATION_COVERAGE: "the boards cover only {share:%} of the frame",
     Reason.CALIBRATION_HOLD_OUT: "views kept back miss by {hold_out_px:px}, the others by {rms_px:px}",
     Reason.CALIBRATION_LENGTH: "the boards' diagonals come out {share:hundredth %} wrong",
