@@ -31,7 +31,7 @@ def app(context: click.Context, debug: bool) -> None:
     context.obj = debug
 
 
-@app.command()
+@app.command(short_help="Measure the photos, and report what was built.")
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option(
     "--out", type=_FILE, default=Path("out"), metavar="FOLDER", help="Folder for the results; out by default."
@@ -80,7 +80,7 @@ def run(context: click.Context, /, **options: Any) -> None:
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Make every output again from result.json.")
 @click.argument("folder", type=_FILE)
 @click.option(
     "--ifc", type=_FILE, multiple=True, help="The IFC file, if it has moved since the run. Repeat for several."
@@ -100,7 +100,7 @@ def report(context: click.Context, folder: Path, ifc: tuple[Path, ...], colour: 
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Calibrate the rig from photos of a board or tags.")
 @click.argument("project", type=_FILE, metavar="[PROJECT.yaml]", required=False)
 @click.option("--out", type=_FILE, required=True, metavar="RIG.yaml", help="The rig file to write.")
 @click.option("--report", type=_FILE, metavar="PAGE.html", help="A page that says whether to trust the calibration.")
@@ -178,7 +178,7 @@ def inspect(context: click.Context, file: Path) -> None:
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Take our data out of an IFC copy.")
 @click.argument("file", type=_FILE, metavar="FILE.ifc")
 @click.option("--out", type=_FILE, required=True, metavar="PLAIN.ifc", help="The copy to write.")
 @click.option("--replace", is_flag=True, help="Replace PLAIN.ifc if it exists.")
@@ -195,7 +195,7 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Fill quantities into a workbook of your own.")
 @click.argument("workbook", type=_FILE, metavar="COST.xlsx")
 @click.option("--map", "mapping", type=_FILE, required=True, metavar="MAP.yaml", help="What goes into which column.")
 @click.option("--result", type=_FILE, default=Path("out"), metavar="FOLDER", help="A run's folder, or a result.json.")
@@ -213,7 +213,7 @@ def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dr
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Write flat tables for ERP and Power BI.")
 @click.argument("folder", type=_FILE)
 @click.option("--out", type=_FILE, required=True, metavar="TABLES", help="Folder for the tables.")
 @click.option("--format", "form", type=click.Choice(["csv", "parquet"]), default="csv", help="Parquet needs pyarrow.")
@@ -231,13 +231,13 @@ def tables(context: click.Context, folder: Path, out: Path, form: str, replace: 
     guarded(context, screen, action)
 
 
-@app.command("ifcpatch-dir")
+@app.command("ifcpatch-dir", short_help="Print where the ifcpatch recipe lies.")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""
     click.echo(Path(__file__).resolve().parent / "ifcpatch_recipes")
 
 
-@app.command()
+@app.command(short_help="Measure one photo pair, without an IFC file.")
 @click.argument("left", type=_FILE)
 @click.argument("right", type=_FILE, required=False)
 @click.option(
@@ -295,7 +295,7 @@ def measure(context: click.Context, /, **options: Any) -> None:
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Write tables to fill in: costs, schedule, notes.")
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option(
     "--out", type=_FILE, default=None, metavar="FOLDER", help="Where to write; the project's folder if left out."
@@ -315,7 +315,7 @@ def template(context: click.Context, project: Path, out: Path | None, replace: b
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Write the photos' masks as COCO JSON.")
 @click.argument("project", type=_FILE, metavar="PROJECT.yaml")
 @click.option("--out", type=_FILE, required=True, metavar="LABELS.json", help="The COCO file to write.")
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
@@ -338,11 +338,15 @@ def label(
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Check today's photos before leaving the site.")
 @click.argument("photos", type=_FILE, nargs=-1, required=True, metavar="PHOTOS")
 @click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project that they are for.")
-@click.option("--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw isn't due.")
-@click.option("--out", type=_FILE, default=Path("check.html"), metavar="PAGE.html", help="The page to write.")
+@click.option(
+    "--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw built is left out."
+)
+@click.option(
+    "--out", type=_FILE, default=Path("check.html"), metavar="PAGE.html", help="The page; check.html by default."
+)
 @click.option("--workers", type=click.IntRange(min=1), default=None, help="Processes; one per processor by default.")
 @click.option("--strict", is_flag=True, help="Exit with 1 if a station would be left out.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
@@ -362,14 +366,16 @@ def check(context: click.Context, /, **options: Any) -> None:
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Find the fewest stations that see what is due.")
 @click.option("--project", type=_FILE, required=True, metavar="PROJECT.yaml", help="The project to visit.")
 @click.option("--date", "day", type=Day(), default=None, help="The day of the visit; today if left out.")
 @click.option("--stations", type=click.IntRange(min=1), default=None, metavar="N", help="So many at most.")
 @click.option(
-    "--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw isn't asked for."
+    "--result", type=_FILE, default=None, metavar="FOLDER", help="A run's folder: what it saw built is left out."
 )
-@click.option("--out", type=_FILE, default=Path("plan.html"), metavar="PAGE.html", help="The page to write.")
+@click.option(
+    "--out", type=_FILE, default=Path("plan.html"), metavar="PAGE.html", help="The page; plan.html by default."
+)
 @click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
 @click.pass_context
 def plan(context: click.Context, /, **options: Any) -> None:
@@ -384,7 +390,7 @@ def plan(context: click.Context, /, **options: Any) -> None:
     guarded(context, screen, action)
 
 
-@app.command()
+@app.command(short_help="Draft a project file from what lies in a folder.")
 @click.argument("folder", type=_FILE, default=".", metavar="[FOLDER]")
 @click.pass_context
 def init(context: click.Context, folder: Path) -> None:

@@ -471,3 +471,8 @@ def test_printing_on_a_full_disk_is_said_in_words(arguments: list[str]) -> None:
 def test_a_day_that_is_none_is_named_with_how_days_are_written(day: str) -> None:
     done = CliRunner().invoke(app, ["run", "project.yaml", "--out", "out", "--visit", day])
     assert done.exit_code == 2 and "is no day" in done.output and "2026-03-02" in done.output
+
+
+def test_the_list_of_commands_breaks_no_sentence_off() -> None:
+    listed = CliRunner().invoke(app, ["--help"]).output.partition("Commands:")[2]
+    assert "check " in listed and "..." not in listed

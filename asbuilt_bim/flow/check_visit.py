@@ -4,7 +4,7 @@ A station that passes will be measured, unless its faces show what only faces ca
 One that tags don't place is measured at once, since the design or points may.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -13,7 +13,7 @@ import cv2
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import AsBuiltError, PhotoError, rejected
+from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.check_places import PlacedBy, placed_today
 from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair, with_photos
 from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, decoded, refused, watch_rig, watch_scale
@@ -23,9 +23,10 @@ from asbuilt_bim.measure.sighting import sight_station
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, StationPhotos, sighted_alone
 from asbuilt_bim.measure.station_faces import thumbnail
 from asbuilt_bim.measure.step_timer import Clock, StepTimer
-from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, checked_station
-from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
+from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, Looked, checked_station
+from asbuilt_bim.project.check import is_of, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
+from asbuilt_bim.register.scale import KnownLength
 from asbuilt_bim.report.tables import station_of
 from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
 
@@ -82,10 +83,11 @@ def check_stations(
     taken: dict[str, date] = {}
     found = _sighted(stations, project, rig, progress, workers, taken)
     day = max(set(taken.values()), key=lambda one: (sum(one == other for other in taken.values()), one), default=today)
-    visit = Visit(date=day, stations=tuple(stations))
-    barred = {name: of_other_day(name, visit) for name in of_other_days(visit, taken)}
+    visits = _visits(day, stations, project)
+    barred = {name: of_other_day(name, visit) for visit in visits for name in of_other_days(visit, _of(visit, taken))}
     showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
     barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ())[0]
+    showed = dict(found)
     found |= {name: refused(found[name], reason) for name, reason in barred.items()}
 
     def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
@@ -94,8 +96,27 @@ def check_stations(
 
     mended = again if project.rig.refine else None
     outcomes = [found[one.name] for one in stations]
-    visited = checked_visit(outcomes, project, rig, by, day, mended, stations=stations, progress=progress)
-    return replace(visited, faults=(*other_days(visit, taken), *visited.faults))
+    visited = checked_visit(
+        outcomes, project, rig, by, day, mended, stations=stations, progress=progress, showed=showed, taken=taken
+    )
+    off = [fault for visit in visits for fault in other_days(visit, _of(visit, taken))]
+    lacks = bool(_of(visits[0], taken)) and not any(is_of(day, visit) for visit in project.visits)
+    others = tuple(visit.date for visit in project.visits) if lacks else None
+    return replace(visited, faults=(*off, *visited.faults), other_visits=others)
+
+
+def _visits(day: date, stations: Sequence[Station], project: Project) -> tuple[Visit, ...]:
+    """Return a visit of the day with what the project doesn't name yet, and the visits in which it names the rest."""
+    here = {one.left.resolve(): one for one in stations}
+    named = []
+    for visit in project.visits:
+        told = tuple(here.pop(left) for one in visit.stations if (left := one.left.resolve()) in here)
+        named += [replace(visit, stations=told)] if told else []
+    return Visit(date=day, stations=tuple(here.values())), *named
+
+
+def _of(visit: Visit, taken: Mapping[str, date]) -> dict[str, date]:
+    return {one.name: taken[one.name] for one in visit.stations if one.name in taken}
 
 
 def day_of(stations: Sequence[Station], today: date) -> date:
@@ -155,11 +176,15 @@ def checked_visit(
     *,
     stations: Sequence[Station] = (),
     progress: Progress = lambda *_: None,
+    showed: Mapping[str, Outcome] | None = None,
+    taken: Mapping[str, date] | None = None,
 ) -> CheckedVisit:
     """Judge rig and scale by all stations, place them, and grade each by all that speaks against it.
 
-    `again` sights stations with a rig as their photos show it, where the project asks for that.
+    `again` sights stations with a rig as their photos show it, where the project asks for that. `showed` is what each
+    was sighted to show, also of one that is left out, and `taken` the day that its photos say.
     """
+    before = {one.station: one for one in outcomes} | dict(showed or {})
     watched = watch_scale(watch_rig(outcomes, rig, again), project, rig, by.known.survey)
     measured = tuple(one for one in watched.outcomes if isinstance(one, StationMeasurement))
     placed = placed_today(measured, stations, project, rig, day, by, progress)
@@ -168,17 +193,43 @@ def checked_visit(
     rows: dict[str, float] = {}
     for record in watched.records:
         rows.update(zip(record.stations, record.station_rows_px, strict=True))
+    of_file = _of_file(watched.warnings)
     checked: list[CheckedStation] = []
     for sighted_one in watched.outcomes:
         outcome = placed.refused.get(sighted_one.station, sighted_one)
         own = [one for one in placement.rejections if station_of(one) == outcome.station]
         reasons = (*outcome.rejections, *own)
         picture = _picture(outcome)
-        pose = poses.get(outcome.station)
-        checked.append(checked_station(outcome, reasons, pose, picture, rows.get(outcome.station)))
+        name = outcome.station
+        looked = Looked(
+            outcome=outcome, seen=before[name] if isinstance(outcome, RejectedStation) else outcome,
+            pose=poses.get(name), picture=picture, rows_px=rows.get(name), day=(taken or {}).get(name),
+            of_file=of_file | _wrong_date(outcome, day),
+        )  # fmt: skip
+        checked.append(checked_station(looked, reasons))
     names = {outcome.station for outcome in watched.outcomes}
     of_all = tuple(one for one in placement.rejections if station_of(one) not in names)
     return CheckedVisit(day=day, stations=tuple(checked), faults=(*watched.warnings, *of_all), notes=watched.notes)
+
+
+def _of_file(warnings: Sequence[Rejection]) -> frozenset[Reason]:
+    """Return the codes that are mistakes of the project file: a scale that all lengths contradict, or a diameter.
+
+    The disc's diameter is the file's mistake where it alone comes out wrong, beside other lengths that don't.
+    """
+    alone = any(
+        one.code is Reason.LENGTHS_DOUBTFUL
+        and one.values["wrong"] == (KnownLength.TARGET_DIAMETER.value,)
+        and one.values["kinds"] != one.values["wrong"]
+        for one in warnings
+    )
+    return frozenset({Reason.SCALE_WRONG} | ({Reason.DISC_NOT_TARGET} if alone else set()))
+
+
+def _wrong_date(outcome: Outcome, day: date) -> frozenset[Reason]:
+    """Return the code of another day where it is the date that the project file gives the photos, not theirs."""
+    dates = {one.values["day"] for one in outcome.rejections if one.code is Reason.STATION_OF_OTHER_DAY}
+    return frozenset({Reason.STATION_OF_OTHER_DAY} if dates - {day.isoformat()} else ())
 
 
 def _picture(outcome: Outcome) -> bytes:

@@ -36,6 +36,8 @@ SIGNS_OF_KNOCK = frozenset(
     {Reason.RIG_KNOCKED, Reason.TARGET_ROWS_APART, Reason.PHOTOS_ROWS_APART, Reason.PHOTOS_BEHIND_RIG}
 )
 """What one station alone shows of a knock: its visit's verdict says it better."""
+_USED_ALL_THE_SAME = frozenset({Reason.RIG_MOVED, Reason.RIG_UNDETERMINED})
+"""Warnings of a rig that was used all the same: one of a wrong scale isn't."""
 ROWS_MENDED_PX = 0.3
 """From here on rows are mended where asked: three times what matches of one photo pair scatter by."""
 
@@ -85,7 +87,7 @@ def watch_rig(
         notes += _rows_told(verdict)
         if verdict.state == "knocked":
             found.update({name: _refused(found[name], verdict) for name in names})
-        doubt = rig_doubt(verdict, names)
+        doubt = rig_doubt(verdict, names, rig)
         warnings += [doubt] if doubt is not None else []
     notes += [_knocked_between(before, after) for before, after in pairwise(verdicts)]
     return WatchedVisit(
@@ -154,7 +156,8 @@ def watch_scale(
         doubt = doubt_rejection(RIG, verdict, rig, square_m)
         return watched if doubt is None else _widened(watched, doubt, verdict)
     wrong = [_wrong_scale(outcome, verdict, rig, square_m) for outcome in watched.outcomes]
-    return replace(watched, outcomes=tuple(wrong))
+    left = tuple(one for one in watched.warnings if one.code not in _USED_ALL_THE_SAME)
+    return replace(watched, outcomes=tuple(wrong), warnings=left)
 
 
 def _widened(watched: WatchedVisit, doubt: Rejection, verdict: ScaleVerdict) -> WatchedVisit:
@@ -222,7 +225,7 @@ def _still_knocked(
     verdicts = judge_visit([outcome.health for outcome in outcomes if outcome.health is not None], rig)
     bad = {name: verdict for verdict in verdicts if verdict.state == "knocked" for name in verdict.stations}
     refused: dict[str, Outcome] = {o.station: _refused(o, bad[o.station]) for o in outcomes if o.station in bad}
-    doubts = [rig_doubt(verdict, verdict.stations, refined=True) for verdict in verdicts]
+    doubts = [rig_doubt(verdict, verdict.stations, rig, refined=True) for verdict in verdicts]
     told = tuple(doubt for doubt in doubts if doubt is not None)
     return refused, "not refined" if refused else "refined", told
 

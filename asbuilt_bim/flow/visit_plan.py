@@ -13,6 +13,7 @@ from asbuilt_bim.flow.output.folder import read_current
 from asbuilt_bim.flow.pipeline import monitor
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.ifc.apart import read_floors
+from asbuilt_bim.progress.completion.planned import due_by
 from asbuilt_bim.progress.completion.records import place_of
 from asbuilt_bim.progress.completion.wanted_views import begun_by
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
@@ -20,7 +21,8 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.visits.expected import VisitPlan, expected_stations
 from asbuilt_bim.progress.visits.plan_visit import plan_visit
-from asbuilt_bim.progress.visits.tags import helpful_tags, surveyed_tags
+from asbuilt_bim.progress.visits.surroundings import Surroundings
+from asbuilt_bim.progress.visits.tags import NEEDED, helpful_tags, surveyed_tags, tags_in_view
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.tags import TagPlace
@@ -55,7 +57,8 @@ def visit_plan(
 ) -> VisitPlan:
     """Plan the stations for what is due on a day, less what earlier visits saw built: `known` is the report of them.
 
-    `taken` are the poses (4, 4) of stations of that day: what they show isn't wanted again.
+    `taken` are the poses (4, 4) of stations of that day: what they show isn't wanted again. Of `most` stations those
+    come first that see enough tags, and what should stand already.
 
     Raises:
         AsBuiltError: the IFC files can't be used.
@@ -63,8 +66,16 @@ def visit_plan(
     wanted = begun_by(design, day)
     due = tuple(one for one in design.elements if one.global_id in wanted)
     states = known_states(known, design, project)
-    visit = plan_visit(design, read_floors(project.ifc), rig, wanted, states, most=most, taken=taken)
     tags, size_m = surveyed_tags(survey), project.markers.size_m or PLANNED_TAG_M
+    by_tags = bool(survey) or not (project.poses or project.control_points or _any_near(project))
+
+    def placed(around: Surroundings, pose: FloatArray) -> bool:
+        return len(tags_in_view(rig, around, pose, tags)) >= NEEDED
+
+    visit = plan_visit(
+        design, read_floors(project.ifc), rig, wanted, states, most=most, taken=taken,
+        first=due_by(design.tasks, day), counts=placed if by_tags else None,
+    )  # fmt: skip
     return VisitPlan(
         day=day,
         known=known,
@@ -74,7 +85,7 @@ def visit_plan(
         due=due,
         later=len(design.elements) - len(due),
         has_dates=any(task.schedule_start is not None for task in design.tasks),
-        by_tags=bool(survey) or not (project.poses or project.control_points or _any_near(project)),
+        by_tags=by_tags,
     )
 
 

@@ -86,7 +86,7 @@ def measure_photos(
     if isinstance(found, RejectedStation):
         raise MeasureError(f"{photos.name}: the pair can't be measured", found.rejections)
     if verdict is not None:
-        notes += _doubts(verdict, photos.name, refined=refined)
+        notes += _doubts(verdict, photos.name, rig, refined=refined)
     rejections = (*notes, *found.measurement.rejections)
     if models.segmenter is not None:
         rejections = (*rejections, *_unmeasured(found, photos.name))
@@ -111,7 +111,7 @@ def _refined(found: StationDetail | RejectedStation, rig: StereoRig, verdict: Ri
     return rig if health is None else refined_rig(rig, verdict, health.camera)
 
 
-def _doubts(verdict: RigVerdict, name: str, *, refined: bool) -> tuple[Rejection, ...]:
+def _doubts(verdict: RigVerdict, name: str, rig: StereoRig, *, refined: bool) -> tuple[Rejection, ...]:
     """Return what a run would warn of at this pair.
 
     Raises:
@@ -120,7 +120,7 @@ def _doubts(verdict: RigVerdict, name: str, *, refined: bool) -> tuple[Rejection
     if verdict.state == "knocked":
         knocked = rig_rejection(Reason.RIG_KNOCKED, about(SubjectKind.STATION, name), verdict)
         raise MeasureError(f"{name}: the pair can't be measured", (knocked,))
-    doubt = rig_doubt(verdict, (name,), refined=refined)
+    doubt = rig_doubt(verdict, (name,), rig, refined=refined)
     return () if doubt is None else (doubt,)
 
 

@@ -49,8 +49,9 @@ def sight_station(
     checked = check_rig(pair, worked)
     if checked.rejections:
         return RejectedStation(
-            station=photos.name, rejections=(*faults, *checked.rejections), picture=pair.left, health=checked.health
-        )
+            station=photos.name, rejections=(*faults, *checked.rejections), picture=pair.left, health=checked.health,
+            quality=quality,
+        )  # fmt: skip
     timer.done("check")
     target, found = find_target(pair, options.target)
     reasons = (*faults, *found)
@@ -68,8 +69,9 @@ def sight_station(
     refused = without_scale(photos.name, target, found, markers, required=options.target.required, least=least)
     if refused:
         return RejectedStation(
-            station=photos.name, rejections=(*faults, *refused), picture=pair.left, health=checked.health, scale=scale
-        )
+            station=photos.name, rejections=(*faults, *refused), picture=pair.left, health=checked.health, scale=scale,
+            quality=quality,
+        )  # fmt: skip
     return Sighted(
         photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,
         reasons=reasons, quality=quality,

@@ -8,6 +8,7 @@ import numpy as np
 
 from asbuilt_bim.camera.photo.check import check_photo_against_rig
 from asbuilt_bim.camera.photo.overlap import check_pair, match_pair
+from asbuilt_bim.camera.photo.quality import StationQuality
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.photo.working_size import at_working_size
@@ -44,6 +45,7 @@ class RejectedStation:
     picture: ByteImage | None = None
     health: StationHealth | None = None  # of the rig, where the photos show something of it
     scale: ScaleEvidence | None = None  # None where the station was refused before its target and markers were read
+    quality: StationQuality | None = None  # None where it was refused before its photos were looked at
 
 
 def read_station(

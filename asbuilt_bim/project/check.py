@@ -25,6 +25,11 @@ def refuse_missing(project: Project) -> None:
         raise ProjectError("\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *rows]))
 
 
+def is_of(day: date, visit: Visit) -> bool:
+    """Say whether a run takes photos of a day for a visit's: all of them where its camera's clock is wrong."""
+    return visit.camera_clock_wrong or abs(day - visit.date) <= NEAR
+
+
 def of_other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[str, ...]:
     """Return the stations that decide nothing, since photos say that they were `taken` (by station) on another day.
 

@@ -4,11 +4,11 @@ import contextlib
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
-from asbuilt_bim.camera.calibration.any_board import shows_board
+from asbuilt_bim.camera.calibration.any_board import SeenBoard, board_shown, shows_board
 from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.errors import PhotoError
 
@@ -34,6 +34,7 @@ class FoundPhotos:
     right: str
     pairs: int
     day: date | None  # of the folder's name, else of a photo's EXIF
+    board: SeenBoard | None = None  # that its photos show, where they are of one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +76,7 @@ def find_files(folder: Path) -> FoundFiles:
     return FoundFiles(
         designs=_named(folder, (f for f in files if f.suffix.lower() in _DESIGNS and ".asbuilt" not in f.name)),
         rigs=_named(folder, (f for f in files if _is_rig(f))),
-        boards=tuple(found for place, found in paired if place in boards),
+        boards=tuple(replace(found, board=_board_of(photos[place])) for place, found in paired if place in boards),
         visits=tuple(found for place, found in paired if place not in boards),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
         videos=tuple(_videos(folder, [f for f in files if f.suffix.lower() in _VIDEOS])),
@@ -97,12 +98,21 @@ def _of_boards(name: str, photos: Sequence[Path]) -> bool:
     return shown >= min(_AGREE, max(looked, 1))
 
 
+def _board_of(photos: Sequence[Path]) -> SeenBoard | None:
+    """Return the largest board that some photos of a folder show: one that shows a part of it shows a smaller one."""
+    seen: list[SeenBoard] = []
+    for file in photos[:: max(1, len(photos) // _LOOKED_AT)][:_LOOKED_AT]:
+        with contextlib.suppress(PhotoError):
+            seen += [board] if (board := board_shown(decode(read_photo(file)))) is not None else []
+    return max(seen, key=lambda one: one.columns * one.rows, default=None)
+
+
 def _videos(folder: Path, files: Sequence[Path]) -> Iterable[FoundVideo]:
     """Yield the videos, two that differ by the side's word alone as one walk."""
     taken: set[Path] = set()
     for file in files:
         for left, right in _SIDES:
-            word = re.compile(rf"(?<![A-Za-z0-9]){left}(?![A-Za-z0-9])")
+            word = _word(left)
             partner = file.with_name(word.sub(right, file.name))
             if file not in taken and partner != file and partner in files:
                 taken |= {file, partner}
@@ -129,6 +139,31 @@ def pairs_in(folder: Path) -> FoundPhotos | None:
         OSError: the folder can't be read.
     """
     return _pairs(folder, folder, photos_in(folder))
+
+
+def partner_of(photo: Path) -> tuple[Path, Path] | None:
+    """Return the left and the right photo of the pair that one photo is of by its name; None: it says no side."""
+    for words in _SIDES:
+        for here, word in enumerate(words):
+            told = _word(word)
+            if told.search(photo.stem):
+                other = photo.with_name(told.sub(words[1 - here], photo.stem) + photo.suffix)
+                return (other, photo) if here else (photo, other)
+    return None
+
+
+def name_of(left: Path, right: Path) -> str:
+    """Return a pair's name: the left photo's without the side's word where the photos' names differ by it alone."""
+    pair = partner_of(left)
+    if pair is None or (pair[0].name, pair[1].name) != (left.name, right.name):
+        return left.stem
+    word = next(words[0] for words in _SIDES if _word(words[0]).search(left.stem))
+    parts = (part.strip(" _-.") for part in _word(word).split(left.stem))
+    return "_".join(part for part in parts if part) or left.stem
+
+
+def _word(side: str) -> re.Pattern[str]:
+    return re.compile(rf"(?<![A-Za-z0-9]){side}(?![A-Za-z0-9])")
 
 
 def photos_in(folder: Path) -> list[Path]:
@@ -167,7 +202,7 @@ def _pairs(folder: Path, place: Path, files: Sequence[Path]) -> FoundPhotos | No
     names = {file.name for file in files}
     best: tuple[int, str, str] | None = None
     for left, right in _SIDES:
-        word = re.compile(rf"(?<![A-Za-z0-9]){left}(?![A-Za-z0-9])")
+        word = _word(left)
         for name in sorted(names):
             for before, after in _patterns(name, word):
                 count = _count(names, (before, left, after), right)

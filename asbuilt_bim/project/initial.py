@@ -5,10 +5,15 @@ from collections.abc import Collection, Sequence
 from datetime import date
 from pathlib import PurePath
 
+from asbuilt_bim.camera.calibration.any_board import SeenBoard
 from asbuilt_bim.project.found import FoundFiles, FoundPhotos, FoundVideo
 
 FIRST = "# yaml-language-server: $schema=project-1.schema.json"
 """An editor completes and checks the keys by the schema beside the file, without a network."""
+
+
+_EXAMPLE = "# EXAMPLE, replace"
+_BOARD_EXAMPLE = SeenBoard(kind="charuco", columns=7, rows=9, dictionary="DICT_5X5_100")
 
 
 def initial_text(name: str, found: FoundFiles) -> str:
@@ -16,14 +21,14 @@ def initial_text(name: str, found: FoundFiles) -> str:
     lines = [
         FIRST,
         "# Drafted from what lay in this folder. Read it through. What is yours to fill in looks like #target:",
-        "# there take the # away, and nothing else.",
+        "# there put your own values in the place of what is marked EXAMPLE, and take the # away.",
         "format: asbuilt-bim/project",
         "version: 1",
         f"name: {_quoted(name)}",
         *_design(found.designs),
         *_rig(found),
         "# The red disc, measured across. It checks the scale.",
-        "#target: {diameter_m: 0.30}",
+        f"#target: {{diameter_m: 0.30}}  {_EXAMPLE}: diameter_m",
         *_markers(found.surveys),
         *_visits(found.visits, found.videos, surveyed=bool(found.surveys)),
     ]
@@ -43,7 +48,7 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
             "file under rig"
         )
     elif not found.rigs:
-        lacks.append("the board: give its kind, columns and rows, and a square's side as you measure it on the print")
+        lacks.append(f"the board: {_to_give(found.boards[0].board)}")
     lacks.append("the target: measure the disc across, and give diameter_m under target")
     if not found.surveys:
         lacks.append(
@@ -76,21 +81,46 @@ def _rig(found: FoundFiles) -> list[str]:
         others = [f"# or: {_quoted(rig)}" for rig in found.rigs[1:]]
         return ["rig:", f"  file: {_quoted(found.rigs[0])}", *others]
     if not found.boards:
-        return ["# The calibrated camera: a rig file, or photos of a board.", "#rig: {file: rig.yaml}"]
+        return [
+            "# The calibrated camera: a rig file, or photos of a board.",
+            f"#rig: {{file: rig.yaml}}  {_EXAMPLE}: rig.yaml",
+        ]
     boards = found.boards[0]
+    shown = boards.board or _BOARD_EXAMPLE
+    size = f"kind: {shown.kind}, columns: {shown.columns}, rows: {shown.rows}, square_m: 0.034"
+    markers = f" marker_m: 0.026, dictionary: {shown.dictionary}," if shown.dictionary else ""
+    told = "" if boards.board is None else f" They show {_board_words(boards.board)}: count on the print."
+    examples = ["square_m"] + ["marker_m"] * bool(markers)
+    if boards.board is None:
+        examples = ["kind", "columns", "rows", *examples, "dictionary"]
     return [
-        f"# The board: {boards.pairs} pairs were found. Give what is printed on it, and a square's side as measured.",
+        f"# The board: {boards.pairs} pairs were found.{told}",
+        f"# EXAMPLE, replace by what you measure or read on your print: {', '.join(examples)}",
         "#rig:",
-        "#  boards: {kind: charuco, columns: 7, rows: 9, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_100,",
+        f"#  boards: {{{size},{markers}",
         f"#           left: {_quoted(boards.left)}, right: {_quoted(boards.right)}}}",
     ]
+
+
+def _board_words(board: SeenBoard) -> str:
+    if board.kind == "chessboard":
+        return f"a chessboard of {board.columns} x {board.rows} inner corners"
+    return f"a ChArUco board of {board.columns} x {board.rows} squares"
+
+
+def _to_give(board: SeenBoard | None) -> str:
+    side = "a square's side as you measure it on the print"
+    if board is None:
+        return f"give its kind, columns and rows, and {side}"
+    marker = ", and a marker's" if board.dictionary else ""
+    return f"the photos show {_board_words(board)}; give {side}{marker}"
 
 
 def _markers(surveys: Sequence[str]) -> list[str]:
     survey = _quoted(surveys[0]) if surveys else "markers.csv"
     return [
         "# The markers: their survey, and the side of their black square as measured on the print.",
-        f"#markers: {{survey: {survey}, size_m: 0.25, sigma_m: 0.003}}",
+        f"#markers: {{survey: {survey}, size_m: 0.25, sigma_m: 0.003}}  {_EXAMPLE}: size_m, sigma_m",
         "# Without a survey the design can place stations: give each visit the storey as the IFC names it, under near.",
         "# A rough place of each is better (asbuilt-bim plan shows it so), in a list of stations, as in",
         "# - {name: A1, left: A1_l.jpg, right: A1_r.jpg, near: {storey: Ground floor, grid: B-3, looking: north}}",
@@ -100,6 +130,7 @@ def _markers(surveys: Sequence[str]) -> list[str]:
 def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo], *, surveyed: bool) -> list[str]:
     if not visits and not videos:
         return [
+            "# EXAMPLE, replace: the date, and where its photos lie.",
             "#visits:",
             '#   - {date: 2026-03-02, stations: {left: "visits/2026-03-02/*_left.jpg", '
             'right: "visits/2026-03-02/*_right.jpg"}}',
@@ -109,7 +140,7 @@ def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo], *, surv
         mark = "" if photos.day else "#"
         day = photos.day.isoformat() if photos.day else "YEAR-MONTH-DAY"
         lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}")
-        lines += [] if surveyed else ["#    near: {storey: Ground floor}"]
+        lines += [] if surveyed else [f"#    near: {{storey: Ground floor}}  {_EXAMPLE}: the storey"]
         lines.append(f"{mark}    stations: {{left: {_quoted(photos.left)}, right: {_quoted(photos.right)}}}")
     return lines + _videos(videos, {photos.day for photos in visits})
 

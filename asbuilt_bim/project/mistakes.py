@@ -7,6 +7,7 @@ from typing import Any
 
 from asbuilt_bim.project.file import ProjectFile
 from asbuilt_bim.project.paths import PathChecker
+from asbuilt_bim.storage.strict_yaml import YamlDocument
 from asbuilt_bim.storage.structure import Problem, Problems, structure
 
 MAX_NAMED = 100
@@ -42,6 +43,7 @@ _FILES = [
 ]
 _ROUNDS = 4
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+_COUNTED = re.compile(r"\b(visits|stations)\[(\d+)\]")
 _PLACE = re.compile(r"\b(?:visits|ifc|history)\[\d+\][\w.\[\]]*")
 
 
@@ -158,13 +160,32 @@ def shown_path(path: Path, folder: Path) -> str:
         return path.name
 
 
-def message(path: Path, found: Sequence[Problem], lines: dict[str, int]) -> str:
-    """Write all mistakes of a file, each with its line, in the order of the lines."""
+def message(path: Path, found: Sequence[Problem], document: YamlDocument) -> str:
+    """Write all mistakes of a file, each with its line, in the order of the lines.
+
+    A key that is missing and stands behind a # has the line where it does. Visits and stations are counted from 1, too.
+    """
     count = "one mistake" if len(found) == 1 else f"{len(found)} mistakes"
-    rows = [f"{path}: {count}; nothing was run:"]
-    for problem in sorted(found, key=lambda p: _line(p.path, lines)):
-        rows.append(f"  line {_line(problem.path, lines)}: {problem.path or 'the file'}: {problem.text}")
-    return "\n".join(first_rows(rows))
+    rows = []
+    for problem in found:
+        line, text = _line(problem.path, document.lines), problem.text
+        hidden = document.behind_hash.get(problem.path)
+        if hidden is not None and problem.path not in document.lines:
+            line = hidden
+            text = (
+                f"{text}: take the # away there, and replace what is an example"
+                if problem.missing
+                else (f"stands behind a #: take it away there, and replace what is an example (it {text})")
+            )
+        rows.append((line, f"  line {line}: {problem.path or 'the file'}: {text}{_counted(problem.path)}"))
+    ordered = [row for _, row in sorted(rows, key=lambda one: one[0])]
+    return "\n".join(first_rows([f"{path}: {count}; nothing was run:", *ordered]))
+
+
+def _counted(where: str) -> str:
+    """Return `; that is visit 1, station 2` of a place that is counted from 0, "" of any other."""
+    numbers = [(name.rstrip("s"), int(index) + 1) for name, index in _COUNTED.findall(where)]
+    return f"; that is {', '.join(f'{name} {number}' for name, number in numbers)}" if numbers else ""
 
 
 def first_rows(rows: list[str]) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, PhotoError
 from asbuilt_bim.project.file import PatternsFile, StationFile
-from asbuilt_bim.project.found import pairs_in, photos_in
+from asbuilt_bim.project.found import name_of, pairs_in, partner_of, photos_in
 from asbuilt_bim.project.model import Project, Station
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.stations import listed_stations
@@ -33,12 +33,21 @@ def stations_of(photos: Sequence[Path], project: Project) -> tuple[Station, ...]
     if side_by_side:
         return _named_apart([Station(name=path.stem, left=path, right=path) for path in photos])
     if len(photos) % 2:
-        raise OptionError(f"{len(photos)} photos are no pairs; name a folder, or left and right in turn")
+        raise OptionError(_odd(photos))
     pairs = zip(photos[::2], photos[1::2], strict=True)
-    named = [Station(name=left.stem, left=left, right=right) for left, right in pairs]
+    named = [Station(name=name_of(left, right), left=left, right=right) for left, right in pairs]
     if twice := next((one.name for one in named if one.left == one.right), ""):
         raise OptionError(f"{twice}: is named as left and as right photo")
     return _named_apart(named)
+
+
+def _odd(photos: Sequence[Path]) -> str:
+    """Say why an odd number of photos are no pairs, and of one alone which is missing."""
+    if len(photos) > 1:
+        return f"{len(photos)} photos are no pairs; name a folder, or left and right in turn"
+    pair = partner_of(photos[0])
+    other = "the other eye's" if pair is None else next(one.name for one in pair if one != photos[0])
+    return f"{photos[0].name} alone is no pair; name {other} too, or the folder"
 
 
 def _named_apart(stations: Sequence[Station]) -> tuple[Station, ...]:
@@ -66,8 +75,12 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
     if side_by_side:
         return tuple(Station(name=path.stem, left=path, right=path) for path in photos)
     if found is None:
+        lone = [partner_of(photo) for photo in photos]
+        if all(lone):  # each says its side, and the other photo isn't there
+            return tuple(Station(name=name_of(*pair), left=pair[0], right=pair[1]) for pair in lone if pair)
+        count = "the camera of its only photo" if len(photos) == 1 else f"which camera took its {len(photos)} photos"
         raise PhotoError(
-            f"{folder}: nobody can tell which camera took its {len(photos)} photos; name them left and right "
+            f"{folder}: nobody can tell {count}; name them left and right "
             "(A1_left.jpg, A1_right.jpg), or name the photos in pairs"
         )
     checker = PathChecker(folder=folder, allow_outside=True, problems=Problems())

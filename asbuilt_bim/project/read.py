@@ -59,14 +59,14 @@ def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool
             replace(checker, problems=Problems()),
             lambda rest, own: _resolve(path, rest, own, visited=visited),
         )
-        raise ProjectError(message(path, [*problems.found, *more], document.lines))
+        raise ProjectError(message(path, [*problems.found, *more], document))
     project = _resolve(path, written, checker, visited=visited)
     if problems.found:
         wrong = {problem.path for problem in problems.found}
         for where, file in project.missing.items():  # one message names all that is wrong
             if where not in wrong:
                 problems.add(where, f"there is no {project.relative(file)}")
-        raise ProjectError(message(path, problems.found, document.lines))
+        raise ProjectError(message(path, problems.found, document))
     return project
 
 

@@ -4,8 +4,9 @@
 """
 
 import codecs
+import re
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +20,20 @@ MAX_BYTES = 1_000_000
 MAX_NODES = 100_000
 """Keys, values and lists, each counted. A thousand stations are 7,000; a million letters of `a, a, a` take minutes."""
 
+_BEHIND_HASH = re.compile(r"^#(\w+):", re.MULTILINE)
 _TAG = "tag:yaml.org,2002:"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YamlDocument:
-    """What a YAML file holds, and the line (from 1) of each key path such as `visits[0].date`."""
+    """What a YAML file holds, and the line (from 1) of each key path such as `visits[0].date`.
+
+    `behind_hash` has the lines of keys of the file itself that stand behind a #, as in `#rig:`.
+    """
 
     value: object
     lines: dict[str, int]
+    behind_hash: dict[str, int] = field(default_factory=dict)
 
 
 class StrictLoader(yaml.SafeLoader):
@@ -135,7 +141,8 @@ def parse_yaml(text: str, path: Path) -> YamlDocument:
         raise ProjectError(f"{path}{yaml_words(problem, text)}") from problem
     except RecursionError as problem:
         raise ProjectError(f"{path}: nested too deep for a project file") from problem
-    return YamlDocument(value=value, lines=lines)
+    hidden = {key.group(1): text.count("\n", 0, key.start()) + 1 for key in _BEHIND_HASH.finditer(text)}
+    return YamlDocument(value=value, lines=lines, behind_hash=hidden)
 
 
 def yaml_words(problem: Exception, text: str) -> str:

@@ -36,6 +36,7 @@ from asbuilt_bim.report.wording.of_page.check_words import (
     GRADE_NAMES,
     aspect_reasons,
     aspect_words,
+    grade_words,
     verdict_words,
 )
 from asbuilt_bim.report.wording.reasons import words_of
@@ -94,8 +95,11 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     write_page(request.out, check_page(visit, project.name, plan))
     if plan is not None:
         screen.say(unseen_words(plan))
-        for row in walk_parts(plan).rows:
+        parts = walk_parts(plan)
+        for row in parts.rows:
             screen.say(f"  {row.number}. {row.storey}. {row.place} {row.look}")
+        for name, words in parts.tags:
+            screen.say(f"  {name}: {words}")
     screen.say(f"Page: {request.out}")
     if not visit.counting:
         return INCOMPLETE
@@ -162,7 +166,7 @@ def _show(visit: CheckedVisit, screen: Screen) -> None:
     for station in visit.stations:
         for reason in aspect_reasons(station):
             screen.warn(f"{plain(station.name)}: {plain(reason.at_station)}")
-    (screen.warn if visit.again else screen.say)(plain(verdict_words(visit)))
+    (screen.warn if visit.again or visit.other_visits is not None else screen.say)(plain(verdict_words(visit)))
 
 
 def _table(visit: CheckedVisit) -> Table:
@@ -179,6 +183,6 @@ def _cells(station: CheckedStation) -> list[Text]:
     cells = [Text(station.name, style=_STYLES[station.grade])]
     for aspect in station.aspects:
         words = aspect_words(aspect)
-        text = words if aspect.grade == "ok" and words else GRADE_NAMES[aspect.grade]
+        text = words if aspect.grade == "ok" and words else grade_words(aspect)
         cells.append(Text(text, style=_STYLES[aspect.grade]))
     return cells

@@ -9,7 +9,7 @@ from asbuilt_bim.terminal.parameters import FilePath
 from asbuilt_bim.terminal.screen import Screen
 
 
-@click.group()
+@click.group(short_help="Networks of your own: add PRESET FILE.onnx.")
 def networks() -> None:
     """Networks of your own: `asbuilt-bim networks add PRESET FILE.onnx` writes the card of a published one."""
 

@@ -9,7 +9,7 @@ from asbuilt_bim.terminal.parameters import BOARD, FAMILY_NAMES, FilePath, Metre
 from asbuilt_bim.terminal.screen import Screen
 
 
-@click.group("print")
+@click.group("print", short_help="Print a board, markers or the target to scale.")
 def sheets() -> None:
     """Print a calibration board, markers or the target: PDF files to scale."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
@@ -19,11 +20,11 @@ from asbuilt_bim.flow.check_visit import check_stations
 from asbuilt_bim.flow.measure_visit import options_of, read_pair
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, StationPhotos, measure_station
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
-from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
-from asbuilt_bim.report.wording.of_page.check_words import verdict_words
+from asbuilt_bim.report.wording.of_page.check_words import aspect_reasons, grade_words, verdict_words
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.photo_damage import _rewrite
 from tests.site_fixture import contents, rig_file, site, small_project, write
@@ -158,6 +159,44 @@ def test_a_check_says_of_a_station_what_its_measurement_would(project: Project, 
     assert tags.values["tags"] == tuple(marker.marker_id for marker in measured.markers)
 
 
+def dated(project: Project, day: date, **changes: object) -> Project:
+    """Return the project with all its stations in one visit of a day."""
+    stations = tuple(station for visit in project.visits for station in visit.stations)
+    return replace(project, visits=(Visit(date=day, stations=stations),), **changes)  # type: ignore[arg-type]
+
+
+def test_photos_that_no_visit_of_the_project_is_of_will_not_just_count(project: Project, tmp_path: Path) -> None:
+    folder = photos(tmp_path / "today", "G1")
+    late = check(dated(project, date(2026, 3, 19)), folder)
+    assert late.other_visits == (date(2026, 3, 19),) and late.counting == 1
+    verdict = verdict_words(late)
+    assert "will count once the project file has a visit of 2026-03-16. It has 2026-03-19." in verdict
+    assert check(dated(project, date(2026, 3, 17)), folder).other_visits is None, "a camera's clock may be a day off"
+
+
+def test_photos_that_the_project_gives_another_day_are_its_mistake_and_not_the_photos(project: Project) -> None:
+    wrong = dated(project, date(2026, 3, 25))
+    (station, *_) = wrong.visits[0].stations
+    rig, by = read_rig(project.folder / "rig.yaml"), PlacedBy(known=KnownPlaces(survey=survey_of(project)))
+    found = check_stations([station], wrong, rig, by, TODAY, lambda *_: None, workers=1)
+    (checked,) = found.stations
+    assert not found.counting and found.by_file == (station.name,)
+    grades = {one.aspect: grade_words(one) for one in checked.aspects}
+    assert grades["day"] == "wrong in the project file" and grades["photos"] == grades["disc"] == grades["tags"] == "ok"
+    assert any("2026-03-25" in str(words_of(fault)) for fault in found.faults)
+    assert "Your photos are fine" in verdict_words(found)
+
+
+def test_a_wrong_diameter_in_the_file_is_told_as_that_and_the_tags_stay_read(project: Project, tmp_path: Path) -> None:
+    wrong = replace(project, target=replace(project.target, diameter_m=0.25))
+    found = check(wrong, photos(tmp_path / "today", "G1"))
+    (station,) = found.stations
+    grades = {one.aspect: grade_words(one) for one in station.aspects}
+    assert grades["disc"] == "wrong in the project file" and grades["tags"] == "ok"
+    assert "correct the project file" in verdict_words(found) and "Don't leave" not in verdict_words(found)
+    assert all("check target.diameter_m" in str(reason) for reason in aspect_reasons(station))
+
+
 def run(*arguments: object) -> Result:
     return CliRunner().invoke(app, ["check", *(str(a) for a in arguments)])
 
@@ -168,6 +207,7 @@ def test_the_command_writes_a_page_and_fails_where_nothing_counts(project: Proje
     good = run(folder, "--project", project.path, "--out", page, "--workers", 1, "--strict")
     assert good.exit_code == 0, good.output
     assert "The station will count." in good.output and b"data:image/jpeg" in page.read_bytes()
+    assert "put up the tags T1, T2" in " ".join(good.output.split()) and "\n  T1: On " in good.output
     (folder / "G1_right.jpg").unlink()
     (folder / "G2_left.jpg").write_bytes(b"no photo")
     (folder / "G2_right.jpg").write_bytes(b"no photo")
@@ -189,7 +229,7 @@ def test_a_folder_without_photos_is_refused_in_one_line(project: Project, tmp_pa
     done = run(tmp_path / "empty", "--project", project.path, "--out", tmp_path / "page.html")
     assert done.exit_code == 1 and "holds no photos" in done.output
     lone = run(tmp_path / "a.jpg", "--project", project.path, "--out", tmp_path / "page.html")
-    assert lone.exit_code == 2 and "are no pairs" in lone.output
+    assert lone.exit_code == 2 and "a.jpg alone is no pair" in lone.output
 
 
 def test_the_plan_command_lists_as_many_stations_as_asked_for_and_writes_the_page(

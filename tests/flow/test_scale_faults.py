@@ -9,16 +9,21 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.rig_check import WatchedVisit, watch_scale
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.vision.stereo.rig_health import judge
+from asbuilt_bim.vision.stereo.rig_rejection import rig_doubt
 from tests.camera.virtual import rig
 from tests.match.small_site import box, element, looking, measured, station
 from tests.project_folder import plain, write_project
 from tests.register.test_scale import SIZE_M, SURVEY, evidence
+from tests.vision.stereo.test_rig_health import calibrated, health
 
 POSE = looking([1.5, -5.0, 1.6], [1.5, 0.0, 1.5])
 FRONT = element("W", "wall", box(0, 0, 0, 3.0, 0.25, 2.8)).faces[0].frame
@@ -26,7 +31,7 @@ assert isinstance(FRONT, PlaneFrame)
 AREA_M2 = 3.0 * 2.8
 
 
-def watched(folder: Path, scale: float) -> WatchedVisit:
+def watched(folder: Path, scale: float, *warnings: Rejection) -> WatchedVisit:
     """Five stations of a rig whose lengths come out `scale` times too large, each with one face."""
     contents = plain()
     contents["markers"]["size_m"] = SIZE_M
@@ -34,7 +39,7 @@ def watched(folder: Path, scale: float) -> WatchedVisit:
     face = measured("A1/1", POSE, FRONT, polygon.box(0.0, 0.0, 3.0, 2.8))
     one = station("A1", POSE, [], [face]).measurement
     stations = tuple(replace(one, station=f"A{n}", scale=evidence(scale, seed=n)) for n in range(5))
-    return watch_scale(WatchedVisit(outcomes=stations, warnings=(), records=(), notes=()), project, rig(), SURVEY)
+    return watch_scale(WatchedVisit(outcomes=stations, warnings=warnings, records=(), notes=()), project, rig(), SURVEY)
 
 
 def sigmas(found: WatchedVisit) -> list[float]:
@@ -56,3 +61,12 @@ def test_a_right_scale_widens_nothing(tmp_path: Path) -> None:
     found = watched(tmp_path, 1.0)
     assert sigmas(found) == [pytest.approx(0.002 * AREA_M2)] * 5
     assert not found.warnings and not found.notes
+
+
+def test_of_a_rig_of_the_wrong_scale_nothing_says_that_it_was_used_all_the_same(tmp_path: Path) -> None:
+    verdict = judge([health("A0", calibrated(), calibrated(), 1)], calibrated())
+    open_rig = rig_doubt(replace(verdict, state="undetermined"), ("A0",), calibrated())
+    assert open_rig is not None and "used all the same" in str(words_of(open_rig))
+    assert watched(tmp_path, 1.0, open_rig).warnings == (open_rig,)
+    wrong = watched(tmp_path, 0.426, open_rig)
+    assert not wrong.warnings and {one.rejections[0].code for one in wrong.outcomes} == {Reason.SCALE_WRONG}

@@ -14,6 +14,7 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
+from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.cli import app
 from asbuilt_bim.project.found import find_files
 from asbuilt_bim.project.initial import initial_text, missing
@@ -37,9 +38,11 @@ def test_the_samples_folder_gives_the_samples_project_once_three_lengths_are_fil
     (site / "project.yaml").unlink()
     found = find_files(site)
     text = initial_text("Block H", found)
-    board = "kind: charuco, columns: 7, rows: 9, square_m: 0.034, marker_m: 0.026"
-    assert board in text
-    filled = text.replace(board, "kind: charuco, columns: 9, rows: 7, square_m: 0.08, marker_m: 0.06")
+    board = "kind: charuco, columns: 9, rows: 7, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_1000"
+    assert board in text, "columns and rows are what the photos show"
+    filled = text.replace(
+        board, "kind: charuco, columns: 9, rows: 7, square_m: 0.08, marker_m: 0.06, dictionary: DICT_5X5_100"
+    )
     for line in ("rig:", "  boards:", "           left", "target:", "markers:"):
         filled = filled.replace(f"#{line}", line)
     (site / "project.yaml").write_text(filled)
@@ -129,6 +132,31 @@ def test_what_is_left_to_fill_in_is_named_by_run_with_its_line(tmp_path: Path) -
     CliRunner().invoke(app, ["init", str(tmp_path)])
     done = CliRunner().invoke(app, ["run", str(tmp_path / "project.yaml"), "--out", str(tmp_path / "out")])
     assert done.exit_code == 1 and "rig: is missing" in done.output
+    lines = (tmp_path / "project.yaml").read_text().splitlines()
+    for key in ("rig", "visits"):
+        line = next(number for number, text in enumerate(lines, start=1) if text.startswith(f"#{key}:"))
+        assert f"line {line}: {key}: " in done.output
+    assert done.output.count("replace what is an example") == 2
+
+
+def test_every_number_that_was_not_read_from_the_folder_is_marked_as_an_example(tmp_path: Path) -> None:
+    found = find_files(made(tmp_path, "design.ifc", "calibration/left_1.jpg", "calibration/right_1.jpg"))
+    lines = initial_text("Site", found).splitlines()
+    for key in ("square_m", "columns", "diameter_m", "size_m", "sigma_m"):
+        assert any("EXAMPLE" in line and re.search(rf"EXAMPLE.*{key}", line) for line in lines), key
+    assert not any("nothing else" in line for line in lines)
+
+
+@pytest.mark.parametrize(("board", "words"), [(CHESS, "chessboard"), (CHARUCO, "ChArUco board")])
+def test_a_draft_says_which_board_its_photos_show(tmp_path: Path, board: Board, words: str) -> None:
+    (tmp_path / "calibration").mkdir()
+    for number, pair in enumerate(pairs(board, 3), start=1):
+        for side, photo in zip(("left", "right"), pair, strict=True):
+            (tmp_path / "calibration" / f"{side}_{number}.png").write_bytes(photo.data)
+    found = find_files(tmp_path)
+    text = initial_text("Site", found)
+    assert f"columns: {board.columns}, rows: {board.rows}, square_m" in text
+    assert f"{words} of {board.columns} x {board.rows}" in text and words in missing(found)[1]
 
 
 def test_photos_of_boards_are_known_by_what_they_show_and_a_site_s_are_not(tmp_path: Path) -> None:
@@ -154,5 +182,5 @@ def test_a_folder_without_a_survey_is_drafted_with_a_place_to_say_the_storey(tmp
         (site / "markers.csv").write_text("id,corner,x_m,y_m,z_m\n")
     found = find_files(site)
     assert bool(found.surveys) == surveyed
-    assert ("#    near: {storey: Ground floor}" in initial_text("site", found).splitlines()) == (not surveyed)
+    assert ("\n#    near: {storey: Ground floor}  # EXAMPLE" in initial_text("site", found)) == (not surveyed)
     assert ("under near" in " ".join(missing(found))) == (not surveyed)

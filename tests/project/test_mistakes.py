@@ -43,7 +43,8 @@ def test_a_wrong_key_hides_no_missing_file_and_no_station_that_is_there_twice(tm
     assert rows == [
         "line 3: nmae: unknown key; did you mean name?",
         "line 4: ifc: there is no desing.ifc",
-        "line 12: visits[0].stations[2].name: 'A2' is the name of visits[0].stations[1] too; names are unique",
+        "line 12: visits[0].stations[2].name: 'A2' is the name of visits[0].stations[1] too; names are unique"
+        "; that is visit 1, station 3",
     ]
 
 
@@ -52,6 +53,7 @@ def test_places_are_those_of_the_file_also_after_a_station_that_cannot_be_read(t
     assert rows[0].startswith("line 10: visits[0].stations[0].lft: unknown key")
     assert rows[1:] == [
         "line 12: visits[0].stations[2].name: 'A2' is the name of visits[0].stations[1] too; names are unique"
+        "; that is visit 1, station 3"
     ]
 
 
@@ -86,12 +88,16 @@ def test_a_pattern_says_what_is_there_instead(tmp_path: Path) -> None:
     (tmp_path / "02.03.2026").mkdir()
     text = "\n".join([*lines[:8], stations])
     rows = named(tmp_path, (WHOLE, text))
-    assert len(rows) == 1 and "there is no folder" in rows[0] and rows[0].endswith("beside it: 02.03.2026")
+    assert (
+        len(rows) == 1
+        and "there is no folder" in rows[0]
+        and rows[0].endswith("beside it: 02.03.2026; that is visit 1")
+    )
     (tmp_path / "2026-03-02").mkdir()
-    assert named(tmp_path, (WHOLE, text))[0].endswith("which is empty")
+    assert named(tmp_path, (WHOLE, text))[0].endswith("which is empty; that is visit 1")
     for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg"):
         (tmp_path / "2026-03-02" / name).touch()
-    assert named(tmp_path, (WHOLE, text))[0].endswith("which holds a.jpg, b.jpg, c.jpg and 1 more")
+    assert named(tmp_path, (WHOLE, text))[0].endswith("which holds a.jpg, b.jpg, c.jpg and 1 more; that is visit 1")
 
 
 @pytest.mark.parametrize(

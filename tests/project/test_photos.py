@@ -65,3 +65,26 @@ def test_where_the_project_has_both_eyes_in_one_file_so_have_todays_photos(proje
 def test_a_project_may_have_no_visit_yet_where_none_is_asked_for(tmp_path: Path) -> None:
     path = write_project(tmp_path / "site", {**plain(), "visits": []})
     assert read_project(path, visited=False).visits == ()
+
+
+@pytest.mark.parametrize(("there", "missing"), [("G1_left.jpg", "G1_right.jpg"), ("G1_right.jpg", "G1_left.jpg")])
+def test_a_photo_alone_in_its_folder_is_a_station_whose_other_photo_is_missing(
+    project: Project, tmp_path: Path, there: str, missing: str
+) -> None:
+    (found,) = stations_of([touched(tmp_path / "today", there)], project)
+    assert found.name == "G1" and {found.left.name, found.right.name} == {there, missing}
+    with pytest.raises(OptionError, match=f"{there} alone is no pair; name {missing} too"):
+        stations_of([tmp_path / "today" / there], project)
+
+
+def test_photos_named_one_by_one_get_the_name_that_their_folder_would_give_them(
+    project: Project, tmp_path: Path
+) -> None:
+    folder = touched(tmp_path / "today", "G1_left.jpg", "G1_right.jpg")
+    (named,) = stations_of([folder / "G1_left.jpg", folder / "G1_right.jpg"], project)
+    assert [named] == list(stations_of([folder], project)) and named.name == "G1"
+
+
+def test_one_photo_of_no_side_is_spoken_of_as_one(project: Project, tmp_path: Path) -> None:
+    with pytest.raises(PhotoError, match="nobody can tell the camera of its only photo"):
+        stations_of([touched(tmp_path / "today", "IMG_1.jpg")], project)

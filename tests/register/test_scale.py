@@ -109,7 +109,7 @@ def test_squares_typed_a_little_too_large_are_warned_of_with_the_areas_that_they
     words = words_of(doubt)
     assert words.value.startswith("+1.") and words.limit < "1.00 %"
     assert "together come out 1." in words.reason and "so every area 2." in words.reason
-    assert "rig.boards.square_m is 0.081 m, and these lengths ask for 0.0" in words.reason
+    assert "rig.boards.square_m is 0.081 m, and known lengths ask for 0.0" in words.reason
 
 
 def test_a_survey_one_per_cent_too_large_is_warned_of_by_its_distances() -> None:

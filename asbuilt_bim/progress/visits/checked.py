@@ -1,6 +1,6 @@
 """A station checked on site: will it count, and what of it is doubtful. The reasons are those that a run would give."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Literal
@@ -11,10 +11,10 @@ from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.register.markers import AHEAD_M, sigma_ahead_m
 from asbuilt_bim.register.pose import StationPose
 
-Aspect = Literal["photos", "pair", "rig", "disc", "tags", "place"]
+Aspect = Literal["photos", "day", "pair", "rig", "disc", "tags", "place"]
 Grade = Literal["ok", "doubtful", "not", "unchecked"]
-ASPECTS: tuple[Aspect, ...] = ("photos", "pair", "rig", "disc", "tags", "place")
-"""In the order in which they are looked at: what follows one that failed isn't."""
+ASPECTS: tuple[Aspect, ...] = ("photos", "day", "pair", "rig", "disc", "tags", "place")
+"""In the order in which they are looked at: what follows one that failed isn't, but for what was seen all the same."""
 
 _OF_PHOTOS = PHOTO_FAULTS | {
     *(
@@ -26,8 +26,8 @@ _OF_PHOTOS = PHOTO_FAULTS | {
         Reason.PHOTO_ZOOMED,
     ),
     *(Reason.PHOTO_OF_OTHER_MODEL, Reason.PHOTO_OF_OTHER_CAMERA, Reason.PHOTOS_UNUSABLE, Reason.PHOTOS_DIFFER_IN_SIZE),
-    *(Reason.PHOTOS_SAVED_AGAIN, Reason.PHOTOS_OF_OTHER_DAY, Reason.STATION_OF_OTHER_DAY, Reason.STATION_FAILED),
-    *(Reason.STATION_MEMORY, Reason.STATION_CRASHED, Reason.STATION_WORKER_LOST, Reason.STATION_ENDLESS),
+    *(Reason.PHOTOS_SAVED_AGAIN, Reason.STATION_FAILED, Reason.STATION_MEMORY, Reason.STATION_CRASHED),
+    *(Reason.STATION_WORKER_LOST, Reason.STATION_ENDLESS),
 }
 _OF_PAIR = {
     Reason.PHOTO_MISSING,
@@ -47,6 +47,7 @@ _OF_DISC = {
 _OF_ASPECT: Mapping[Aspect, frozenset[Reason]] = {
     "photos": frozenset(_OF_PHOTOS), "pair": frozenset(_OF_PAIR), "rig": frozenset(_OF_RIG),
     "disc": frozenset(_OF_DISC), "tags": frozenset({Reason.MARKERS_OF_OTHER_FAMILY}),
+    "day": frozenset({Reason.PHOTOS_OF_OTHER_DAY, Reason.STATION_OF_OTHER_DAY}),
 }  # fmt: skip
 _NO_DOUBT = frozenset({Reason.DISC_NOT_TARGET, Reason.DISC_SPARE, Reason.MARKER_NOT_SURVEYED})
 """What is said of a station that it takes nothing from: another red thing, a tag that waits for its survey."""
@@ -54,12 +55,16 @@ _NO_DOUBT = frozenset({Reason.DISC_NOT_TARGET, Reason.DISC_SPARE, Reason.MARKER_
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckedAspect:
-    """One thing that was looked at: its grade, the reasons against it, and the numbers that its words need."""
+    """One thing that was looked at: its grade, the reasons against it, and the numbers that its words need.
+
+    `by_file`: not the photos are wrong, but what the project file says of them.
+    """
 
     aspect: Aspect
     grade: Grade
     reasons: tuple[Rejection, ...] = ()
     values: Values = field(default_factory=dict)
+    by_file: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,15 +88,25 @@ class CheckedStation:
         against = [one.code for aspect in self.aspects for one in aspect.reasons if one.code not in _NO_DOUBT]
         return bool(against) and all(code in EYES_SWAPPED or code is Reason.PHOTO_MISSING for code in against)
 
+    @property
+    def only_file_wrong(self) -> bool:
+        """Say whether all that leaves it out is a number of the project file: its photos are fine."""
+        wrong = [aspect for aspect in self.aspects if aspect.grade == "not"]
+        return bool(wrong) and all(aspect.by_file for aspect in wrong)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CheckedVisit:
-    """Today's stations in their order, and what is wrong with all of them together: the survey, the rig, the day."""
+    """Today's stations in their order, and what is wrong with all of them together: the survey, the rig, the day.
+
+    `other_visits` are the days of the project's visits where none has the photos' day; None where one has.
+    """
 
     day: date
     stations: tuple[CheckedStation, ...]
     faults: tuple[Rejection, ...] = ()
     notes: tuple[Note, ...] = ()
+    other_visits: tuple[date, ...] | None = None
 
     @property
     def counting(self) -> int:
@@ -109,6 +124,11 @@ class CheckedVisit:
         return tuple(one.name for one in self.stations if not one.counts and one.only_named_wrong)
 
     @property
+    def by_file(self) -> tuple[str, ...]:
+        """Return those of them whose photos are fine: the project file is to be corrected."""
+        return tuple(one.name for one in self.stations if not one.counts and one.only_file_wrong)
+
+    @property
     def doubtful(self) -> tuple[str, ...]:
         """Return the stations that count, and of which something is doubtful."""
         return tuple(station.name for station in self.stations if station.counts and station.grade != "ok")
@@ -122,40 +142,62 @@ def aspect_of(reason: Rejection) -> Aspect:
     return "tags" if reason.subject.kind is SubjectKind.MARKER else "place"
 
 
-def checked_station(
-    outcome: StationMeasurement | RejectedStation,
-    reasons: Sequence[Rejection],
-    pose: StationPose | None,
-    picture: bytes,
-    rows_px: float | None,
-) -> CheckedStation:
-    """Grade a station: `reasons` are all that speak against it, its own and its place's; `rows_px` its rig's rows."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Looked:
+    """What a station's check rests on: `outcome` decides; `seen` is what its photos showed, also of one left out."""
+
+    outcome: StationMeasurement | RejectedStation
+    seen: StationMeasurement | RejectedStation
+    pose: StationPose | None = None
+    picture: bytes = b""
+    rows_px: float | None = None  # of its rig
+    day: date | None = None  # that its photos say
+    of_file: Collection[Reason] = ()  # codes that are mistakes of the project file
+
+
+def checked_station(looked: Looked, reasons: Sequence[Rejection]) -> CheckedStation:
+    """Grade a station: `reasons` are all that speak against it, its own and its place's."""
+    outcome, pose = looked.outcome, looked.pose
+    no_doubt = _NO_DOUBT - _causes(outcome)
     by_aspect: dict[Aspect, list[Rejection]] = {aspect: [] for aspect in ASPECTS}
     for reason in reasons:
         by_aspect[aspect_of(reason)].append(reason)
     aspects: list[CheckedAspect] = []
-    ended = False
+    ended = rig_wrong = False
     for aspect in ASPECTS:
         found = tuple(by_aspect[aspect])
-        against = [one for one in found if one.code not in _NO_DOUBT]
+        against = [one for one in found if one.code not in no_doubt]
+        values = {} if aspect == "disc" and rig_wrong else _values(aspect, looked)  # a wrong rig's metres are wrong
+        unread = aspect == "photos" and isinstance(outcome, RejectedStation)
         grade: Grade = "ok"
         if against:
             grade = "doubtful" if pose is not None else "not"
-        elif ended or (aspect == "place" and pose is None) or (aspect == "photos" and _unread(outcome)):
+        elif (aspect == "place" and pose is None) or ((ended or unread) and not _was_seen(aspect, looked)):
             grade = "unchecked"
-        elif aspect == "tags" and pose is None and not _values(aspect, outcome, pose, rows_px).get("tags"):
+        elif aspect == "tags" and pose is None and not values.get("tags"):
             grade = "not"
         ended |= isinstance(outcome, RejectedStation) and any(one.code not in PHOTO_FAULTS for one in against)
-        values = {} if grade == "unchecked" else _values(aspect, outcome, pose, rows_px)
-        aspects.append(CheckedAspect(aspect=aspect, grade=grade, reasons=found, values=values))
+        rig_wrong |= aspect == "rig" and grade == "not"
+        of_file = bool(against) and all(one.code in looked.of_file for one in against)
+        values = {} if grade == "unchecked" else values
+        aspects.append(CheckedAspect(aspect=aspect, grade=grade, reasons=found, values=values, by_file=of_file))
     return CheckedStation(
-        name=outcome.station, grade=_worst(aspects), aspects=tuple(aspects), picture=picture, pose=pose
+        name=outcome.station, grade=_worst(aspects), aspects=tuple(aspects), picture=looked.picture, pose=pose
     )
 
 
-def _unread(outcome: StationMeasurement | RejectedStation) -> bool:
-    """Say whether a station was refused before anybody looked how sharp and light its photos are."""
-    return isinstance(outcome, RejectedStation) and outcome.health is None and outcome.scale is None
+def _causes(outcome: StationMeasurement | RejectedStation) -> set[Reason]:
+    """Return what leaves a station out that else would take nothing from it: where that is all that was said."""
+    codes = {one.code for one in outcome.rejections} - PHOTO_FAULTS
+    return codes if isinstance(outcome, RejectedStation) and codes <= _NO_DOUBT else set()
+
+
+def _was_seen(aspect: Aspect, looked: Looked) -> bool:
+    """Say whether an aspect was looked at, whatever else was wrong."""
+    seen = looked.seen
+    if aspect == "disc":
+        return seen.scale is not None and seen.scale.target_diameter_m > 0.0
+    return (aspect == "tags" and seen.scale is not None) or bool(_values(aspect, looked))
 
 
 def _worst(aspects: Sequence[CheckedAspect]) -> Grade:
@@ -165,23 +207,22 @@ def _worst(aspects: Sequence[CheckedAspect]) -> Grade:
     return "doubtful" if "doubtful" in grades else "ok"
 
 
-def _values(
-    aspect: Aspect, outcome: StationMeasurement | RejectedStation, pose: StationPose | None, rows_px: float | None
-) -> Values:
+def _values(aspect: Aspect, looked: Looked) -> Values:
     """Return the numbers that tell how good an aspect is; none where it wasn't measured."""
+    seen, pose = looked.seen, looked.pose
     if aspect == "rig":
-        return {} if rows_px is None else {"rows_px": rows_px}
+        return {} if looked.rows_px is None else {"rows_px": looked.rows_px}
+    if aspect == "day":
+        return {} if looked.day is None else {"day": looked.day.isoformat()}
     if aspect == "place" and pose is not None:
         return {"sigma_m": sigma_ahead_m(pose.world_from_left, pose.covariance, AHEAD_M), "ahead_m": AHEAD_M}
-    if isinstance(outcome, RejectedStation):
-        return {}
-    if aspect == "photos" and outcome.quality is not None:
-        both = outcome.quality.left, outcome.quality.right
+    if aspect == "photos" and seen.quality is not None:
+        both = seen.quality.left, seen.quality.right
         return {"blur_px": max(one.sharpness.blur_px for one in both), "stops": min(one.stops for one in both)}
+    if aspect == "pair" and seen.health is not None:
+        return {"matches": seen.health.fit.matches}
+    if isinstance(seen, RejectedStation):
+        return {"tags": seen.scale.marker_ids} if aspect == "tags" and seen.scale is not None else {}
     if aspect == "disc":
-        return {} if outcome.target is None else {"range_m": float(outcome.target.range_m)}
-    if aspect == "tags":
-        return {"tags": tuple(marker.marker_id for marker in outcome.markers)}
-    if aspect == "pair" and outcome.health is not None:
-        return {"matches": outcome.health.fit.matches}
-    return {}
+        return {} if seen.target is None else {"range_m": float(seen.target.range_m)}
+    return {"tags": tuple(marker.marker_id for marker in seen.markers)} if aspect == "tags" else {}

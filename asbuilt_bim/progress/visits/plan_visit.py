@@ -1,6 +1,6 @@
 """The fewest stations that see what is due: a greedy choice among places to stand and ways to look."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
@@ -29,6 +29,10 @@ BEARINGS = 16
 """Ways to look from a place: a frame is 60 to 70 degrees wide, so each thing stands well inside several."""
 LEAST_GAIN_M2 = 1.0
 """A station that adds less is not worth the walk; what it would show is listed as unseen."""
+
+
+Counts = Callable[[Surroundings, FloatArray], bool]
+"""Says of a pose (4, 4) whether a station there will be placed: a photo that can't be counts for nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,8 +102,12 @@ def plan_visit(
     *,
     most: int = 0,
     taken: Sequence[FloatArray] = (),
+    first: Collection[str] = (),
+    counts: Counts | None = None,
 ) -> PlannedVisit:
     """Choose stations for the wanted elements (GlobalIds), `most` of them at most where that isn't 0.
+
+    Of `most` those come first that `counts` says will be placed, and of them what shows the elements `first`.
 
     `known` are states of faces from earlier visits, by face id: what was seen built isn't wanted again. `taken` are
     poses (4, 4) of today's stations: what they show isn't either. What is wanted is taken to stand, and to hide.
@@ -114,7 +122,8 @@ def plan_visit(
     frames = rig_frames(rig)
     visible = np.zeros(len(squares.area_m2), dtype=np.bool_)
     left_m2 = squares.area_m2.copy()
-    chosen: list[_View] = []
+    sure: list[_View] = []
+    others: list[_View] = []
     by_hull: list[str] = []
     for storey in dict.fromkeys(one.storey for one in squares.elements):
         places = standing_places(design, storey, standing, floors)
@@ -123,12 +132,14 @@ def plan_visit(
         by_hull += [storey] if places.by_hull else []
         views = _views(frames, around, squares, places)
         visible[_joined([view.squares for view in views])] = True
-        chosen += _needed(_greedy(frames, around, squares, views, left_m2), squares)
-    allowed = _best(chosen, squares, most)
+        if most and counts is not None:
+            sure += _needed(_greedy(frames, around, squares, views, left_m2, counts), squares)
+        others += _needed(_greedy(frames, around, squares, views, left_m2), squares)
+    allowed = _best((sure, others), squares, most, first)
     seen, stations = _numbered(squares, allowed)
     return PlannedVisit(
         wanted=squares, stations=stations, seen=seen, visible=visible, by_hull=tuple(by_hull), around=around,
-        asked_m2=asked_m2, limited=len(allowed) < len(chosen),
+        asked_m2=asked_m2, limited=len(allowed) < len(sure) + len(others),
     )  # fmt: skip
 
 
@@ -187,9 +198,16 @@ def _joined(parts: Sequence[IntArray]) -> IntArray:
 
 
 def _greedy(
-    frames: RigFrames, around: Surroundings, squares: Squares, views: Sequence[_View], left_m2: FloatArray
+    frames: RigFrames,
+    around: Surroundings,
+    squares: Squares,
+    views: Sequence[_View],
+    left_m2: FloatArray,
+    counts: Counts | None = None,
 ) -> list[_View]:
     """Return views, each the one that adds most, as long as one is worth it; what they show leaves `left_m2` (S,).
+
+    With `counts` only those that count.
 
     A view never adds more than it did before, so only those at the top are reckoned anew. Places were looked from with
     the left eye, which doesn't move as the rig turns: of a view at the top, what the right eye doesn't see goes first.
@@ -207,6 +225,8 @@ def _greedy(
         if gain < -before:
             heappush(waiting, (-gain, number))
         elif number not in by_both:
+            if counts is not None and not counts(around, view.pose):
+                continue
             by_both[number] = _by_both(frames, around, squares, view)
             heappush(waiting, (-by_both[number].gain_m2(left_m2), number))
         else:
@@ -223,17 +243,28 @@ def _by_both(frames: RigFrames, around: Surroundings, squares: Squares, view: _V
     return _view(squares, view.storey, view.pose, np.flatnonzero(some)[seen])
 
 
-def _best(chosen: Sequence[_View], squares: Squares, most: int) -> list[_View]:
-    """Return the views that show most together, `most` of them at most, by storey in the order of a walk."""
+def _best(groups: Sequence[Sequence[_View]], squares: Squares, most: int, first: Collection[str] = ()) -> list[_View]:
+    """Return the views that show most together, `most` of them at most, by storey in the order of a walk.
+
+    Those of an earlier group go before; in a group those that show most of the elements `first`, if it is worth a walk.
+    """
     left_m2 = squares.area_m2.copy()
-    rest, kept = list(chosen), list[_View]()
-    while rest and (not most or len(kept) < most):
-        best = max(rest, key=lambda view: view.gain_m2(left_m2))
-        left_m2[best.squares] = 0.0
-        rest.remove(best)
-        kept.append(best)
+    urgent = np.array([one.global_id in first for one in squares.elements], dtype=np.bool_)[squares.element]
+
+    def worth(view: _View) -> tuple[float, float]:
+        soon = view.gain_m2(np.where(urgent, left_m2, 0.0))
+        return soon if soon >= LEAST_GAIN_M2 else 0.0, view.gain_m2(left_m2)
+
+    kept: list[_View] = []
+    for group in groups:
+        rest = list(group)
+        while rest and (not most or len(kept) < most):
+            best = max(rest, key=worth)
+            left_m2[best.squares] = 0.0
+            rest.remove(best)
+            kept.append(best)
     walk: list[_View] = []
-    for storey in dict.fromkeys(view.storey for view in chosen):
+    for storey in dict.fromkeys(view.storey for group in groups for view in group):
         walk += _walked([view for view in kept if view.storey == storey])
     return walk
 

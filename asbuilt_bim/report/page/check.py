@@ -12,10 +12,11 @@ from asbuilt_bim.report.tables import NO_STOREY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
     ASPECT_NAMES,
-    GRADE_NAMES,
-    TAKE_AGAIN,
     aspect_reasons,
     aspect_words,
+    grade_words,
+    remedy_words,
+    station_words,
     verdict_words,
 )
 from asbuilt_bim.report.wording.of_page.visit_words import still_words
@@ -28,12 +29,17 @@ MADE_BY = b'<meta name="generator" content="asbuilt-bim check">'
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckCard:
-    """A station on the page: what was looked at (name, grade, words), the reasons, and its picture as a data URL."""
+    """A station on the page: what was looked at (name, grade, words), the reasons, and its picture as a data URL.
+
+    `counts` and `remedy` say whether it counts and what to do.
+    """
 
     station: CheckedStation
     rows: tuple[tuple[str, str, str], ...]
     reasons: tuple[Words, ...]
     picture: str
+    counts: str
+    remedy: str
 
 
 def check_html(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = None) -> str:
@@ -53,11 +59,10 @@ def check_html(visit: CheckedVisit, project_name: str, plan: VisitPlan | None = 
             visit=visit,
             project_name=project_name,
             verdict=verdict_words(visit),
-            grade="not" if visit.again else "doubtful" if visit.doubtful or visit.faults else "ok",
-            cards=[_card(station) for station in visit.stations],
+            grade=_grade(visit),
+            cards=[_card(station, visit) for station in visit.stations],
             faults=[words_of(fault) for fault in visit.faults],
             notes=[note_words(note) for note in visit.notes],
-            take_again=TAKE_AGAIN,
         )
     )
 
@@ -75,14 +80,23 @@ def unseen_words(plan: VisitPlan) -> str:
     )
 
 
-def _card(station: CheckedStation) -> CheckCard:
+def _grade(visit: CheckedVisit) -> str:
+    if visit.again:
+        return "not"
+    return "doubtful" if visit.doubtful or visit.faults or visit.other_visits is not None else "ok"
+
+
+def _card(station: CheckedStation, visit: CheckedVisit) -> CheckCard:
     rows = tuple((ASPECT_NAMES[one.aspect], one.grade, _words(one)) for one in station.aspects)
     data = base64.b64encode(station.picture).decode("ascii")
     picture = f"data:image/jpeg;base64,{data}" if data else ""
-    return CheckCard(station=station, rows=rows, reasons=aspect_reasons(station), picture=picture)
+    return CheckCard(
+        station=station, rows=rows, reasons=aspect_reasons(station), picture=picture,
+        counts=station_words(station, visit), remedy=remedy_words(station),
+    )  # fmt: skip
 
 
 def _words(aspect: CheckedAspect) -> str:
     numbers = aspect_words(aspect)
-    grade = GRADE_NAMES[aspect.grade]
+    grade = grade_words(aspect)
     return f"{grade}: {numbers}" if numbers else grade

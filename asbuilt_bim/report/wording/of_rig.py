@@ -87,14 +87,18 @@ def _moved(values: Values) -> Words:
 
 
 def _undetermined(values: Values) -> Words:
+    """Say what leaves a rig open, with advice for the rig that it is; results of before don't say which."""
+    remedy = "take stations with near and far things all over the frame"
+    if values.get("lens_known") is False:
+        remedy += ". A rig file of another program doesn't say how well its lenses are known: calibrate the rig with "
+        remedy += "asbuilt-bim calibrate"
     return Words(
         part=_part(values),
         reason="the photos say too little of how the rig stands (it was used all the same): by "
-        f"{values['matches']} matches {effect_text(values)}; that leaves it open by",
-        value=fill("{area_sigma:.1%}", values),
+        f"{values['matches']} matches {effect_text(values)}; an area may be off by more than the limit",
+        value=fill("± {area_sigma:.1%}", values),
         limit=_share_limit(values),
-        remedy="take stations with near and far things all over the frame. A rig file of another program doesn't say "
-        "how well its lenses are known: calibrate the rig with asbuilt-bim calibrate",
+        remedy=remedy,
     )
 
 
@@ -104,11 +108,12 @@ def _share_limit(values: Values) -> str:
 
 def _scale_wrong(values: Values) -> Words:
     return Words(
-        reason=fill("the rig's scale is wrong: lengths come out {ratio:.3f} times too large (", values)
-        + f"{', '.join(_each(values))}); {_cause(values)}",
+        reason=f"the rig's scale is wrong: {_cause(values)}; known lengths come out "
+        + fill("{ratio:.3f} times as long as they are: ", values)
+        + ", ".join(_each(values)),
         value=f"{100 * (_number(values, 'ratio') - 1):+.1f} %",
         limit=_share_limit(values),
-        remedy="correct it and run again",
+        remedy="correct that number; no new photos are needed",
     )
 
 
@@ -157,11 +162,11 @@ def _cause(values: Values) -> str:
         )
     if "square_m" in values:
         return fill(
-            "rig.boards.square_m is {square_m:g} m, and these lengths ask for {asked_square_m:.4g} m: measure the "
-            "board's squares",
+            "measure the board's squares: rig.boards.square_m is {square_m:g} m, and known lengths ask for "
+            "{asked_square_m:.4g} m",
             values,
         )
-    return fill("its baseline is {baseline_m:.4g} m, and these lengths ask for {asked_baseline_m:.4g} m", values)
+    return fill("its baseline is {baseline_m:.4g} m, and known lengths ask for {asked_baseline_m:.4g} m", values)
 
 
 def _number(values: Values, key: str) -> float:

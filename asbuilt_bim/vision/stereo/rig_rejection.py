@@ -1,10 +1,12 @@
 """What a verdict of the rig leaves out, or warns of: the turn, its sigma and what it costs, as values of a code."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M
+from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, ROWS_LIMIT_PX, SIGNIFICANT, RigVerdict
@@ -34,12 +36,15 @@ def rig_rejection(
     return rejected(code, subject, **values)
 
 
-def rig_doubt(verdict: RigVerdict, stations: Sequence[str], *, refined: bool = False) -> Rejection | None:
+def rig_doubt(
+    verdict: RigVerdict, stations: Sequence[str], rig: StereoRig, *, refined: bool = False
+) -> Rejection | None:
     """Return the warning on a rig that was used all the same; None where it is sound, or knocked."""
     if verdict.state == "doubtful" and not refined:  # a refined rig has been moved to where its photos show it
         return rig_rejection(Reason.RIG_MOVED, RIG, verdict, stations)
     if verdict.state == "undetermined":
-        return rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, stations, refined=refined)
+        found = rig_rejection(Reason.RIG_UNDETERMINED, RIG, verdict, stations, refined=refined)
+        return replace(found, values={**found.values, "lens_known": bool(rig.covariance.any())})
     return None
 
 

@@ -28,7 +28,7 @@ from asbuilt_bim.progress.visits.plan_visit import (
 )
 from asbuilt_bim.progress.visits.sights import FAR_M, NEAR_M, TAKEN, rig_frames, sighted_patches, upright_pose
 from asbuilt_bim.progress.visits.squares import Squares, wanted_squares
-from asbuilt_bim.progress.visits.surroundings import surroundings
+from asbuilt_bim.progress.visits.surroundings import Surroundings, surroundings
 from asbuilt_bim.progress.visits.tags import TagInPlace, helpful_tags
 from tests.ifc.models import ModelBuilder
 
@@ -163,6 +163,34 @@ def test_so_many_stations_at_most_and_the_plan_knows_that_more_would_help(
     one = plan_visit(design, floors, rig, {e.global_id for e in design.elements}, {}, most=1)
     assert len(one.stations) == 1 and one.limited and one.seen_m2 < plan.seen_m2
     assert not plan.limited
+
+
+def test_of_so_many_stations_at_most_those_are_chosen_that_count(
+    hall: tuple[BimModel, tuple[Obstacle, ...]], rig: StereoRig
+) -> None:
+    design, floors = hall
+    wanted = {e.global_id for e in design.elements}
+
+    def east(around: Surroundings, pose: FloatArray) -> bool:
+        return bool(pose[0, 3] > 8.0)
+
+    for most in (1, 2):
+        found = plan_visit(design, floors, rig, wanted, {}, most=most, counts=east)
+        assert len(found.stations) == most and all(one.world_from_left[0, 3] > 8.0 for one in found.stations)
+    none = plan_visit(design, floors, rig, wanted, {}, most=1, counts=lambda around, pose: False)
+    assert len(none.stations) == 1, "where none counts, the best is told with what it needs"
+
+
+def test_of_so_many_stations_at_most_the_first_shows_what_is_late(
+    hall: tuple[BimModel, tuple[Obstacle, ...]], rig: StereoRig
+) -> None:
+    design, floors = hall
+    wanted = {e.global_id for e in design.elements}
+    column = next(one for one in design.elements if one.name == "Free")
+    found = plan_visit(design, floors, rig, wanted, {}, most=1, first={column.global_id})
+    (station,) = found.stations
+    shown = {found.wanted.elements[i].name for i in found.wanted.element[of_squares(found.wanted, station.patches)]}
+    assert "Free" in shown
 
 
 def test_what_a_station_of_today_shows_is_not_wanted_again(

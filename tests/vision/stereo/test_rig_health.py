@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +31,7 @@ from asbuilt_bim.vision.stereo.rig_health import (
     refined_rig,
     station_health,
 )
-from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_rejection
+from asbuilt_bim.vision.stereo.rig_rejection import RIG, rig_doubt, rig_rejection
 from tests.camera.virtual import rig
 from tests.vision.flat_scene import disc, pair_of
 
@@ -256,3 +257,16 @@ def test_a_turn_beyond_all_meaning_is_told_without_its_figures() -> None:
     verdict = judge([health("S1", calibrated(), calibrated(), 1)], calibrated())
     text = knock_text(replace(verdict, area_effect=2.5e9, rows_px=0.3))
     assert "don't belong together" in text and "over 100 %" in text and "250" not in text
+
+
+@pytest.mark.parametrize("of_boards", [True, False])
+def test_a_rig_left_open_is_told_in_a_whole_sentence_with_advice_for_the_rig_that_it_is(of_boards: bool) -> None:
+    used = calibrated() if of_boards else replace(calibrated(), covariance=frozen(np.zeros((14, 14))))
+    verdict = replace(judge([health("S", used, used, 1)], used), state="undetermined")
+    doubt = rig_doubt(verdict, ("S",), used)
+    assert doubt is not None
+    words = str(words_of(doubt))
+    assert re.search(
+        r"an area may be off by more than the limit \(± \d+\.\d %, limit 2 %\); take stations with near", words
+    )
+    assert ("another program" in words) == (not of_boards)

@@ -8,7 +8,7 @@ from asbuilt_bim.report.wording.values import percent
 
 OUTSIDE = "No place on a floor shows these from 3 to 8 m. Try from outside, from a scaffold, or from nearer:"
 NOT_WORTH = "These would need a station each for less than a square metre:"
-LIMITED = "More stations than were allowed would also show these:"
+LIMITED = "More stations than were allowed, or others that see too few tags, would also show these:"
 BY_HULL = "has no slab at its height in the IFC file: the floor is taken to reach as far as its walls and columns."
 NOTHING_DUE = "Nothing is due by then that isn't known to be built."
 NO_DATES = "The schedule has no dates, so everything counts as due."
