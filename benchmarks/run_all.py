@@ -87,7 +87,7 @@ CASES = (
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/ends.py", slow="", packages=RENDERER),
     Case(script="faces/fit_ends.py", slow="", packages=RENDERER),
-    Case(script="site/fit_evidence.py", slow="", packages=RENDERER),
+    Case(script="site/fit_evidence.py", slow="", packages=RENDERER, long=True),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
     Case(script="networks/odds.py", slow="", packages=RENDERER),
     Case(script="ifc/files.py", quick="--quick --check", slow="--check --workers 2", data="ifc"),
