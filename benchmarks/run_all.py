@@ -82,11 +82,11 @@ CASES = (
     Case(script="rigs/files.py", quick="--quick --check", data="rigs"),
     Case(script="register/place.py", quick="--quick", slow=""),
     Case(script="register/real.py", quick="--quick", slow="--check", data="stereo"),
-    Case(script="register/by_design.py", quick="--quick", slow="", packages=RENDERER),
+    Case(script="register/by_design.py", quick="--quick", slow="", packages=RENDERER, long=True),
     Case(script="rigs/factory.py", quick="--check", data="stereo"),
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/ends.py", slow="", packages=RENDERER),
-    Case(script="faces/fit_ends.py", slow="", packages=RENDERER),
+    Case(script="faces/fit_ends.py", slow="", packages=RENDERER, long=True),
     Case(script="site/fit_evidence.py", slow="", packages=RENDERER, long=True),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
     Case(script="networks/odds.py", slow="", packages=RENDERER),
