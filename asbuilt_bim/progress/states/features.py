@@ -74,7 +74,7 @@ def shown(
     before, ground = stands_off | _before(samples, evidence, options), height_m <= evidence.drop_m
     verdict = np.select(
         [evidence.through, evidence.verdict != Verdict.NEAR, before, ground],
-        [Verdict.BEHIND, evidence.verdict, Verdict.BEFORE, Verdict.NOT_MEASURED],
+        [Verdict.BEHIND, evidence.verdict.astype(np.int64), Verdict.BEFORE, Verdict.NOT_MEASURED],
         Verdict.NEAR,
     )
     return Shown(

@@ -1,6 +1,6 @@
 """What every station says of every sample of an element's surface, put together: log-odds of built against open."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,20 +146,19 @@ def _ask(
     height_m = samples.points_m[:, 2] - one.element.vertices_m[:, 2].min(initial=np.inf)
     one.odds[station] = log_odds(shown(station, samples, evidence, asked, marked(own, count), off, height_m, options))
     one.before |= (evidence.verdict == Verdict.BEFORE) | ((evidence.verdict == Verdict.NEAR) & evidence.tinted)
-    one.covered += [(face, float(np.mean(evidence.tinted[face.samples]))) for face in own]
-    one.tints |= _tints(view, own)
+    kept = [(face, float(np.mean(evidence.tinted[face.samples]))) for face in own]
+    one.covered += kept
+    told = {face.match.face_id for face, share in kept if share > options.tinted_share}
+    one.tints |= _tints(view, told | (other.faces.keys() if other else set()))
 
 
-def _tints(view: OpenView, own: Sequence[Covered]) -> dict[str, FaceTint]:
-    """Return the tints of a station's faces, by their id, with the share of each that isn't concrete's."""
+def _tints(view: OpenView, ids: Collection[str]) -> dict[str, FaceTint]:
+    """Return the tints of some of a station's faces, by their id, with the share of each that isn't concrete's."""
     if view.colour is None or view.picture is None:
         return {}
-    faces = {face.face_id: face for face in view.faces}
-    ids = {one.match.face_id for one in own} & view.colour.faces.keys()
+    tints, palette = view.colour.faces, view.colour.palette
+    known = [face for face in view.faces if face.face_id in ids and face.face_id in tints]
     return {
-        face_id: FaceTint(
-            tint=view.colour.faces[face_id],
-            other_share=view.picture.other_share(view.colour.palette, faces[face_id]),
-        )
-        for face_id in sorted(ids)
+        face.face_id: FaceTint(tint=tints[face.face_id], other_share=view.picture.other_share(palette, face))
+        for face in sorted(known, key=lambda face: face.face_id)
     }
