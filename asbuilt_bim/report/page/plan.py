@@ -13,7 +13,7 @@ from asbuilt_bim.progress.report import DesignFaceRecord, ProgressReport, ShownS
 from asbuilt_bim.report.drawings.colours import element_names, element_states
 from asbuilt_bim.report.drawings.label_placing import Box, free_box
 from asbuilt_bim.report.wording.completion import in_words
-from asbuilt_bim.report.wording.of_page.next_words import TOWARDS
+from asbuilt_bim.report.wording.of_page.next_words import towards_words
 
 WIDTH = 1000.0  # of the drawing, in its own units
 _MARGIN = 60.0
@@ -147,16 +147,27 @@ def storey_plans(
 def towards_on_plan(
     report: ProgressReport, most: int = MOST_VIEWS, marks: Sequence[PlaceMark] = ()
 ) -> Callable[[float, float], str] | None:
-    """Return what names a world direction (x, y) by where it points on the plans; None where there are none."""
+    """Return what names a world direction (x, y) by where it points on the plans; None where there are none.
+
+    Where a file says where north is, the name has the compass's direction, too.
+    """
     sheet = _sheet_of(report, _footprints(report), most, marks)
     if sheet is None:
         return None
 
     def named(x: float, y: float) -> str:
         right, up = sheet.turn @ np.array([x, y])
-        return TOWARDS[round(math.atan2(up, right) / (math.pi / 4.0)) % len(TOWARDS)]
+        if report.north is None:
+            return towards_words(_eighths(right, up), None)
+        north = np.array(report.north[:2])
+        return towards_words(_eighths(right, up), _eighths(x * north[1] - y * north[0], x * north[0] + y * north[1]))
 
     return named
+
+
+def _eighths(right: float, up: float) -> int:
+    """Return a direction in eighths of a turn, anticlockwise from the right."""
+    return round(math.atan2(up, right) / (math.pi / 4.0))
 
 
 def storey_hulls(report: ProgressReport) -> dict[str, FloatArray]:

@@ -40,6 +40,7 @@ def next_rows(report: ProgressReport) -> tuple[NextRow, ...]:
     elements = {element.global_id: element for element in report.elements}
     faces = {face.face_id: face for face in report.faces}
     towards, hulls = towards_on_plan(report), storey_hulls(report)
+    stood = {s.name: s.world_from_left[:2, 3] for s in report.stations if s.world_from_left is not None}
     lowest = report.storeys[0].key if report.storeys else ""
     rows = []
     for number, view in enumerate(report.wanted_views, start=1):
@@ -53,16 +54,21 @@ def next_rows(report: ProgressReport) -> tuple[NextRow, ...]:
                 begun=view.begun,
                 open_m2=view.open_m2,
                 unseen_m2=view.unseen_m2,
-                words=_words(number, view, face, towards, where),
+                words=_words(number, view, face, towards, where, stood.get(view.nearest_station)),
             )
         )
     return tuple(rows)
 
 
 def _words(
-    number: int, view: WantedView, face: DesignFaceRecord, towards: Callable[[float, float], str] | None, where: str
+    number: int,
+    view: WantedView,
+    face: DesignFaceRecord,
+    towards: Callable[[float, float], str] | None,
+    where: str,
+    stood_m: FloatArray | None,
 ) -> str:
-    """Say where to stand, and before which side."""
+    """Say where to stand, before which side, and which way that is from the nearest station (2,)."""
     role = "lateral surface" if face.kind == "cylinder" else face.role
     if view.stand_x_m is None or view.stand_y_m is None:
         x, y, _ = np.cross(face.frame_m[1], face.frame_m[2]).tolist()
@@ -70,7 +76,10 @@ def _words(
         return f"{side_words(role, towards(x, y) if known and towards else '').capitalize()}. {NO_ROOM}"
     x, y = view.stand_x_m - view.look_x_m, view.stand_y_m - view.look_y_m
     side = side_words(role, towards(x, y) if towards else "")
-    near = near_words(view.nearest_station, view.nearest_m)
+    way = ""
+    if towards is not None and stood_m is not None:
+        way = towards(view.stand_x_m - float(stood_m[0]), view.stand_y_m - float(stood_m[1]))
+    near = near_words(view.nearest_station, view.nearest_m, way)
     return f"{stand_words(number, side, math.hypot(x, y), where)} {near}".strip()
 
 

@@ -113,6 +113,29 @@ def test_a_wall_that_is_half_seen_is_asked_for_where_it_was_not_seen() -> None:
     assert view.open_m2 == pytest.approx(0.5 * LONG.exposed_area_m2, rel=0.05)
 
 
+def test_a_place_is_told_by_the_way_to_it_and_by_the_compass_where_north_is_known() -> None:
+    report = sample_report()
+    face = next(face for face in report.faces if face.kind == "plane")
+    station = next(one for one in report.stations if one.world_from_left is not None)
+    assert station.world_from_left is not None
+    x, y = station.world_from_left[:2, 3].tolist()
+    view = WantedView(
+        element=face.element, face_id=face.face_id, begun=False, open_m2=3.25, unseen_m2=1.5, look_x_m=x + 9.0,
+        look_y_m=y, look_z_m=1.0, stand_x_m=x + 3.0, stand_y_m=y, nearest_station=station.name, nearest_m=3.0,
+    )  # fmt: skip
+
+    def told(north: tuple[float, float] | None) -> str:
+        (row,) = next_rows(replace(report, wanted_views=(view,), north=north))
+        return row.words.replace("\N{NO-BREAK SPACE}", " ").split("From where ")[1]
+
+    plain = told(None)
+    assert plain.startswith(f"{station.name} stood it is 3 m towards the ") and plain.endswith(" of the plan.")
+    assert told((0.0, 1.0)) == f"{plain[:-1]} (east)."
+    assert told((1.0, 0.0)) == f"{plain[:-1]} (north)."
+    assert told((1.0, 1.0)) == f"{plain[:-1]} (north-east)."
+    assert told((-1.0, 0.0)) == f"{plain[:-1]} (south)."
+
+
 def test_the_page_names_the_element_the_side_and_the_place() -> None:
     report = sample_report()
     face = next(face for face in report.faces if face.kind == "plane")
@@ -124,7 +147,7 @@ def test_the_page_names_the_element_the_side_and_the_place() -> None:
     rows = next_rows(report)
     told = rows[0].words.replace("\N{NO-BREAK SPACE}", " ")
     assert told.startswith("Stand at 1 on the plan, outside the building, 6 m before the side towards ")
-    assert told.endswith("It is 2 m from where A1 stood.")
+    assert "From where A1 stood it is 2 m towards the left of the plan." in told
     assert "no 3 m free" in rows[1].words and rows[1].words.startswith("The side towards ")
     page = page_html(report, {})
     assert "What to photograph next" in page and "2 more elements come up once these are photographed" in page

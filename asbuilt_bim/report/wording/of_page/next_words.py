@@ -11,6 +11,8 @@ TOWARDS = (
     "the lower right of the plan",
 )
 """Directions on the plan, every eighth of a turn from the right, anticlockwise."""
+COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+"""The same on a compass, from the east."""
 ON_FLOOR = "on the floor"
 FROM_OUTSIDE = "outside the building"
 FROM_SCAFFOLD = "outside, from a scaffold or from the ground"
@@ -20,6 +22,12 @@ ONE_FOR_EACH = (
 )
 """Why this list isn't that of `plan` or of `check`, which ask for something else."""
 NO_ROOM = "The design leaves no 3 m free before it: go near, or look along it."
+
+
+def towards_words(on_plan: int, on_compass: int | None) -> str:
+    """Name a direction by the plan, and by the compass where a file says where north is; both as eighths of a turn."""
+    words = TOWARDS[on_plan % len(TOWARDS)]
+    return words if on_compass is None else f"{words} ({COMPASS[on_compass % len(COMPASS)]})"
 
 
 def side_words(role: str, towards: str) -> str:
@@ -33,10 +41,11 @@ def stand_words(number: int, side: str, away_m: float, where: str) -> str:
     return f"Stand at {number} on the plan, {where}, {away_m:.0f}\N{NO-BREAK SPACE}m before {side}."
 
 
-def near_words(station: str, away_m: float | None) -> str:
-    """Say how far that is from a station of the visit; "" where none stood on that floor."""
+def near_words(station: str, away_m: float | None, towards: str) -> str:
+    """Say how far and which way that is from a station of the visit; "" where none stood on that floor."""
     if away_m is None:
         return ""
     if away_m < 0.5:
         return f"It is where {station} stood: turn that way."
-    return f"It is {away_m:.0f}\N{NO-BREAK SPACE}m from where {station} stood."
+    way = f" towards {towards}" if towards else ""
+    return f"From where {station} stood it is {away_m:.0f}\N{NO-BREAK SPACE}m{way}."
