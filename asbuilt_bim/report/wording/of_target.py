@@ -78,7 +78,10 @@ TARGET: Table = {
     Reason.TARGET_UNPAIRED: Words(
         reason="no red disc in one photo is the same as one in the other (row, size, order)", remedy=_PLACE_IT
     ),
-    Reason.TARGET_ABSENT: Words(reason="no red disc is in view", remedy=_PLACE_IT),
+    Reason.TARGET_ABSENT: Words(
+        reason="no red disc is in view",
+        remedy=f"{_PLACE_IT}; or measure without one (--no-target, in a project file target.required: false)",
+    ),
     Reason.SCALE_UNCHECKED: Words(
         reason="neither the target nor enough markers in view of both photos",
         value="{found} markers",
