@@ -179,11 +179,7 @@ def _widened(watched: WatchedVisit, doubt: Rejection, verdict: ScaleVerdict) -> 
 def _wider(outcome: Outcome, share: float) -> Outcome:
     if isinstance(outcome, RejectedStation):
         return outcome
-    faces = tuple(
-        replace(face, area_sigma_calibration_m2=float(np.hypot(face.area_sigma_calibration_m2, share * face.area_m2)))
-        for face in outcome.faces
-    )
-    return replace(outcome, faces=faces)
+    return replace(outcome, faces=tuple(face.of_wider_scale(share) for face in outcome.faces))
 
 
 def _wrong_scale(outcome: Outcome, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Outcome:

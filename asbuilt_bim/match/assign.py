@@ -156,7 +156,7 @@ def _tilt(seen: WorldFace) -> tuple[float | None, float | None]:
         lean = float(np.arccos(np.clip(axis @ up, -1.0, 1.0)))
         level = seen.frame.zero
     turned = float(level @ seen.pose.covariance[:3, :3] @ level)
-    sigma = float(np.sqrt(max(turned + float(seen.face.covariance[1, 1]), 0.0)))
+    sigma = float(np.sqrt(max(turned + float(seen.face.place_covariance[1, 1]), 0.0)))
     return (lean, sigma) if sigma <= MAX_TILT_SIGMA_RAD else (None, None)
 
 

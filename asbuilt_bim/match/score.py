@@ -108,16 +108,12 @@ def point_sigma_m(pose: StationPose, points_m: FloatArray, directions: FloatArra
 
 
 def plane_offset_sigma_m(seen: WorldFace, at_m: FloatArray) -> float:
-    """Return the standard deviation of the measured surface at a world point (3,): picture noise and calibration."""
+    """Return the standard deviation of the measured surface at a world point (3,), without the pose's part."""
     du, dv = seen.frame.to_uv(at_m) - seen.frame.to_uv(seen.centroid_m)
     if isinstance(seen.frame, CylinderFrame):
         du = 0.0
     arm = np.array([1.0, dv, -du])
-    image = float(arm @ seen.face.covariance @ arm)
-    # Area goes with the square of depth: half the relative error of one is that of the other.
-    relative = 0.5 * seen.face.area_sigma_calibration_m2 / max(seen.face.area_m2, 1e-6)
-    distance = float(np.linalg.norm(at_m - seen.pose.world_from_left[:3, 3]))
-    return float(np.sqrt(max(image, 0.0) + (relative * distance) ** 2))
+    return float(np.sqrt(max(float(arm @ seen.face.place_covariance @ arm), 0.0)))
 
 
 def _angle(a: FloatArray, b: FloatArray) -> float:
@@ -125,7 +121,7 @@ def _angle(a: FloatArray, b: FloatArray) -> float:
 
 
 def _angle_sigma(face: MeasuredFace, pose: StationPose) -> float:
-    tilts = np.diag(face.covariance)[1:]
+    tilts = np.diag(face.place_covariance)[1:]
     turns = np.linalg.eigvalsh(pose.covariance[:3, :3])
     return float(np.sqrt(max(float(np.max(tilts)), 0.0) + max(float(turns[-1]), 0.0)))
 

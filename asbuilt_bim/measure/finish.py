@@ -19,7 +19,7 @@ from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.ends import Ends, judge_ends
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 from asbuilt_bim.measure.planes.face_hypotheses import FaceHypothesis
-from asbuilt_bim.measure.sigma.area import image_sigma_m2
+from asbuilt_bim.measure.sigma.area import RigPart, image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.masks.segment import Instance
 
@@ -41,7 +41,7 @@ class Settled:
 
 
 def finish_face(
-    bench: Workbench, settled: Settled, face_id: str, instance: Instance, calibration_m2: float
+    bench: Workbench, settled: Settled, face_id: str, instance: Instance, by_rig: RigPart
 ) -> MeasuredFace | None:
     """Build the metric face in the LEFT frame; None where its outline encloses nothing on its plane."""
     camera = bench.pair.camera
@@ -66,9 +66,10 @@ def finish_face(
         outline_uv_m=clean,
         outline_px=rings_px,
         area_m2=float(area),
-        area_sigma_calibration_m2=float(calibration_m2),
+        area_sigma_calibration_m2=by_rig.area_sigma_m2,
         area_sigma_image_m2=_image_sigma(bench, settled, ends),
         covariance=frozen(plane_covariance(settled.q_px, settled.covariance, frame, centroid, camera)),
+        covariance_calibration=frozen(plane_covariance(settled.q_px, by_rig.q_covariance, frame, centroid, camera)),
         width_m=float(high[0] - low[0]),
         height_m=float(high[1] - low[1]),
         width_px=float(min(cv2.minAreaRect(rings_px[0].astype(np.float32))[1])),

@@ -24,7 +24,7 @@ from asbuilt_bim.measure.planes.face_hypotheses import (
     refine_inside,
 )
 from asbuilt_bim.measure.round.column import fit_round_column, round_face
-from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2
+from asbuilt_bim.measure.sigma.area import rig_parts
 from asbuilt_bim.measure.workbench import Workbench, workbench
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.scene.read import Scene
@@ -60,13 +60,11 @@ def measure_faces(
     """Measure every face of the instances of one pair; `marks` (H, W) is print on boards that holds no plane."""
     bench = workbench(pair, scene, marks, sky)
     settled, down = settled_faces(bench, instances)
-    calibration = calibration_sigmas_m2([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera, bench.rows_px)
+    by_rig = rig_parts([(s.outline.rings, s.q_px) for s in settled], rig, pair.camera, bench.rows_px)
     faces: list[MeasuredFace] = []
     rejections: list[Rejection] = []
-    for one, sigma in zip(settled, calibration, strict=True):
-        face = finish_face(
-            bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.hypothesis.instance], float(sigma)
-        )
+    for one, part in zip(settled, by_rig, strict=True):
+        face = finish_face(bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.hypothesis.instance], part)
         if face is not None:
             _judge(face, faces, rejections, options)
     _add_round(bench, instances, rig, faces, rejections, options)

@@ -51,6 +51,9 @@ def test_a_scale_that_is_two_per_cent_off_widens_every_area_by_four(tmp_path: Pa
     found = watched(tmp_path, 1.02)
     wide = float(np.hypot(0.002 * AREA_M2, 0.04 * AREA_M2))
     assert sigmas(found) == [pytest.approx(wide, rel=0.2)] * 5
+    face = next(face for one in found.outcomes if isinstance(one, StationMeasurement) for face in one.faces)
+    away_m = abs(float(face.frame.normal @ face.frame.origin_m)) if isinstance(face.frame, PlaneFrame) else 0.0
+    assert face.place_covariance[0, 0] ** 0.5 == pytest.approx(np.hypot(0.005, 0.02 * away_m), rel=0.2)
     assert found.warnings[0].code in (Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER)
     (note,) = found.notes
     assert note.code is Reason.AREAS_WIDENED and note.values["share"] == pytest.approx(0.04, rel=0.2)

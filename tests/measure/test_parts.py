@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
@@ -10,10 +11,12 @@ import pytest
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.geometry.transform import rigid
+from asbuilt_bim.camera.rig_numbers import seen_points
+from asbuilt_bim.camera.triangulate import midpoints
+from asbuilt_bim.geometry.transform import apply, rigid
 from asbuilt_bim.measure.algorithm_1 import boundary_pixels, paper_area, world_from_boundary
 from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_occluder_free
-from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px
+from asbuilt_bim.measure.finish import PROVEN_SIGMA_PX, _side_sigma_px, outline_on_plane, plane_covariance
 from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.outline.fit import FaceEdge
@@ -24,6 +27,7 @@ from asbuilt_bim.measure.sigma.area import (
     area_per_pixel_m2,
     calibration_sigmas_m2,
     image_sigma_m2,
+    rig_parts,
     rings_area_m2,
 )
 from asbuilt_bim.vision.stereo.depth import DepthMap
@@ -143,6 +147,55 @@ def test_a_yaw_of_two_tenths_of_a_degree_is_what_was_measured_of_it() -> None:
     outline = ([square_px(60.0)], facing(5.0))
     sigma = calibration_sigmas_m2([outline], rig_with({9: np.radians(0.2)}), CAMERA)[0]
     assert sigma / rings_area_m2(outline[0], outline[1], CAMERA) == pytest.approx(2 * 1.745 / 25.0, rel=0.05)
+
+
+def leaning_away(angle_rad: float, depth_m: float) -> np.ndarray:
+    """Return q of a wall turned about the vertical, that far away in the middle of the photo."""
+    normal = np.array([np.sin(angle_rad), 0.0, np.cos(angle_rad)])
+    return FB * normal / (depth_m * normal[2])
+
+
+def place_sigmas(rig: StereoRig, ring: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return sigmas (3,) of a plane's place by the rig: offset (m), tilts about u and v (rad)."""
+    (part,) = rig_parts([([ring], q)], rig, CAMERA)
+    frame, (outline,) = outline_on_plane([ring], q, CAMERA, np.array([0.0, 1.0, 0.0]))
+    middle = frame.from_uv(outline.mean(axis=0))
+    return np.sqrt(np.maximum(np.diag(plane_covariance(q, part.q_covariance, frame, middle, CAMERA)), 0.0))
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 60.0, 75.0])
+def test_a_baseline_one_per_cent_off_moves_a_wall_by_that_along_its_own_normal_and_turns_it_by_nothing(
+    angle_deg: float,
+) -> None:
+    rig, angle = rig_with({11: 0.0025}), np.radians(angle_deg)
+    offset, *tilts = place_sigmas(rig, square_px(20.0), leaning_away(angle, 5.0))
+    assert offset == pytest.approx(0.01 * 5.0 * np.cos(angle), rel=0.01)
+    assert max(tilts) < 1e-4
+
+
+def test_a_scale_that_nobody_checked_moves_a_wall_as_a_baseline_does() -> None:
+    rig = rig_with({})
+    rig = replace(rig, width=replace(rig.width, scale_share=0.01, turn_rad=(0.0,) * 5, lens_px=0.0))
+    offset, *tilts = place_sigmas(rig, square_px(20.0), leaning_away(np.radians(60.0), 5.0))
+    assert offset == pytest.approx(0.01 * 2.5, rel=0.01) and max(tilts) < 1e-6
+
+
+def test_what_the_rig_leaves_of_a_walls_place_is_what_rigs_drawn_from_its_covariance_make_of_it() -> None:
+    sigmas = {0: 1.0, 9: np.radians(0.02), 10: np.radians(0.02), 11: 0.0005}
+    rig, q, ring = rig_with(sigmas), leaning_away(np.radians(60.0), 6.0), square_px(60.0)
+    frame, (outline,) = outline_on_plane([ring], q, CAMERA, np.array([0.0, 1.0, 0.0]))
+    corners = frame.from_uv(outline)
+    seen = seen_points(rig, *(p[:, :2] / p[:, 2:] for p in (corners, apply(rig.right_from_left, corners))))
+    rng, found = np.random.default_rng(4), []
+    for _ in range(4000):
+        change = np.zeros(14)
+        change[list(sigmas)] = rng.normal(size=len(sigmas)) * list(sigmas.values())
+        moved = midpoints(*seen.rays(change))
+        slopes = np.linalg.lstsq(np.column_stack([outline, np.ones(4)]), (moved - corners) @ frame.normal, rcond=None)[
+            0
+        ]
+        found.append([slopes @ [*outline.mean(axis=0), 1.0], slopes[1], slopes[0]])
+    assert place_sigmas(rig, ring, q) == pytest.approx(np.std(found, axis=0), rel=0.05)
 
 
 def test_a_rig_of_unknown_covariance_is_trusted_to_its_usual_yaw_and_lenses() -> None:

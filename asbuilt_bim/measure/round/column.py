@@ -10,13 +10,14 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
 from asbuilt_bim.measure.faces import MeasuredFace
+from asbuilt_bim.measure.finish import outline_on_plane, plane_covariance
 from asbuilt_bim.measure.outline.border import BorderSide, Reference, round_sides
 from asbuilt_bim.measure.outline.ends import judge_ends
 from asbuilt_bim.measure.round.circle import fit_circle
 from asbuilt_bim.measure.round.ends import find_ends
 from asbuilt_bim.measure.round.lateral_surface import surface_disparity
 from asbuilt_bim.measure.round.silhouettes import chord_plane
-from asbuilt_bim.measure.sigma.area import calibration_sigmas_m2, rings_area_m2
+from asbuilt_bim.measure.sigma.area import rig_parts, rings_area_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.masks.segment import Instance
 
@@ -63,14 +64,16 @@ def round_face(
     )
     middle = frame.from_uv(np.array([0.0, 0.5 * height]))
     ends = judge_ends(bench, sides_of_column(ring_px, fit), lateral_reference(bench, fit.circle))
+    calibration_m2, place = _by_rig(bench, fit, float(area), rig)
     return MeasuredFace(
         face_id=face_id, label=instance.label, score=instance.score, source=instance.source,
         segmenter=instance.segmenter, frame=frame,
         outline_uv_m=(frozen(ring),),
         outline_px=(frozen(ring_px),), area_m2=float(area),
-        area_sigma_calibration_m2=_calibration_sigma(bench, fit, float(area), rig),
+        area_sigma_calibration_m2=calibration_m2,
         area_sigma_image_m2=sigma,
-        covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])), width_m=2.0 * fit.circle.radius_m,
+        covariance=frozen(np.diag([fit.distance_sigma_m**2, 0.005**2, 0.005**2])),
+        covariance_calibration=frozen(place), width_m=2.0 * fit.circle.radius_m,
         height_m=float(height), width_px=float(np.ptp(ring_px[:, 0])), distance_m=float(np.linalg.norm(middle)),
         cut_by_frame=ends.cut_by_frame, occluded=ends.occluded, open_edge=ends.open_edge,
         whole_probability=ends.probability, flatness_rms_m=_roundness(bench, fit.circle, mask),
@@ -106,8 +109,8 @@ def lateral_reference(bench: Workbench, circle: Circle) -> Reference:
     return lambda at: surface_disparity(bench, circle, chord, at)
 
 
-def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> float:
-    """Return what the rig's covariance does to the area: the same share as to the upright plane through both tangents.
+def _by_rig(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> tuple[float, FloatArray]:
+    """Return what the rig leaves open of area and place (3, 3): as of the upright plane through both tangents.
 
     Arc and chord grow alike with radius and distance, and the heights are the same.
     """
@@ -122,8 +125,10 @@ def _calibration_sigma(bench: Workbench, fit: RoundFit, area_m2: float, rig: Ste
     rectified = level @ view.level_from_rectified
     ring = rectified[:, :2] / rectified[:, 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
     plane = chord_plane(bench, fit.circle)
-    sigma = float(calibration_sigmas_m2([([ring], plane)], rig, camera, bench.rows_px)[0])
-    return area_m2 * sigma / rings_area_m2([ring], plane, camera)
+    (part,) = rig_parts([([ring], plane)], rig, camera, bench.rows_px)
+    frame, (corners_uv,) = outline_on_plane([ring], plane, camera, view.down)
+    place = plane_covariance(plane, part.q_covariance, frame, frame.from_uv(corners_uv.mean(axis=0)), camera)
+    return area_m2 * part.area_sigma_m2 / rings_area_m2([ring], plane, camera), place
 
 
 def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -74,58 +75,95 @@ def _squared_m4(more: float, less: float, area: float) -> float:
     return (0.5 * (more - less)) ** 2 + 3.0 * (0.5 * (more + less) - area) ** 2
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RigPart:
+    """What the rig leaves open of one face, the same at every photo: its area, and where its plane q lies."""
+
+    area_sigma_m2: float
+    q_covariance: FloatArray  # (3, 3) px2
+
+
 def calibration_sigmas_m2(
     outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]],
     rig: StereoRig,
     camera: RectifiedCamera,
     rows_px: float = 0.0,
 ) -> FloatArray:
-    """Return each area's sigma (n,) from the rig's covariance, or from what a rig without one is trusted to.
+    """Return each area's sigma (n,) by the rig, as `rig_parts` has it."""
+    return np.array([part.area_sigma_m2 for part in rig_parts(outlines, rig, camera, rows_px)])
+
+
+def rig_parts(
+    outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]],
+    rig: StereoRig,
+    camera: RectifiedCamera,
+    rows_px: float = 0.0,
+) -> list[RigPart]:
+    """Return what the rig's covariance leaves open of each face, or what a rig without one is trusted to.
 
     `outlines`: rings (rectified px) and q (3,) of each face. The outline's points are seen at fixed places in both
     photos; each of the rig's numbers is moved by its sigma and the points are triangulated again. `rows_px`, what
     this pair's rows lie apart, is left by the lenses along the rows, too.
     """
     if not outlines:
-        return np.zeros(0)
+        return []
     is_known = bool(np.any(rig.covariance))
     turn_rad = np.zeros(5) if is_known else np.array(rig.width.turn_rad)
     lens_px = max(rig.lens_left_px, rows_px)
-    sigmas = np.array([_by_disparity_m2(rings, q, camera, turn_rad, lens_px) for rings, q in outlines])
+    by_disparity = [_by_disparity(rings, q, camera, turn_rad, lens_px) for rings, q in outlines]
     if is_known:
-        by_rig = _by_covariance_m2(outlines, rig, camera)
-    else:  # an area goes with the square of lengths
-        by_rig = 2.0 * rig.width.scale_share * np.array([rings_area_m2(rings, q, camera) for rings, q in outlines])
-    both: FloatArray = np.hypot(sigmas, by_rig)
-    return both
+        by_rig = _by_covariance(outlines, rig, camera)
+    else:
+        by_rig = [_by_scale(rings, q, camera, rig.width.scale_share) for rings, q in outlines]
+    return [_both(one, other) for one, other in zip(by_disparity, by_rig, strict=True)]
 
 
-def _by_covariance_m2(
+def _both(one: RigPart, other: RigPart) -> RigPart:
+    return RigPart(
+        area_sigma_m2=float(np.hypot(one.area_sigma_m2, other.area_sigma_m2)),
+        q_covariance=one.q_covariance + other.q_covariance,
+    )
+
+
+def _by_scale(rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera, share: float) -> RigPart:
+    """Return what a scale leaves open: an area goes with the square of lengths, q with one over them."""
+    return RigPart(
+        area_sigma_m2=2.0 * share * rings_area_m2(rings_px, q_px, camera), q_covariance=share**2 * np.outer(q_px, q_px)
+    )
+
+
+def _by_covariance(
     outlines: Sequence[tuple[Sequence[FloatArray], FloatArray]], rig: StereoRig, camera: RectifiedCamera
-) -> FloatArray:
+) -> list[RigPart]:
     steps = np.sqrt(np.maximum(np.diag(rig.covariance), 1e-20))
-    areas = np.zeros((len(outlines), len(steps)))
-    points = [_left_points(ring, q, camera) for rings, q in outlines for ring in rings]
-    ends = np.cumsum([len(ring) for ring in points])[:-1]
-    in_left = np.concatenate(points)
+    points = [[_left_points(ring, q, camera) for ring in rings] for rings, q in outlines]
+    flat = [ring for rings in points for ring in rings]
+    ends = np.cumsum([len(ring) for ring in flat])[:-1]
+    in_left = np.concatenate(flat)
     in_right = apply(rig.right_from_left, in_left)
     seen = seen_points(rig, *(at[:, :2] / at[:, 2:] for at in (in_left, in_right)))
+    to_plane = [np.linalg.pinv(outer @ camera.rectified_from_left.T) for outer, *_ in points]
+    areas, planes = np.zeros((len(outlines), len(steps))), np.zeros((len(outlines), 3, len(steps)))
     for k, change in enumerate(np.diag(steps)):
         for sign in (1.0, -1.0):
-            moved = midpoints(*seen.rays(sign * change))
-            sizes = iter([polygon_area(ring) for ring in np.split(moved, ends)])
-            for i, (rings, _) in enumerate(outlines):
-                outer, *holes = (next(sizes) for _ in rings)
-                areas[i, k] += sign * 0.5 * (outer - sum(holes)) / steps[k]
+            moved = iter(np.split(midpoints(*seen.rays(sign * change)), ends))
+            for i, (rings, q) in enumerate(outlines):
+                outer, *holes = (next(moved) for _ in rings)
+                area = polygon_area(outer) - sum(map(polygon_area, holes))
+                areas[i, k] += sign * 0.5 * area / steps[k]
+                # q . X is the same for all X of a plane: where X moves, q turns against it
+                planes[i, :, k] -= sign * 0.5 * to_plane[i] @ (outer @ camera.rectified_from_left.T @ q) / steps[k]
     variance = np.einsum("ik,kl,il->i", areas, rig.covariance, areas)
-    sigmas: FloatArray = np.sqrt(np.maximum(variance, 0.0))
-    return sigmas
+    return [
+        RigPart(area_sigma_m2=float(np.sqrt(max(one, 0.0))), q_covariance=by_rig @ rig.covariance @ by_rig.T)
+        for one, by_rig in zip(variance, planes, strict=True)
+    ]
 
 
-def _by_disparity_m2(
+def _by_disparity(
     rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera, turn_rad: FloatArray, lens_px: float
-) -> float:
-    """Return an area's sigma by what a turn (5,) and the lenses leave of disparity over the frame."""
+) -> RigPart:
+    """Return what a turn (5,) and the lenses leave open by the disparity that they leave over the frame."""
     modes = [left_of_disparity_px(ring, q_px, camera, turn_rad, lens_px) for ring in rings_px]
     area, variance = rings_area_m2(rings_px, q_px, camera), 0.0
     for k in range(modes[0].shape[1]):
@@ -138,7 +176,8 @@ def _by_disparity_m2(
         ]
         more, less = (outer - sum(holes) for outer, *holes in moved)
         variance += _squared_m4(more, less, area)
-    return float(np.sqrt(variance))
+    planes = np.linalg.pinv(_rays(rings_px[0], camera)) @ modes[0]
+    return RigPart(area_sigma_m2=float(np.sqrt(variance)), q_covariance=planes @ planes.T)
 
 
 def left_of_disparity_px(
