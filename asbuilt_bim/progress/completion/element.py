@@ -6,6 +6,7 @@ from datetime import date
 
 import numpy as np
 
+from asbuilt_bim.bim.cells import element_cells
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, each_once, noted
 from asbuilt_bim.geometry import polygon
@@ -69,16 +70,7 @@ def progress_of(
     because = [noted(why, subject, coverage=completion.coverage)] if why and in_place else []
     notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
     if conflict:
-        notes.append(
-            noted(
-                Reason.PHOTOS_DISAGREE,
-                subject,
-                kind=element.kind,
-                element=element.name,
-                cells=int(conflict),
-                stations=tuple(stations),
-            )
-        )
+        notes.append(_disagreement(element, cells, stations))
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
     if displaced is not None and displaced.accepted:
@@ -125,6 +117,22 @@ def progress_of(
         as_far_as_seen=state == "complete" and completion.lower < options.nearly_all,
         type_name=element.type_name,
         zones=element.zones,
+    )
+
+
+def _disagreement(element: BimElement, cells: CellStates, stations: Sequence[str]) -> Note:
+    """Return the note of photos that show the same part built and not: where that is, over the element's foot."""
+    half = 0.5 / element_cells(element).shape[1]
+    torn = cells.height[cells.conflict]
+    return noted(
+        Reason.PHOTOS_DISAGREE,
+        about(SubjectKind.ELEMENT, element.global_id),
+        kind=element.kind,
+        element=element.name,
+        cells=len(torn),
+        stations=tuple(stations),
+        low_m=float(torn.min() - half) * element.height_m,
+        high_m=float(torn.max() + half) * element.height_m,
     )
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from asbuilt_bim.codes import Note, Reason
+from asbuilt_bim.codes import Note, Reason, Value
 from asbuilt_bim.report.wording.template import Template, filled
 from asbuilt_bim.report.wording.values import percent
 
@@ -17,9 +17,18 @@ _ACCEPT = "Nothing of it counts until accept_moved in the project file lists {su
 _SEEN = "{coverage:%} of it was seen, "
 
 
-def photos_disagree(kind: str, name: str, stations: Sequence[str]) -> str:
+def torn_heights(values: Mapping[str, Value]) -> str:
+    """Say how high over its foot an element is torn: `0.9 to 1.4 m over its foot`; "" where a note doesn't tell."""
+    if not {"low_m", "high_m"} <= values.keys():
+        return ""
+    low_m, high_m = float(str(values["low_m"])), float(str(values["high_m"]))
+    return f"{max(low_m, 0.0):.1f} to {high_m:.1f}\N{NO-BREAK SPACE}m over its foot"
+
+
+def photos_disagree(kind: str, name: str, stations: Sequence[str], where: str = "") -> str:
     """Return the sentence on an element that photos show built and open in the same place."""
     own = name if name.lower().startswith(kind.lower()) else f"{kind.capitalize()} {name or '(no name)'}"
+    own += f" ({where})" if where else ""
     if len(stations) == 1:
         return f"Photo {stations[0]} shows part of {own} both built and not: it counts as not seen. Look at the picture"
     which = f"pictures {', '.join(stations[:-1])} and {stations[-1]}" if stations else "them"
@@ -30,7 +39,7 @@ def _disagree(note: Note) -> str:
     values = note.values
     stations = values["stations"]
     names = [str(name) for name in stations] if isinstance(stations, tuple) else []
-    return photos_disagree(str(values["kind"]), str(values["element"]), names)
+    return photos_disagree(str(values["kind"]), str(values["element"]), names, torn_heights(values))
 
 
 def _stands_off(note: Note) -> str:

@@ -60,6 +60,16 @@ def test_built_from_one_side_and_open_from_the_other_is_a_conflict_and_undecided
     assert one.completion.best is None and one.completion.upper == 1.0 and one.completion.lower == 0.0
     note = the(one.notes, Reason.PHOTOS_DISAGREE)
     assert note.values["cells"] == one.cells_conflict and note.subject.name == one.global_id
+    assert (note.values["low_m"], note.values["high_m"]) == (pytest.approx(0.0), pytest.approx(3.0))
+
+
+def test_where_photos_disagree_is_told_by_the_height_over_the_foot() -> None:
+    one = progress(
+        says(0, built=polygon.box(0, 0, 4, 3)),
+        says(2, built=polygon.box(0, 0, 4, 1.0), opened=polygon.box(0, 1.0, 4, 1.5)),
+    )
+    note = the(one.notes, Reason.PHOTOS_DISAGREE)
+    assert (note.values["low_m"], note.values["high_m"]) == (pytest.approx(1.0), pytest.approx(1.5))
 
 
 def test_an_element_whose_sides_contradict_one_another_nearly_everywhere_is_decided_nowhere() -> None:

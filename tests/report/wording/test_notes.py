@@ -124,6 +124,12 @@ def test_sentences_are_short(code: Reason) -> None:
         ),
         (
             Reason.PHOTOS_DISAGREE,
+            {"kind": "column", "element": "B1/1F", "stations": ("G1", "U4"), "low_m": 0.93, "high_m": 1.38},
+            "Photos disagree about part of Column B1/1F (0.9 to 1.4\N{NO-BREAK SPACE}m over its foot), built or not: "
+            "it counts as not seen. Look at pictures G1 and U4",
+        ),
+        (
+            Reason.PHOTOS_DISAGREE,
             {"kind": "wall", "element": "W", "cells": 1, "stations": ("G1",)},
             "Photo G1 shows part of Wall W both built and not: it counts as not seen. Look at the picture",
         ),

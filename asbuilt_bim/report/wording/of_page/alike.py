@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from asbuilt_bim.codes import Note
+from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress
 from asbuilt_bim.report.wording.design_notes import ELEMENT
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.surface_notes import photos_disagree
+from asbuilt_bim.report.wording.surface_notes import photos_disagree, torn_heights
 from asbuilt_bim.report.wording.template import filled
 from asbuilt_bim.report.wording.values import plain
 
@@ -63,8 +63,11 @@ def doubts_alike(elements: Sequence[ElementProgress]) -> tuple[Alike, ...]:
     whom: dict[str, dict[str, ElementProgress]] = {}
     for name, element in torn:
         whom.setdefault(PHOTOS_DISAGREE, {})[element.global_id] = element
-        about = f"{name} ({', '.join(element.stations)})" if element.stations else name
-        whole = photos_disagree(element.kind, element.name, element.stations)
+        where = next((torn_heights(note.values) for note in element.notes if note.code is Reason.PHOTOS_DISAGREE), "")
+        which = ", ".join(element.stations)
+        told = "; ".join(part for part in (which, where) if part)
+        about = f"{name} ({told})" if told else name
+        whole = photos_disagree(element.kind, element.name, element.stations, where)
         found.setdefault(PHOTOS_DISAGREE, []).append((about, whole))
     for element in elements:
         for note in element.doubts:
