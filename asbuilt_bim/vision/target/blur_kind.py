@@ -28,9 +28,9 @@ _WEIGHTS, _BASE = (0.35, 5.0), -1.2
 blurred as grey levels). But what is behind misleads both answers at once, and where they mislead, so do the circles.
 Less than half of that errs least in the distance, on each of four seeds."""
 _NO_DISC_AS_LIGHTS = 2.0
-"""What it says for grey levels that a disc's outline was found only as blurred grey levels, not as light.
+"""What it says for grey levels that a disc's outline is likelier a disc's as blurred grey levels show it.
 
-So it is with one of twenty discs whose grey levels were blurred, and with few of the others.
+It was found only so with one of twenty discs whose grey levels were blurred, and with few of the others.
 """
 _MOST_OFF = 2.0  # of these spreads: what is further off says no more
 _REACH = 2.5  # blurs: an edge's shape is known as far as it reaches
@@ -51,22 +51,22 @@ def spread(circle: SpaceCircle, nominal_m: float) -> float:
 
 
 def share_of_levels(
-    found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, nominal_m: float
+    found: Pairing, kinds: tuple[SpaceCircle, SpaceCircle], camera: RectifiedCamera, nominal_m: float
 ) -> float:
     """Return how likely it is, 0..1, that grey levels were blurred, by the second looks' circles of both kinds."""
-    answered = answers(found, light, levels, camera, nominal_m)
+    answered = answers(found, kinds, camera, nominal_m)
     odds = _BASE + sum(weight * answer for weight, answer in zip(_WEIGHTS, answered, strict=True))
-    if found.is_of_levels:
+    if found.gamma == GREY_LEVELS:
         odds += _NO_DISC_AS_LIGHTS
     return 1.0 / (1.0 + math.exp(-odds))
 
 
 def answers(
-    found: Pairing, light: SpaceCircle, levels: SpaceCircle, camera: RectifiedCamera, nominal_m: float
+    found: Pairing, kinds: tuple[SpaceCircle, SpaceCircle], camera: RectifiedCamera, nominal_m: float
 ) -> tuple[float, float]:
     """Return the evidence for grey levels: how many squared spreads they come nearer the given size and the shape."""
-    of_light, of_levels = (min(off(c, nominal_m) / spread(c, nominal_m), _MOST_OFF) ** 2 for c in (light, levels))
-    return of_light - of_levels, _shape(found, between(light, levels, 0.5), camera)
+    of_light, of_levels = (min(off(c, nominal_m) / spread(c, nominal_m), _MOST_OFF) ** 2 for c in kinds)
+    return of_light - of_levels, _shape(found, between(*kinds, 0.5), camera)
 
 
 def _shape(found: Pairing, circle: SpaceCircle, camera: RectifiedCamera) -> float:

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
-from asbuilt_bim.vision.edges import DISPLAY_GAMMA, find_edges
+from asbuilt_bim.vision.edges import DISPLAY_GAMMA, edge_channels, find_edges
 from asbuilt_bim.vision.target.disc_patch import MARGIN, Inside, Patch, cut_patch, filled_share, inside_of
 from asbuilt_bim.vision.target.disc_sides import Sides, outline_of, sides_of
 from asbuilt_bim.vision.target.edge_model import COLOUR_BLUR_PX, place_edges, profiles_across
-from asbuilt_bim.vision.target.ellipse import Ellipse, robust_ellipse
+from asbuilt_bim.vision.target.ellipse import Ellipse, fit_ellipse, robust_ellipse
 from asbuilt_bim.vision.target.red import RedBlob, red_blobs, redness
 from asbuilt_bim.vision.target.soft_edges import place_soft_edges
 
@@ -26,6 +26,8 @@ MIN_ASPECT = 0.4
 """Minor over major axis: a disc turned by more than 66 degrees is too thin to be distinguished from a strip."""
 MIN_RADIUS_PX = 5.0
 MAX_BLOBS = 16
+_FIRST_ROUNDS, _FIRST_SLACK = 3, 2.0
+"""Of a blob's outline, which is good to a pixel or two."""
 _SOME = 2  # every second edge point says what the lens's blur is
 _DISCS_IN_A_BLOB = 3
 LEAST_FILLED = 0.5
@@ -33,8 +35,8 @@ LEAST_FILLED = 0.5
 
 Blur at both of the bar's edges looks like another 12 %.
 """
-MOST_HOLE = 0.06
-"""Of the inside: what is covered reaches the outline; a hole that doesn't is a print on a sign."""
+MOST_PRINTED = 0.06
+"""Of the inside: what covers more of it hides outline, too; a print on a sign doesn't."""
 MOST_INSIDE = 3.0
 """A cover hides outline where it hides inside: a bar 2.4 times as much of the inside. More is a print near the rim."""
 _COVERED = 0.6  # of the inside's redness: below it something else is seen
@@ -82,7 +84,7 @@ class RedDisc:
 def find_discs(image: ByteImage) -> tuple[RedDisc, ...]:
     """Find the red discs of a photo (BGR), the best supported first; half-hidden or odd shapes are left out."""
     score = redness(image)
-    discs = [disc for blob in red_blobs(image, score, MAX_BLOBS) if (disc := _disc(image, score, blob)) is not None]
+    discs = [disc for blob in red_blobs(score, MAX_BLOBS) if (disc := _disc(image, score, blob)) is not None]
     kept: list[RedDisc] = []
     for disc in sorted(discs, key=lambda d: (-d.support, d.rms_px)):
         if not any(_is_same(disc.ellipse, other.ellipse) for other in kept):
@@ -119,24 +121,31 @@ def _disc(image: ByteImage, score: Float32Array, blob: RedBlob) -> RedDisc | Non
 
 
 def _disc_at(image: ByteImage, score: Float32Array, blob: RedBlob, ellipse: Ellipse) -> RedDisc | None:
-    """Follow the edge of a blob from a first ellipse on."""
+    """Follow the edge of a blob from a first ellipse on, as both photos' is followed later."""
     if not _plausible(ellipse, blob):
         return None
     patch = cut_patch(image, score, ellipse)
-    if patch.light.size == 0:
+    if patch.red.size == 0:
         return None
-    edge, is_on = np.empty((0, 2)), np.zeros(0, dtype=bool)
-    sides = Sides(inside=is_on, outside=is_on, deeper=is_on)
-    tolerance, least = _tolerance_px(ellipse), inside_of(patch, ellipse).least
-    for reach_share in (0.3, 0.3, 0.25):
-        edge, sides = _edge(patch, ellipse, reach_px(ellipse, reach_share), least)
-        is_seen = np.isfinite(edge[:, 0])
-        fitted = robust_ellipse(edge[is_seen], max(tolerance, 0.2 * reach_px(ellipse, reach_share)))
+    (x, y), (height, width) = patch.corner.astype(int).tolist(), patch.red.shape
+    channels = edge_channels(np.ascontiguousarray(image[y : y + height, x : x + width]))
+    least = inside_of(patch, ellipse).least
+    for _ in range(_FIRST_ROUNDS):
+        (points, outward), reach = outline_of(ellipse), reach_px(ellipse)
+        edge = find_edges(channels, points - patch.corner, outward, reach).points
+        is_discs = sides_of(patch, points, outward, reach, least, COLOUR_BLUR_PX).differ & np.isfinite(edge[:, 0])
+        seen = edge[is_discs] + patch.corner
+        fitted = robust_ellipse(seen, _tolerance_px(ellipse))
         if fitted is None or not _plausible(fitted[0], blob):
             return None
         ellipse = fitted[0]
-        is_on = _on_outline(edge, ellipse)
-    return _judged(ellipse, edge, is_on, sides, patch, inside_of(patch, ellipse), FIRST_SUPPORT, 1.0)
+    disc = followed(patch, ellipse, COLOUR_BLUR_PX, _FIRST_SLACK, FIRST_SUPPORT)
+    better = None if disc is None else fit_ellipse(disc.edge, disc.sigma_px**-2)
+    if disc is None or better is None:
+        return None
+    # blur that isn't known yet may hold an edge off its place: then it is a start, and no clear disc
+    near = followed(patch, better, COLOUR_BLUR_PX, 1.0, FIRST_SUPPORT)
+    return near or replace(disc, ellipse=better, support=FIRST_SUPPORT)
 
 
 def followed(
@@ -154,7 +163,7 @@ def followed(
     `is_soft`: what is behind is taken for unknown up to the edge (see `place_soft_edges`). `gamma` is as in
     `linear_light`.
     """
-    reach = max(reach_px(ellipse, 0.25), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
+    reach = max(reach_px(ellipse), min(_BLURS_REACHED * blur_px, _MOST_REACHED * ellipse.minor_px))
     if slack <= _NEAR:
         blur = float(np.hypot(blur_px, COLOUR_BLUR_PX))
         reach = min(max(_LEAST_REACH_PX, _BLURS_NEEDED * blur), reach)
@@ -183,15 +192,15 @@ def some_profiles(patch: Patch, ellipse: Ellipse, blur_px: float = 0.0) -> Float
     """
     points, outward = outline_of(ellipse)
     some = slice(None, None, _SOME)
-    reach = reach_px(ellipse, 0.25)
+    reach = reach_px(ellipse)
     if blur_px:
         reach = min(max(_LEAST_TOLD_PX, _BLURS_TOLD * float(np.hypot(blur_px, COLOUR_BLUR_PX))), reach)
     return profiles_across(patch.planes, (points - patch.corner)[some], outward[some], reach)
 
 
-def reach_px(ellipse: Ellipse, share: float) -> float:
+def reach_px(ellipse: Ellipse) -> float:
     """Return how far to both sides of an outline its edge is looked for."""
-    return float(np.clip(share * ellipse.minor_px, 2.5, 8.0))
+    return float(np.clip(0.25 * ellipse.minor_px, 2.5, 8.0))
 
 
 def _judged(
@@ -203,19 +212,19 @@ def _judged(
     inside: Inside,
     least_support: float,
     slack: float,
-    sigma_px: FloatArray | None = None,
+    sigma_px: FloatArray,
 ) -> RedDisc | None:
     """Return the disc where enough of its outline and inside is seen, None otherwise."""
     support = float(np.mean(is_on))
     if support < least_support:
         return None
     kept, whole = _without_ends(is_on), edge
-    edge, sigma = edge[kept], np.ones(int(kept.sum())) if sigma_px is None else sigma_px[kept]
-    filled, hole = filled_share(patch, inside)
+    edge, sigma = edge[kept], sigma_px[kept]
+    filled = filled_share(patch, inside)
     trust = 1.0 / sigma**2
     rms = float(np.sqrt(np.sum(trust * ellipse.distance_px(edge) ** 2) / np.sum(trust)))
     covered = 1.0 - float(np.mean(sides.inside))
-    is_printed = hole > MOST_HOLE or 1.0 - filled > MOST_HOLE + MOST_INSIDE * covered
+    is_printed = 1.0 - filled > MOST_PRINTED + MOST_INSIDE * covered
     if filled < LEAST_FILLED or is_printed or rms > slack * _tolerance_px(ellipse):
         return None
     beyond = sides.inside & ~is_on & ~sides.outside
@@ -264,11 +273,3 @@ def _plausible(ellipse: Ellipse, blob: RedBlob) -> bool:
         and ellipse.major_px >= MIN_RADIUS_PX
         and ellipse.major_px < 0.9 * max(width, height)
     )
-
-
-def _edge(patch: Patch, ellipse: Ellipse, reach: float, least: float) -> tuple[FloatArray, Sides]:
-    """Return edge points (N, 2) round the ellipse; NaN where the inside isn't red or the outside is just as red."""
-    points, outward = outline_of(ellipse)
-    edges = find_edges(patch.light, points - patch.corner, outward, reach)
-    sides = sides_of(patch, points, outward, reach, least)
-    return np.where(sides.differ[:, None], edges.points + patch.corner, np.nan), sides

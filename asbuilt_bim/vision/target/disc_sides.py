@@ -43,23 +43,21 @@ def outline_of(ellipse: Ellipse) -> tuple[FloatArray, FloatArray]:
 
 
 def sides_of(
-    patch: Patch, points: FloatArray, outward: FloatArray, reach: float, least: float, blur_px: float = 0.0
+    patch: Patch, points: FloatArray, outward: FloatArray, reach: float, least: float, blur_px: float
 ) -> Sides:
-    """Say of which points (N, 2) of an outline the inside is red and the outside less so; `blur_px` 0: not known.
+    """Say of which points (N, 2) of an outline the inside is red and the outside less so.
 
     What has `least` times the redness that is typical next to the outline, and more, is red.
     """
-    mixed_px = float(np.hypot(blur_px, COLOUR_BLUR_PX)) if blur_px else 0.0
+    mixed_px = float(np.hypot(blur_px, COLOUR_BLUR_PX))
     near = min(max(_LOOKED_AT * reach, _CLEAR_OF_BLUR * mixed_px), reach)
     just_inside = _at(patch.red, points - patch.corner - near * outward)
     just_outside = _at(patch.red, points - patch.corner + _LOOKED_AT * reach * outward)
-    is_red = deeper = just_inside > least * float(np.median(just_inside))
-    if blur_px:
-        well_inside = _at(patch.red, points - patch.corner - max(near, _FULLY_CLEAR * mixed_px) * outward)
-        deeper = well_inside > least * float(np.median(well_inside))
-        if least > NOTHING_RED:
-            # a disc that is dimmed by what is behind looks like a reddish cover; a print's rim is redder than the print
-            is_red &= deeper | (just_inside > _REDDER * well_inside)
+    well_inside = _at(patch.red, points - patch.corner - max(near, _FULLY_CLEAR * mixed_px) * outward)
+    is_red, deeper = (some > least * float(np.median(some)) for some in (just_inside, well_inside))
+    if least > NOTHING_RED:
+        # a disc that is dimmed by what is behind looks like a reddish cover; a print's rim is redder than the print
+        is_red &= deeper | (just_inside > _REDDER * well_inside)
     return Sides(inside=is_red, outside=just_outside < 0.8 * just_inside, deeper=deeper)
 
 

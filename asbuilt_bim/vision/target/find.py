@@ -1,12 +1,13 @@
 """The red disc: its centres in both photos, and its distance by triangulation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.vision.target.blur_kind import GREY_LEVELS
 from asbuilt_bim.vision.target.disc import RedDisc, find_discs
 from asbuilt_bim.vision.target.odds import LEAST_ODDS, SURE_ODDS, log_odds
 from asbuilt_bim.vision.target.pairing import (
@@ -19,7 +20,7 @@ from asbuilt_bim.vision.target.pairing import (
     sharpened,
     size_fits,
 )
-from asbuilt_bim.vision.target.refinement import looked_at_again, of_grey_levels, refined, stands
+from asbuilt_bim.vision.target.refinement import refined
 from asbuilt_bim.vision.target.rejections import absent, doubt, not_it, off_row, several, twin
 from asbuilt_bim.vision.target.search import sought
 
@@ -62,7 +63,6 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
     level = [p for p in found if abs(p.left.ellipse.y_px - p.right.ellipse.y_px) <= options.row_limit_px]
     off_all_rows = bool(found) and not level
     is_knocked = off_all_rows and any(is_clear(p) for p in found)
-    nominal_m = options.diameter_m
     right_size = _of_right_size(pair, (lefts, rights), level, is_knocked, options)
     if right_size:
         likely = likeliest([p for _, p in right_size])
@@ -76,8 +76,7 @@ def find_target(pair: RectifiedPair, options: TargetOptions) -> tuple[TargetSigh
         twins = tuple(twin(pair, p, chosen) for _, p in right_size if p is not chosen and (p in likely or is_clear(p)))
         clear = [p for p in level if is_clear(p) and _is_apart(p, chosen)]
         others = tuple(not_it(pair, p, options) for p in clear if not size_fits(p.circle, options))
-        target = refined(looked_at_again(chosen, pair.camera, nominal_m), pair.camera, nominal_m)
-        return _sighting(target, pair.camera, options), (*doubt(pair, target, options), *twins, *others)
+        return _sighting(chosen, pair.camera, options), (*doubt(pair, chosen, options), *twins, *others)
     wrong_size = [p for p in level if not size_fits(p.circle, options)]
     if wrong_size:
         return None, tuple(not_it(pair, p, options) for p in wrong_size)
@@ -95,24 +94,31 @@ def _of_right_size(
 ) -> list[tuple[float, Pairing]]:
     """Return what is likely the target and stands a second look, with the odds' logarithm, the likeliest first.
 
-    Where none is sure the given size leads to more, and where none stands grey levels may have been blurred, not light.
+    Where none is sure the given size leads to more, and grey levels may have been blurred, not light.
     """
     nominal_m = options.diameter_m
-    ranked = _likely(level, options)
-    if nominal_m is None or is_knocked or any(how_likely > SURE_ODDS for how_likely, _ in ranked):
-        return _standing(ranked, pair.camera, options)
-    seen = [*level, *sought(pair, *discs, nominal_m)]
-    standing = _standing(_likely(seen, options), pair.camera, options)
-    return standing or _standing(_likely(of_grey_levels(seen, pair.camera, nominal_m), options), pair.camera, options)
+    standing = _standing(_likely(level, options), pair.camera, options)
+    if nominal_m is None or is_knocked or any(how_likely > SURE_ODDS for how_likely, _ in standing):
+        return standing
+    levels = [p for p in pairings(*discs, pair.camera, nominal_m, GREY_LEVELS) if p.is_soft]
+    seen = [*level, *sought(pair, *discs, nominal_m), *levels]
+    return _standing(_likely(seen, options), pair.camera, options)
 
 
 def _standing(
     ranked: list[tuple[float, Pairing]], camera: RectifiedCamera, options: TargetOptions
 ) -> list[tuple[float, Pairing]]:
-    """Return those that are surely a disc, or stand a second look: what isn't sure has to."""
-    nominal_m = options.diameter_m
-    twice = [(odds, p if odds > SURE_ODDS else looked_at_again(p, camera, nominal_m)) for odds, p in ranked]
-    return [(odds, p) for odds, p in twice if odds > SURE_ODDS or stands(p, options)]
+    """Return those that are surely a disc, or stay likely one by what a second look says of their size."""
+    kept: list[tuple[float, Pairing]] = []
+    for odds, one in ranked:
+        again, after = refined(one, camera, options.diameter_m), LEAST_ODDS
+        if again is not None:
+            of_its_size = replace(one, circle=replace(one.circle, radius_m=again.circle.radius_m))
+            after = log_odds(of_its_size, options.diameter_m)
+        stays = again is not None and after > LEAST_ODDS and size_fits(again.circle, options)
+        if stays or odds > SURE_ODDS:
+            kept.append((after, again or one))
+    return sorted(kept, key=lambda item: -item[0])
 
 
 def _likely(found: list[Pairing], options: TargetOptions) -> list[tuple[float, Pairing]]:

@@ -10,7 +10,7 @@ from asbuilt_bim.vision.edges import DISPLAY_GAMMA
 from asbuilt_bim.vision.target.circle import SpaceCircle, fit_circle, mirrored, outlines_of
 from asbuilt_bim.vision.target.disc import FIRST_SUPPORT, MIN_SUPPORT, MOST_COVERED, RedDisc, followed, some_profiles
 from asbuilt_bim.vision.target.disc_patch import Patch
-from asbuilt_bim.vision.target.edge_model import likely_blur
+from asbuilt_bim.vision.target.edge_model import COLOUR_BLUR_PX, likely_blur
 from asbuilt_bim.vision.target.ellipse import Ellipse
 
 _CLEAR_SUPPORT = 0.85
@@ -27,7 +27,6 @@ _HELD_FAIRLY = 0.04  # of the given diameter: where it comes out further off, it
 _ROUNDS = ((3.0, 0.35), (2.0, 0.4), (2.0, 0.45), (2.0, 0.45), (1.0, 0.45), (1.0, 0.45))
 """Slack and least support: the first outlines lean where what is behind is dark or bright, or where something covers
 them. They must not choose what is seen next, or the circle stays near where it began."""
-_ASTRAY_PX = 0.7  # and one that moves by more has taken the lens's blur from profiles beside its outline
 _SETTLED_PX = 0.2  # a circle that moves and turns by less needs no further round of the same slack
 
 
@@ -61,9 +60,12 @@ class Pairing:
     right: RedDisc
     circle: SpaceCircle
     blur_px: float = 0.0
-    second: SpaceCircle | None = None  # of the second look, where there was one (`target_refined`)
-    levels: SpaceCircle | None = None  # and where that took the blur for one of grey levels
-    is_of_levels: bool = False  # the outlines were followed as blurred grey levels show them, too
+    gamma: float = DISPLAY_GAMMA  # of the kind of blur that the outlines were followed with, as in `linear_light`
+
+    @property
+    def is_soft(self) -> bool:
+        """Say whether what is behind bends an edge: where the lens blurs less than JPEG's halved colours, these do."""
+        return self.blur_px >= COLOUR_BLUR_PX
 
     def disparity_sigma_px(self, circle: SpaceCircle, options: TargetOptions) -> float:
         """Return how sure a circle's disparity is: its outlines' scatter, and what no scatter shows."""
@@ -83,9 +85,16 @@ class Pairing:
 
 
 def pairings(
-    lefts: tuple[RedDisc, ...], rights: tuple[RedDisc, ...], camera: RectifiedCamera, nominal_m: float | None = None
+    lefts: tuple[RedDisc, ...],
+    rights: tuple[RedDisc, ...],
+    camera: RectifiedCamera,
+    nominal_m: float | None = None,
+    gamma: float = DISPLAY_GAMMA,
 ) -> list[Pairing]:
-    """Return the discs that can be one disc seen twice: near one row, of one size, in front of the cameras."""
+    """Return the discs that can be one disc seen twice: near one row, of one size, in front of the cameras.
+
+    `gamma` is as in `linear_light`: the kind of blur that is looked for.
+    """
     found: list[Pairing] = []
     for left in lefts:
         for right in rights:
@@ -94,11 +103,13 @@ def pairings(
             alike = abs(np.log(a.minor_px / b.minor_px)) < 0.3 and abs(np.log(a.major_px / b.major_px)) < 0.2
             is_known = any(p.has_about(a, b) for p in found)
             if near_row and alike and a.x_px - b.x_px > 1.0 and not is_known:
-                found.extend(_paired(left, right, camera, nominal_m))
+                found.extend(_paired(left, right, camera, nominal_m, gamma))
     return found
 
 
-def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, nominal_m: float | None) -> list[Pairing]:
+def _paired(
+    left: RedDisc, right: RedDisc, camera: RectifiedCamera, nominal_m: float | None, gamma: float
+) -> list[Pairing]:
     """Fit one circle to a disc of each photo; follow both outlines again where it lies, and fit again.
 
     A disc that is covered in part is a poor ellipse in each photo. The circle that both share is a better guide.
@@ -115,15 +126,15 @@ def _paired(left: RedDisc, right: RedDisc, camera: RectifiedCamera, nominal_m: f
     patches = (left.patch, right.patch)
     found: list[Pairing] = []
     if nominal_m is not None:
-        nominal = follow(patches, replace(circle, radius_m=0.5 * nominal_m), camera, 0.5 * nominal_m)
+        nominal = follow(patches, replace(circle, radius_m=0.5 * nominal_m), camera, 0.5 * nominal_m, gamma)
         if nominal is not None and abs(2.0 * nominal.circle.radius_m / nominal_m - 1.0) < _HELD_FAIRLY:
             if is_clear(nominal):
                 return [nominal]
-            other = follow(patches, mirrored(nominal.circle, camera), camera, 0.5 * nominal_m)
+            other = follow(patches, mirrored(nominal.circle, camera), camera, 0.5 * nominal_m, gamma)
             found.extend([nominal] if other is None else [nominal, other])
         elif abs(diameter_m / nominal_m - 1.0) > _OF_ANOTHER_SIZE:
             return _as_found(left, right, circle)
-    free = follow(patches, circle, camera)
+    free = follow(patches, circle, camera, gamma=gamma)
     return [*found, free] if free is not None else found
 
 
@@ -139,21 +150,19 @@ def follow(
     While the outlines are followed the radius may be `held_m`, so that a cover's edge can't shrink the circle; what is
     returned is fitted without that. `gamma` is as in `linear_light`: the kind of blur that is looked for.
     """
-    blur_px: float | None = None
+    blur_px, about_px, asked_at, settled_at = COLOUR_BLUR_PX, 0.0, _ROUNDS[0][0], 0.0
     left = right = None
-    settled_at, is_sharpened = 0.0, False
     for slack, least in _ROUNDS:
         if slack == settled_at:
             continue
         guide, other = outlines_of(circle, camera)
         if guide is None or other is None:
             return None
-        if blur_px is None or (slack == 1.0 and not is_sharpened):
-            is_sharpened = slack == 1.0
-            # the same lens at the same distance: one blur for both photos
-            about_px = blur_px or 0.0
+        if slack < asked_at:
+            # the same lens at the same distance: one blur for both photos; beside the outline it can't be measured
             profiles = [some_profiles(patch, e, about_px) for patch, e in zip(patches, (guide, other), strict=True)]
-            blur_px = likely_blur(profiles, gamma)
+            blur_px = about_px = likely_blur(profiles, gamma)
+            asked_at = slack
         left = followed(patches[0], guide, blur_px, slack, least, gamma)
         right = followed(patches[1], other, blur_px, slack, least, gamma)
         if left is None or right is None:
@@ -165,14 +174,14 @@ def follow(
         moved = np.hypot(*(fitted.centre_px - circle.centre_px)) + abs(fitted.disparity_px - circle.disparity_px)
         turned = left.ellipse.major_px * float(np.abs(fitted.normal - circle.normal).max())
         settled_at = slack if moved + turned < _SETTLED_PX else 0.0
-        if slack == _ROUNDS[0][0] and moved + turned > _ASTRAY_PX:
-            blur_px = None  # beside the outline an edge's blur can't be measured
         circle = fitted
     if left is None or right is None or min(left.support, right.support) < FIRST_SUPPORT:
         return None
     free = circle if held_m is None else circle_of(left, right, camera, start=circle)
-    found = Pairing(left=left, right=right, circle=free, blur_px=blur_px or 0.0) if free is not None else None
-    return found if found is not None and _fits(found) else None
+    if free is None:
+        return None
+    found = Pairing(left=left, right=right, circle=free, blur_px=blur_px, gamma=gamma)
+    return found if _fits(found) else None
 
 
 def _as_found(left: RedDisc, right: RedDisc, circle: SpaceCircle) -> list[Pairing]:

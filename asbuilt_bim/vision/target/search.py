@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
@@ -15,15 +14,11 @@ from asbuilt_bim.vision.target.ellipse import Ellipse, robust_ellipse
 from asbuilt_bim.vision.target.pairing import Pairing, follow
 from asbuilt_bim.vision.target.red import red_blobs, redness
 
-_FOUND_AGAIN = 0.5  # correlation of the redness in both photos: the same thing before something else
-_NEAREST, _FURTHEST = 1.6, 0.8
-"""Of the disparity that an outline's size says: a covered disc looks smaller, one grown together larger."""
 _STRETCHES = (0.5, 0.35)
 """Of a blob's outline: a disc that half of it belongs to shows one arc of a third at least."""
 _ONE_ARC = 0.95  # of a stretch's points lie on one ellipse
 _OUTLINE_PX = 1.5  # how well a blob's outline is known: it is found in a reduced picture
 _POINTS = 160  # of an outline are looked at
-_MARGIN = 1.2  # of the major half axis: what is matched
 _SAME = 0.06  # of the major half axis: guesses as near as that lead to one place
 
 
@@ -43,7 +38,7 @@ def sought(
             continue
         tried.append(place)
         patches = cut_patch(pair.left, scores[0], guides[0]), cut_patch(pair.right, scores[1], guides[1])
-        if min(patches[0].light.size, patches[1].light.size) == 0:
+        if min(patches[0].red.size, patches[1].red.size) == 0:
             continue
         again = follow(patches, circle, pair.camera, 0.5 * nominal_m)
         if again is not None:
@@ -57,17 +52,12 @@ def _guesses(
     discs: tuple[tuple[RedDisc, ...], tuple[RedDisc, ...]],
     nominal_m: float,
 ) -> Iterator[SpaceCircle]:
-    """Give circles of the given size about the outlines of either photo, where the other shows the same thing."""
+    """Give circles of the given size about the outlines of either photo: so large an outline is so far away."""
     for side in (0, 1):
         for ellipse in (*(disc.ellipse for disc in discs[side]), *_arcs((pair.left, pair.right)[side], scores[side])):
             expected = 2.0 * pair.camera.baseline_m * ellipse.major_px / nominal_m
-            range_px = (-_NEAREST * expected, -_FURTHEST * expected)
-            if side == 1:
-                range_px = (_FURTHEST * expected, _NEAREST * expected)
-            shift = _found_again(scores[side], scores[1 - side], ellipse, range_px)
-            if shift is not None:
-                left = ellipse if side == 0 else replace(ellipse, x_px=ellipse.x_px + shift)
-                yield from guessed_circles(left, abs(shift), 0.5 * nominal_m, pair.camera)
+            left = ellipse if side == 0 else replace(ellipse, x_px=ellipse.x_px + expected)
+            yield from guessed_circles(left, expected, 0.5 * nominal_m, pair.camera)
 
 
 def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
@@ -76,7 +66,7 @@ def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
     A disc before something as red has grown together with it: most of the outline may be the other thing's, but a
     stretch of it is the disc's alone.
     """
-    for blob in red_blobs(image, score, MAX_BLOBS):
+    for blob in red_blobs(score, MAX_BLOBS):
         outline = blob.outline[:: max(1, len(blob.outline) // _POINTS)]
         size = float(np.sqrt(blob.area_px / np.pi))
         for share in _STRETCHES:
@@ -87,21 +77,5 @@ def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
                 if fitted is None or np.mean(fitted[1]) < _ONE_ARC:
                     continue
                 ellipse = fitted[0]
-                if ellipse.minor_px >= MIN_ASPECT * ellipse.major_px and MIN_RADIUS_PX < ellipse.major_px < size:
+                if ellipse.minor_px >= MIN_ASPECT * ellipse.major_px and MIN_RADIUS_PX < ellipse.major_px < 2.0 * size:
                     yield ellipse
-
-
-def _found_again(
-    here: Float32Array, there: Float32Array, ellipse: Ellipse, range_px: tuple[float, float]
-) -> float | None:
-    """Return by how much an ellipse's surroundings lie further right in the other photo; None where they don't."""
-    reach = _MARGIN * ellipse.major_px
-    x0, y0 = np.floor(ellipse.centre - reach).astype(int).tolist()
-    x1, y1 = (np.ceil(ellipse.centre + reach).astype(int) + 1).tolist()
-    start, end = max(x0 + int(range_px[0]), 0), min(x1 + int(range_px[1]), there.shape[1])
-    if min(x0, y0) < 0 or x1 > here.shape[1] or y1 > here.shape[0] or end - start < x1 - x0 + 2:
-        return None
-    template = np.ascontiguousarray(here[y0:y1, x0:x1])
-    correlation = cv2.matchTemplate(np.ascontiguousarray(there[y0:y1, start:end]), template, cv2.TM_CCOEFF_NORMED)[0]
-    best = int(np.argmax(correlation))
-    return float(start + best - x0) if correlation[best] > _FOUND_AGAIN else None

@@ -1,6 +1,4 @@
-"""A disc's inside: what covers it reaches its rim, a print on it doesn't, however blurred."""
-
-from dataclasses import replace
+"""A disc's inside: what is printed on it is missing from its red, however blurred."""
 
 import cv2
 import numpy as np
@@ -20,24 +18,16 @@ def patch_of(print_px: tuple[int, int, int, int], blur_px: float) -> Patch:
     x0, y0, x1, y1 = print_px
     red[y0:y1, x0:x1] = 0.0
     red = np.asarray(cv2.GaussianBlur(red, None, blur_px), dtype=np.float32)
-    return Patch(corner=np.zeros(2), light=red[..., None], red=red, planes=np.repeat(red[..., None], 3, axis=2))
+    return Patch(corner=np.zeros(2), red=red, planes=np.repeat(red[..., None], 3, axis=2))
 
 
-@pytest.mark.parametrize(("height_px", "blur_px"), [(6, 0.6), (6, 2.4), (4, 3.0), (5, 3.5)])
-def test_a_print_that_keeps_off_the_rim_is_a_hole_at_any_blur(height_px: int, blur_px: float) -> None:
+@pytest.mark.parametrize(("height_px", "blur_px"), [(6, 0.6), (6, 2.4), (8, 3.0)])
+def test_what_a_print_takes_of_the_inside_is_missing_at_any_blur(height_px: int, blur_px: float) -> None:
     printed = patch_of((20, 32 - height_px // 2, 44, 32 - height_px // 2 + height_px), blur_px)
-    assert filled_share(printed, inside_of(printed, DISC))[1] > 0.06
+    assert 0.06 < 1.0 - filled_share(printed, inside_of(printed, DISC)) < 0.35
 
 
 @pytest.mark.parametrize("blur_px", [0.6, 2.4, 3.0])
-def test_what_reaches_over_the_rim_is_no_hole(blur_px: float) -> None:
-    covered = patch_of((22, 29, 64, 35), blur_px)
-    assert filled_share(covered, inside_of(covered, DISC))[1] < 0.02
-
-
-@pytest.mark.parametrize("seed", [3, 6])
-def test_a_bar_thinner_than_the_blur_that_noise_cuts_short_before_the_rim_is_no_hole(seed: int) -> None:
-    covered = patch_of((0, 30, 64, 33), 2.3)
-    noise = cv2.GaussianBlur(np.random.default_rng(seed).normal(0.0, 0.1, covered.red.shape), None, 1.0)
-    noisy = replace(covered, red=(covered.red + noise).astype(np.float32))
-    assert filled_share(noisy, inside_of(noisy, DISC))[1] < 0.03
+def test_a_plain_discs_inside_is_all_red_whatever_the_blur(blur_px: float) -> None:
+    plain = patch_of((0, 0, 0, 0), blur_px)
+    assert filled_share(plain, inside_of(plain, DISC)) == 1.0

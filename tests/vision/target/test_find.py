@@ -158,6 +158,12 @@ def test_a_bar_across_a_disc_leaves_it_measured_and_a_bar_printed_on_it_does_not
         assert sighting is None
 
 
+@pytest.mark.parametrize("blur_px", [1.5, 3.0])
+def test_a_sign_with_a_narrow_bar_is_no_target_however_blurred(blur_px: float) -> None:
+    bar = rectangle((0.3, 0.2, 7.499), 0.22, 0.04, bgr=(220, 220, 220))
+    assert find_target(_blurred(pair_of([disc((0.3, 0.2, 7.5)), bar]), blur_px), TOLD)[0] is None
+
+
 def test_a_narrow_reddish_bar_before_a_blurred_disc_is_not_taken_for_a_print_on_it() -> None:
     bar = rectangle((0.3, 0.2, 5.6), 0.05, 0.8, bgr=(36, 40, 58))
     pair = pair_of([disc((0.3, 0.2, 5.7), bgr=(15, 12, 100)), bar], ground=170.0)

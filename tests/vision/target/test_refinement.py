@@ -1,4 +1,4 @@
-"""The second look at a blurred disc: it lies between both ways, and what only one way takes for a circle is none."""
+"""The second look at a blurred disc: it lies between both ways, and takes the blur for either kind."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from asbuilt_bim.vision.target.disc import find_discs
 from asbuilt_bim.vision.target.find import TargetOptions, find_target
 from asbuilt_bim.vision.target.odds import log_odds
 from asbuilt_bim.vision.target.pairing import Pairing, pairings
-from asbuilt_bim.vision.target.refinement import looked_at_again, refined, stands
+from asbuilt_bim.vision.target.refinement import refined, second_circle
 from tests.vision.flat_scene import CAMERA, disc, pair_of
 
 TOLD = TargetOptions(diameter_m=0.30)
@@ -36,80 +36,86 @@ def seen(blur_px: float, gamma: float = LIGHT) -> Pairing:
     )
 
 
-def second(found: Pairing) -> SpaceCircle:
-    circle = looked_at_again(found, CAMERA, None).second
-    assert circle is not None
-    return circle
+def of_both_kinds(found: Pairing) -> tuple[SpaceCircle, SpaceCircle]:
+    light = second_circle(found, found.circle, CAMERA, LIGHT)
+    assert light is not None
+    levels = second_circle(found, light, CAMERA, GREY_LEVELS)
+    assert levels is not None
+    return light, levels
 
 
 def test_a_sharp_disc_needs_no_second_look() -> None:
     found = seen(0.5)
-    assert looked_at_again(found, CAMERA, 0.30) is found and refined(found, CAMERA, 0.30) is found
-    assert stands(found, TargetOptions(diameter_m=0.2))
+    assert refined(found, CAMERA, 0.30) is found
 
 
 def test_a_blurred_discs_circle_is_the_mean_of_both_ways_and_right() -> None:
-    found = looked_at_again(seen(2.2), CAMERA, TOLD.diameter_m)
-    assert found.second is not None and found.second.disparity_px != found.circle.disparity_px
-    both = refined(found, CAMERA, None).circle
-    mean_px = 0.7 * found.second.disparity_px + 0.3 * found.circle.disparity_px
-    assert both.disparity_px == pytest.approx(mean_px)
-    told = refined(found, CAMERA, TOLD.diameter_m).circle
-    assert told.disparity_px == pytest.approx(mean_px, rel=0.002)
-    assert CAMERA.f_px * CAMERA.baseline_m / told.disparity_px == pytest.approx(5.0, rel=0.005)
-    assert 2.0 * found.second.radius_m == pytest.approx(0.30, rel=0.028) and stands(found, TOLD)
-
-
-def test_what_was_looked_at_twice_is_not_looked_at_again() -> None:
-    found = looked_at_again(seen(2.2), CAMERA, TOLD.diameter_m)
-    assert looked_at_again(found, CAMERA, TOLD.diameter_m) is found
+    found = seen(2.2)
+    second = second_circle(found, found.circle, CAMERA, LIGHT)
+    assert second is not None and second.disparity_px != found.circle.disparity_px
+    both, told = refined(found, CAMERA, None), refined(found, CAMERA, TOLD.diameter_m)
+    assert both is not None and told is not None
+    mean_px = 0.7 * second.disparity_px + 0.3 * found.circle.disparity_px
+    assert both.circle.disparity_px == pytest.approx(mean_px)
+    assert told.circle.disparity_px == pytest.approx(mean_px, rel=0.002)
+    assert CAMERA.f_px * CAMERA.baseline_m / told.circle.disparity_px == pytest.approx(5.0, rel=0.005)
+    assert 2.0 * second.radius_m == pytest.approx(0.30, rel=0.028)
 
 
 def test_a_disc_whose_grey_levels_were_blurred_has_the_told_size_when_it_is_told() -> None:
-    found = looked_at_again(seen(2.2, GREY_LEVELS), CAMERA, TOLD.diameter_m)
-    assert found.second is not None and 2.0 * found.second.radius_m > 1.02 * 0.30
-    assert 2.0 * refined(found, CAMERA, None).circle.radius_m > 1.01 * 0.30
-    assert 2.0 * refined(found, CAMERA, TOLD.diameter_m).circle.radius_m == pytest.approx(0.30, rel=0.007)
-    assert stands(found, TOLD)
+    found = seen(2.2, GREY_LEVELS)
+    assert 2.0 * of_both_kinds(found)[0].radius_m > 1.02 * 0.30
+    untold, told = refined(found, CAMERA, None), refined(found, CAMERA, TOLD.diameter_m)
+    assert untold is not None and told is not None
+    assert 2.0 * untold.circle.radius_m > 1.01 * 0.30
+    assert 2.0 * told.circle.radius_m == pytest.approx(0.30, rel=0.007)
 
 
-def test_a_disc_that_is_seen_only_where_grey_levels_were_blurred_is_taken_so() -> None:
-    found = looked_at_again(seen(2.2, GREY_LEVELS), CAMERA, TOLD.diameter_m)
-    only = replace(found, second=None)
-    assert found.levels is not None and stands(only, TOLD)
-    mean_px = 0.5 * (found.levels.disparity_px + found.circle.disparity_px)
-    assert refined(only, CAMERA, TOLD.diameter_m).circle.disparity_px == pytest.approx(mean_px)
+def test_a_disc_that_a_second_look_sees_as_one_kind_only_is_taken_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = seen(2.2, GREY_LEVELS)
+    levels = of_both_kinds(found)[1]
+    one = {LIGHT: None, GREY_LEVELS: levels}
+    monkeypatch.setattr(target_refined, "second_circle", lambda _found, _circle, _camera, gamma: one[gamma])
+    only = refined(found, CAMERA, TOLD.diameter_m)
+    assert only is not None
+    mean_px = 0.7 * levels.disparity_px + 0.3 * found.circle.disparity_px
+    assert only.circle.disparity_px == pytest.approx(mean_px)
+    one[GREY_LEVELS] = None  # type: ignore
+    assert refined(found, CAMERA, TOLD.diameter_m) is None
 
 
 def test_a_circle_is_less_sure_where_both_kinds_of_blur_are_likely(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = looked_at_again(seen(2.2, GREY_LEVELS), CAMERA, TOLD.diameter_m)
-    assert found.second is not None and found.levels is not None
-    far = replace(found, levels=replace(found.levels, disparity_px=found.second.disparity_px + 1.0))
+    found = seen(2.2, GREY_LEVELS)
+    light, levels = of_both_kinds(found)
+    far = {LIGHT: light, GREY_LEVELS: replace(levels, disparity_px=light.disparity_px + 1.0)}
+    monkeypatch.setattr(target_refined, "second_circle", lambda _found, _circle, _camera, gamma: far[gamma])
     sigmas = []
     for share in (0.0, 0.5, 1.0):
         monkeypatch.setattr(target_refined, "share_of_levels", lambda *_, share=share: share)
-        sigmas.append(float(np.sqrt(refined(far, CAMERA, TOLD.diameter_m).circle.covariance[2, 2])))
+        again = refined(found, CAMERA, TOLD.diameter_m)
+        assert again is not None
+        sigmas.append(float(np.sqrt(again.circle.covariance[2, 2])))
     assert sigmas[1] > 0.45 and max(sigmas[0], sigmas[2]) < 0.3
 
 
-def test_a_blurred_thing_that_a_second_look_sees_of_another_size_is_no_target(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_blurred_thing_that_no_second_look_sees_is_the_target_only_where_it_is_surely_a_disc(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     pair = photos(2.2)
+    monkeypatch.setattr("asbuilt_bim.vision.target.find.refined", lambda *_: None)
+    assert find_target(pair, TOLD)[0] is not None
     monkeypatch.setattr("asbuilt_bim.vision.target.find.SURE_ODDS", 99.0)
-    assert find_target(pair, TOLD)[0] is not None
-    monkeypatch.setattr(target_refined, "SURE_ODDS", 99.0)
-    assert find_target(pair, TOLD)[0] is not None
-    monkeypatch.setattr("asbuilt_bim.vision.target.blur_kind.SIZE_SPREAD", 1e-5)
     assert find_target(pair, TOLD)[0] is None
 
 
-def test_the_size_of_a_second_look_counts_by_how_sure_it_is_unless_the_thing_is_surely_a_disc() -> None:
-    found = seen(2.2)
-    off = replace(found, second=replace(second(found), radius_m=1.045 * 0.15))
-    assert stands(off, TOLD)
-    pale = {side: replace(getattr(off, side), redness=0.1) for side in ("left", "right")}
-    poor = replace(off, circle=replace(off.circle, rms_px=2.0), **pale)
-    assert not stands(poor, TOLD)
-    assert off.second is not None
-    size_open = replace(off.second, covariance=np.diag([0.1, 0.1, 0.1, 0.04**2]))
-    assert stands(replace(poor, second=size_open), TOLD)
-    assert not stands(replace(poor, second=replace(size_open, radius_m=1.09 * 0.15)), TOLD)
+def test_a_blurred_thing_that_isnt_surely_a_disc_has_to_keep_its_size_at_a_second_look(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pair = photos(2.2)
+    monkeypatch.setattr("asbuilt_bim.vision.target.find.SURE_ODDS", 99.0)
+    for radius_m, is_taken in ((0.15, True), (1.09 * 0.15, False)):
+        monkeypatch.setattr(
+            "asbuilt_bim.vision.target.find.refined",
+            lambda found, *_, radius_m=radius_m: replace(found, circle=replace(found.circle, radius_m=radius_m)),
+        )
+        assert (find_target(pair, TOLD)[0] is not None) == is_taken
