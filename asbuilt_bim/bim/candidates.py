@@ -19,11 +19,21 @@ _MAX_POINTS = 40  # a side, for halls a hundred metres long
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Balls:
-    """Exposed faces with a ball round each: middles (N, 3) and radii (N,) in metres."""
+    """Exposed faces with a ball round each: middles (N, 3) and radii (N,) in metres.
+
+    `points_m` holds what was laid out of them so far: points (K, 3) over a face, by its place in `faces`.
+    """
 
     faces: list[DesignFace]
     middles_m: FloatArray
     radii_m: FloatArray
+    points_m: dict[int, FloatArray]
+
+    def points_of(self, number: int) -> FloatArray:
+        """Return points (K, 3) over a face; many stations ask for those of one face."""
+        if number not in self.points_m:
+            self.points_m[number] = _points(self.faces[number])
+        return self.points_m[number]
 
 
 _LAID_OUT: WeakKeyDictionary[BimModel, _Balls] = WeakKeyDictionary()
@@ -57,11 +67,10 @@ def candidates(
     eye = world_from_left[:3, 3]
     near = np.linalg.norm(balls.middles_m - eye, axis=1) - balls.radii_m <= max_distance_m
     ahead = (balls.middles_m - eye) @ world_from_left[:3, 2] + balls.radii_m > 0.0
-    within = [balls.faces[i] for i in np.flatnonzero(near & ahead)]
-    left = [face for face in within if _faces(face, eye)]
+    left = [i for i in np.flatnonzero(near & ahead).tolist() if _faces(balls.faces[i], eye)]
     if not left:
         return ()
-    grids = [_points(face) for face in left]
+    grids = [balls.points_of(i) for i in left]
     owner = np.repeat(np.arange(len(left)), [len(grid) for grid in grids])
     points = np.concatenate(grids)
     pixels = camera.project(apply(inverse(world_from_left), points))
@@ -69,7 +78,7 @@ def candidates(
         seen = ((pixels >= -0.5) & (pixels < [camera.width_px - 0.5, camera.height_px - 0.5])).all(axis=1)
     seen &= np.linalg.norm(points - eye, axis=1) <= max_distance_m
     hits = np.bincount(owner, seen, minlength=len(left))
-    return tuple(face for face, count in zip(left, hits, strict=True) if count > 0)
+    return tuple(balls.faces[i] for i, count in zip(left, hits, strict=True) if count > 0)
 
 
 def _balls_of(design: BimModel) -> _Balls:
@@ -90,7 +99,7 @@ def _balls(faces: list[DesignFace]) -> _Balls:
         else:
             centres[i] = face.frame.from_uv([(u0 + u1) / 2.0, (v0 + v1) / 2.0])
             radii[i] = np.hypot(u1 - u0, v1 - v0) / 2.0
-    return _Balls(faces=faces, middles_m=centres, radii_m=radii)
+    return _Balls(faces=faces, middles_m=centres, radii_m=radii, points_m={})
 
 
 def _faces(face: DesignFace, eye: FloatArray) -> bool:

@@ -102,7 +102,7 @@ def monitor(
     seen = without_stations(held.matched, design, options.match) if barred else held.matched
     standing = where_they_stand(seen, design, options.match, history.moves_m, accept_moved)
     design, beside = standing.design, standing.not_accepted
-    matched = adjust_with_design(standing.matched, design, options.match)
+    matched = adjust_with_design(standing.matched, design, options.match, share)
     doubt = scale_doubt(placement, survey, scale_share)
     surfaces = classify_surface(matched, design, history, options.progress, beside, share, doubt)
     undone = undone_front(surfaces, design, history, day, options.progress)

@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
 MAX_FAULTS = 5
-ARRAY_DEFINITIONS = ("vector2", "matrix3", "matrix4", "matrix6", "ring2", "ring3")
+ARRAY_DEFINITIONS = ("vector2", "vector3", "matrix3", "matrix4", "matrix6", "ring2", "ring3")
 """Definitions of pure number arrays: here only known to be lists, since numpy holds them to shape and finiteness
 a thousand times faster when they are read (`arrays_json`)."""
 

@@ -2,13 +2,13 @@
 
 python benchmarks/hold/scale.py --check --json figures.json     hours on a small machine
 python benchmarks/hold/scale.py --done FILE --copies 9 36       takes up what was measured; two designs are read
-python benchmarks/hold/scale.py --quick                         250 elements, two stations
+python benchmarks/hold/scale.py --quick                         250 elements, two stations, two visits
 
 Every measurement is a process of its own on one thread; judged are processor seconds. A design is the sample's building
 many times side by side. Reading is held against IfcOpenShell's own iterator with the same settings for the same
 elements, in the same process. Judging has the stations of the sample's first visit, which see the first building alone;
 they are measured once and found in the user's cache. More stations are copies of them with other names, judged without
-any cache; 1,000 are not run but reckoned from 10 and 100 with the exponent between these.
+any cache. Visits are that one over and over, a week apart, each with the history of those before.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ from asbuilt_bim.ifc.geometry.bodies import ANGLE_RAD, SEGMENTS
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.read.elements import walls_and_columns
 from asbuilt_bim.measure.station import StationMeasurement
-from asbuilt_bim.progress.history import EMPTY_HISTORY
+from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
@@ -58,8 +59,8 @@ MOST_TIMES, MOST_CACHED_S, MOST_JUDGING, MOST_EXPONENT = 2.0, 3.0, 1.5, 1.1
 COPIES, QUICK_COPIES = (9, 36, 143, 571), (9,)
 """Of 28 walls and columns: 252, 1,008, 4,004 and 15,988."""
 UNSEEN, QUICK_UNSEEN = (1, 100), (1, 9)
-STATIONS, QUICK_STATIONS = (10, 100), (1, 2)
-RECKONED = 1000
+STATIONS, QUICK_STATIONS = (10, 100, 1000), (1, 2)
+VISITS, QUICK_VISITS = (5, 50), (1, 2)
 WORKERS, MOST_SHARE, ANEW = 8, 0.10, 3
 OUTPUTS = "write_s", "result_mb", "read_s", "page_s", "page_mb"
 
@@ -128,6 +129,23 @@ def judging(copies: int, stations: int) -> Figures:
     figures = {"elements": float(len(design.elements)), "stations": float(len(measured)), "judge_s": judge_s}
     figures["shared_s"] = sum(shared)
     return {**figures, "peak_mb": peak_mb(), **outputs(report), "peak_with_outputs_mb": peak_mb()}
+
+
+def visits(wanted: int, stations: int) -> Figures:
+    """Judge so many visits of so many stations, one after the other; 0 stations are those of the sample."""
+    project = read_project(SAMPLE / "project.yaml")
+    survey = read_survey(project.survey, project.markers.size_m, project.markers.sigma_m)
+    measured = _measured(project, survey, stations)
+    design = read_design(project.ifc, project.scope)
+    history, each_s = EMPTY_HISTORY, list[float]()
+    for number in range(wanted):
+        day = project.visits[0].date + timedelta(weeks=number)
+        start = time.process_time()
+        report = monitor(measured, (), survey, design, history, day, project.options)
+        history = remember(history, report)
+        each_s.append(time.process_time() - start)
+    found = {"visits": float(wanted), "judge_s": sum(each_s), "first_s": each_s[0], "last_s": each_s[-1]}
+    return {**found, "peak_mb": peak_mb(), **outputs(report)}
 
 
 def outputs(report: ProgressReport) -> Figures:
@@ -252,11 +270,18 @@ def judging_lines(unseen: list[Figures], stations: list[Figures]) -> list[Line]:
         *(told(f"outputs of {row['elements']:,.0f} elements, {row['stations']:.0f} stations", _outputs_told(row), 1)
           for row in (*unseen, *stations)),
     ]  # fmt: skip
-    power = exponent(stations, "stations", "judge_s")
-    reckoned = stations[-1]["judge_s"] * (RECKONED / stations[-1]["stations"]) ** power
-    lines.append(told(f"judging {RECKONED:,} stations, reckoned and not run", f"{reckoned:.0f} s", 1))
     lines += _growth(stations, "judging", "stations", ("judge_s", "peak_mb"))
     return [*lines, *_growth(stations, "outputs", "stations", OUTPUTS)]
+
+
+def visits_lines(rows: list[Figures]) -> list[Line]:
+    """Judge how time and memory grow with visits; a result holds the last one and what is known of those before."""
+    lines = [
+        told(f"judging {row['visits']:.0f} visits", f"{row['judge_s']:.1f} s, the first {row['first_s']:.1f} s, the "
+             f"last {row['last_s']:.1f} s; {row['peak_mb']:.0f} MB; {_outputs_told(row)}", 1)
+        for row in rows
+    ]  # fmt: skip
+    return [*lines, *_growth(rows, "visits", "visits", ("judge_s", "peak_mb", *OUTPUTS))]
 
 
 def _outputs_told(row: Figures) -> str:
@@ -280,7 +305,9 @@ def _growth(rows: list[Figures], what: str, size: str, figures: tuple[str, ...])
 def main() -> int:
     """Measure and print the table."""
     if sys.argv[1:2] == ["--task"]:
-        task: Callable[..., Figures] = {"reading": reading, "judging": judging, "measuring": measuring}[sys.argv[2]]
+        task: Callable[..., Figures] = {
+            "reading": reading, "judging": judging, "visits": visits, "measuring": measuring,
+        }[sys.argv[2]]  # fmt: skip
         print(json.dumps(task(*map(int, sys.argv[3:]))))
         return 0
     parser = options(__doc__ or "")
@@ -293,12 +320,14 @@ def main() -> int:
     child("judging", 1, seen)  # measures them, so that no other process has to
     unseen = [child("judging", n, seen) for n in (QUICK_UNSEEN if args.quick else UNSEEN)]
     stations = [child("judging", 1, n) for n in (QUICK_STATIONS if args.quick else STATIONS)]
+    over = [child("visits", n, seen) for n in (QUICK_VISITS if args.quick else VISITS)]
     anew = child("measuring", 1 if args.quick else ANEW)
     figures: dict[str, Any] = {
         "machine": {"processors": os.cpu_count(), "threads of each process": 1},
-        "reading": read, "unseen": unseen, "stations": stations, "anew": anew,
+        "reading": read, "unseen": unseen, "stations": stations, "visits": over, "anew": anew,
     }  # fmt: skip
-    lines = [*reading_lines(read), *judging_lines(unseen, stations), *share_lines(stations[-1], anew)]
+    lines = [*reading_lines(read), *judging_lines(unseen, stations), *visits_lines(over)]
+    lines += share_lines(stations[-1], anew)
     if args.quick:
         lines = [told(one.what, one.figure, one.n) if "power" in one.what else one for one in lines]
     return report("Scale", lines, args, figures)

@@ -17,7 +17,7 @@ from asbuilt_bim.progress.report import SHARE_DECIMALS, FaceRecord, ProgressRepo
 from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, reader_of, writer_of
 from asbuilt_bim.report.result.notes_json import note_fields, note_from_plain, with_codes, with_words
 from asbuilt_bim.report.result.rejections import rejection_from_plain, rejection_to_plain
-from asbuilt_bim.report.result.unseen_json import nothing_known, with_unseen_among, with_unseen_apart
+from asbuilt_bim.report.result.unseen_json import Nothing, nothing_known, with_unseen_among, with_unseen_apart
 from asbuilt_bim.report.wording.of_faces import source_of
 
 T = TypeVar("T")
@@ -36,7 +36,7 @@ def report_to_plain(report: ProgressReport) -> dict[str, Any]:
 
 
 def report_to_document(report: ProgressReport) -> dict[str, Any]:
-    """Return the report as `result.json` holds it: as `report_to_plain`, the faces of unseen elements apart."""
+    """Return the report as `result.json` holds it: as `report_to_plain`, what nobody has seen short."""
     return with_unseen_apart(report_to_plain(report), _nothing_known())
 
 
@@ -50,7 +50,7 @@ def report_from_document(values: dict[str, Any]) -> ProgressReport:
 
 
 @cache
-def _nothing_known() -> dict[str, Any]:
+def _nothing_known() -> Nothing:
     return nothing_known(_converter().unstructure)
 
 

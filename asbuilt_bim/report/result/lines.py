@@ -8,10 +8,10 @@ import json
 from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import Any
 
-from asbuilt_bim.report.result.unseen_json import KEY as UNSEEN_FACES
+from asbuilt_bim.report.result.unseen_json import FORMER_KEY, KEY
 from asbuilt_bim.storage.strict_json import parse_json
 
-LAST = ("elements", "stations", "faces", UNSEEN_FACES)
+LAST = ("elements", "stations", "faces", FORMER_KEY, KEY)
 """Keys whose lists grow with the site and its visits, the longest last."""
 Wanted = Callable[[str], bool]
 """Says of the text of an entry whether it is to be parsed."""

@@ -21,14 +21,15 @@ from asbuilt_bim.report.result.arrays_json import ARRAY_FORMS, ArrayForm
 from asbuilt_bim.report.result.convert import FORMER_NAMES, SHARES
 from asbuilt_bim.report.result.document import FORMAT, VERSION
 from asbuilt_bim.report.result.notes_json import CODES, note_fields
-from asbuilt_bim.report.result.unseen_json import KEY
+from asbuilt_bim.report.result.unseen_json import FORMER_KEY, KEY
 from asbuilt_bim.report.wording.result_terms import describe, describe_class
 from asbuilt_bim.report.wording.unstated import TEXTS
 
-UNSEEN = "UnseenFace"
+FORMER_UNSEEN, UNSEEN, UNSEEN_SHORT = "UnseenFace", "UnseenElement", "UnseenElementFace"
 _NUMBER = {"type": "number"}
 _SHAPES: dict[tuple[int | None, ...], str] = {
     (2,): "vector2",
+    (3,): "vector3",
     (3, 3): "matrix3",
     (4, 4): "matrix4",
     (6, 6): "matrix6",
@@ -47,22 +48,64 @@ def result_schema() -> dict[str, Any]:
         "version": {"const": VERSION, "description": "Raised when an older program could no longer read the file."},
         "minor": {"type": "integer", "minimum": 0, "description": "Raised when keys are added."},
     }
-    definitions[UNSEEN] = _unseen_face(definitions)
-    faces = {"type": "array", "items": {"$ref": f"#/$defs/{UNSEEN}"}, "description": describe("", KEY)}
+    definitions[FORMER_UNSEEN] = _former_unseen_face(definitions)
+    definitions[UNSEEN_SHORT] = _unseen_face(definitions)
+    definitions[UNSEEN] = _unseen_element()
+    unseen = {
+        key: {"type": "array", "items": {"$ref": f"#/$defs/{name}"}, "description": describe("", key)}
+        for key, name in ((FORMER_KEY, FORMER_UNSEEN), (KEY, UNSEEN))
+    }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": "https://asbuilt-bim.org/schemas/result-1.json",
         "title": "asbuilt_bim result",
         "description": f"{body['description']} Lengths in metres, areas in m2, angles in radians, unless it says px.",
         "type": "object",
-        "properties": head | body["properties"] | {KEY: faces},
+        "properties": head | body["properties"] | unseen,
         "required": [*head, *body["required"]],
         "additionalProperties": False,
         "$defs": dict(sorted(definitions.items())),
     }
 
 
+def _unseen_element() -> dict[str, Any]:
+    """Return the schema of what an element that nobody has seen holds of its faces."""
+    faces = {"type": "array", "items": {"$ref": f"#/$defs/{UNSEEN_SHORT}"}}
+    return {
+        "type": "object",
+        "description": describe_class(UNSEEN),
+        "properties": {
+            "element": {"type": "string", "description": describe(UNSEEN, "element")},
+            "faces": faces | {"description": describe(UNSEEN, "faces")},
+        },
+        "required": ["element", "faces"],
+        "additionalProperties": False,
+    }
+
+
 def _unseen_face(definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of such an element's face, without what follows from the rest."""
+    of_face = definitions[DesignFaceRecord.__name__]["properties"]
+    frame = {"type": "array", "items": {"$ref": "#/$defs/vector3"}, "minItems": 2, "maxItems": 3}
+    own: dict[str, dict[str, Any]] = {
+        "id": {"type": "string"},
+        "frame_m": frame,
+        "exposed_area_m2": _NUMBER,
+        "radius_m": _NUMBER,
+    }
+    properties: dict[str, Any] = {name: of_face[name] for name in ("role", "area_m2", "exposed_uv_m")}
+    for name, part in own.items():
+        properties[name] = {**part, "description": describe(UNSEEN_SHORT, name)}
+    return {
+        "type": "object",
+        "description": describe_class(UNSEEN_SHORT),
+        "properties": properties,
+        "required": ["id", "role", "frame_m", "area_m2", "exposed_uv_m"],
+        "additionalProperties": False,
+    }
+
+
+def _former_unseen_face(definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a face of an element that nobody has seen: a design face without a state."""
     face: dict[str, Any] = definitions[DesignFaceRecord.__name__]
     state = definitions[SurfaceState.__name__]

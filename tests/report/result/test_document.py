@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import OutputError, ResultError
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.surface import knows_anything
 from asbuilt_bim.report.result import document as document_module
 from asbuilt_bim.report.result.document import MINOR, read_result, result_document, write_result
 from asbuilt_bim.report.result.schema import result_schema
@@ -41,8 +43,18 @@ def damage(path: Path, change) -> None:
     path.write_text(json.dumps(document), encoding="utf-8")
 
 
+def from_one_corner(report: ProgressReport) -> ProgressReport:
+    """Return a report in which what is unknown of unseen faces begins at the corner where what is exposed does."""
+    faces = (
+        face if knows_anything(face.surface) else
+        replace(face, surface=replace(face.surface, unknown_uv_m=face.exposed_uv_m))
+        for face in report.faces
+    )  # fmt: skip
+    return replace(report, faces=tuple(faces))
+
+
 def test_a_result_is_read_as_it_was_written(path):
-    assert same(sample_report(), read_result(path))
+    assert same(from_one_corner(sample_report()), from_one_corner(read_result(path)))
 
 
 def test_writing_what_was_read_gives_the_same_bytes(path, tmp_path):
