@@ -164,7 +164,7 @@ def spread_lines(rows: list[Judged]) -> list[Line]:
 
 def rendered(seed: int, numbers: range, most: int | None = None) -> list[RenderedRig]:
     """Return the rigs that are there, and render those that aren't: at most `most`."""
-    folder = benchmark_folder() / "rendered-boards" / str(seed)
+    folder = benchmark_folder() / "rendered-boards-2" / str(seed)  # 2: corners by the squares' edges alone
     folder.mkdir(parents=True, exist_ok=True)
     found = []
     for number in numbers:
