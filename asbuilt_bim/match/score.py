@@ -92,7 +92,7 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
     loose = polygon.intersection(seen.outline, polygon.grown(border, options.border_m)) if border else polygon.EMPTY
     offset, sigma = _offset(seen, design, strict or loose)
     score = _score(seen.face.label == kind, angle, angle_sigma, offset, sigma, options)
-    fault, values, excess = _fault(seen, design, loose, offset, sigma, options)
+    fault, values, excess = _fault(seen, design, loose, offset, float(np.hypot(sigma, _scale_sigma_m(seen))), options)
     return Comparison(
         design=design, strict=strict, loose=loose, angle_rad=angle, offset_m=offset, offset_sigma_m=sigma,
         score=score, fault=fault, values=values, excess=excess,
@@ -114,6 +114,16 @@ def plane_offset_sigma_m(seen: WorldFace, at_m: FloatArray) -> float:
         du = 0.0
     arm = np.array([1.0, dv, -du])
     return float(np.sqrt(max(float(arm @ seen.face.place_covariance @ arm), 0.0)))
+
+
+def _scale_sigma_m(seen: WorldFace) -> float:
+    """Return how far off a face may lie if all that its area may be off by is one scale: so far it is looked for.
+
+    That is further than its place is unsure at a grazing angle. What is found there says that it stands off; what is
+    not, says nothing.
+    """
+    share = 0.5 * seen.face.area_sigma_calibration_m2 / max(seen.face.area_m2, 1e-6)
+    return share * float(np.linalg.norm(seen.centroid_m - seen.pose.world_from_left[:3, 3]))
 
 
 def _angle(a: FloatArray, b: FloatArray) -> float:
