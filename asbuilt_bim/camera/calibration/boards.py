@@ -202,10 +202,8 @@ def _charuco(grey: ByteImage, board: Board) -> BoardCorners | None:
         printed.setLegacyPattern(legacy)
         corners, ids, _, _ = cv2.aruco.CharucoDetector(printed).detectBoard(grey)
         if ids is not None and len(ids) >= max(_FEWEST_CORNERS, 0 if best is None else len(best.indices) + 1):
-            near, indices = (
-                np.asarray(corners, dtype=np.float64).reshape(-1, 2),
-                np.asarray(ids, dtype=np.int32).ravel(),
-            )
+            near = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+            indices = np.asarray(ids, dtype=np.int32).ravel()
             best = BoardCorners(indices=freeze(indices), pixels=_where_squares_meet(grey, near, indices, board))
         if best is not None or board.rows % 2:  # both numberings are the same where the rows are odd
             break
@@ -221,16 +219,17 @@ def _where_squares_meet(grey: ByteImage, near: FloatArray, indices: IntArray, bo
     Reference: Forstner & Gulch 1987, a fast operator for detection and precise location of corners (eq. of the point).
     """
     axes = _axes_px(near, indices, board)
-    side_px, clear = float(np.linalg.norm(axes, axis=2).min()), 0.5 * (1.0 - board.marker_m / board.square_m)
-    if not clear * side_px >= _LEAST_CLEAR_PX:  # nor where the corners found are no grid
+    lengths = np.linalg.norm(axes, axis=2)
+    width_px = np.abs(np.linalg.det(axes)) / np.maximum(lengths.max(axis=1), 1e-9)  # 0 where corners lie on one line
+    clear = 0.5 * (1.0 - board.marker_m / board.square_m)
+    if not clear * width_px.min() >= _LEAST_CLEAR_PX:
         return _saddle_points(grey, near, _CHARUCO_WINDOW)
-    half = int(np.clip(_CHESS_WINDOW * side_px, 2, _LARGEST_WINDOW))
+    half = int(np.clip(_CHESS_WINDOW * lengths.min(), 2, _LARGEST_WINDOW))
     steps = np.arange(-half, half + 1, dtype=np.float64)
     window = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     on_board = np.abs(np.einsum("nij,wj->nwi", np.linalg.inv(np.swapaxes(axes, 1, 2)), window))  # in squares
-    lengths = np.linalg.norm(axes, axis=2)[:, None, :]
     arm = np.maximum(clear * lengths - _BLURRED_PX, _LEAST_ARM_PX) / lengths
-    weight = np.any(on_board < arm, axis=2) * np.exp(-((window / half) ** 2).sum(axis=1))
+    weight = np.any(on_board < arm[:, None, :], axis=2) * np.exp(-((window / half) ** 2).sum(axis=1))
     light = cv2.LUT(grey, _LIGHT)
     slopes = [cv2.Sobel(light, cv2.CV_32F, *order, ksize=1, scale=0.5) for order in ((1, 0), (0, 1))]
     at = near.copy()

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from asbuilt_bim.camera.calibration.boards import Board, find_board
+from asbuilt_bim.camera.calibration.boards import Board, _where_squares_meet, find_board
 
 BOARD = Board(kind="charuco", columns=9, rows=7, square_m=0.08, marker_m=0.06, dictionary="DICT_4X4_50")
 TEXELS = 60  # of a square: a marker of 45 lies 7 texels from one side and 8 from the other, as OpenCV draws it
@@ -57,3 +57,10 @@ def test_a_charuco_board_too_small_to_part_squares_from_markers_is_found_by_a_sm
     assert found is not None
     errors = found.pixels - true_px[found.indices]
     assert (errors - errors.mean(axis=0)).std() < 0.15
+
+
+def test_corners_on_one_line_that_show_no_grid_are_found_without_one() -> None:
+    image, true_px = photographed(40.0, 0.6, 2)
+    row = np.arange(BOARD.inner[0])
+    found = _where_squares_meet(image, true_px[row] + 0.3, row.astype(np.int32), BOARD)
+    assert np.abs(found - true_px[row]).max() < 0.5
