@@ -1,4 +1,4 @@
-"""Pictures that leave: sharp where elements stand or something was measured, cells where one is missing, else blur."""
+"""Pictures that leave: sharp where something was measured, cells where an element only was judged, else blur."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ Rings = tuple[FloatArray, ...]
 _NEAR = 0.02  # of the picture's width: what lies so near an outline stays sharp
 _COARSE = 40  # cells across a picture: a face at 5 m is one of these, nobody is known by it
 _CELL_M = 0.15
-"""Where an element is missing one looks past its place: in cells of this size there, twelve to a person, as people
-are whom a network finds. Who stands further off is smaller, and has fewer."""
+"""Where an element is missing one looks past its place, and where it was judged without being measured here somebody
+may stand before it: in cells of this size there, twelve to a person, as people are whom a network finds. Who stands
+further off is smaller, and has fewer."""
 _GREY = 0.5  # of the blur: one sees at once what is shown and what isn't
 
 
@@ -33,17 +34,17 @@ class Shower:
             return image
         scale = image.shape[1] / station.width_px
         before = [(np.asarray(ring) + 0.5) * scale for ring in station.before_px if len(ring) >= 3]
-        kept, missing = self._polygons(station, image.shape[1])
-        return blurred_but(in_cells(image, missing), kept, before, _target(station, scale), [one for one, _ in missing])
+        kept, coarse = self._polygons(station, image.shape[1])
+        return blurred_but(in_cells(image, coarse), kept, before, _target(station, scale), [one for one, _ in coarse])
 
     def _polygons(self, station: StationRecord, width: int) -> tuple[list[Rings], list[tuple[Rings, float]]]:
-        """Return what was outlined or decided as built, and what was decided as open, each with its cells' size (px).
+        """Return what was outlined, and what was decided without it, each with its cells' size (px).
 
-        What stands before an element hides it: it was not decided there, as far as this station alone says so.
+        What is decided is so by all stations: this one may see somebody before it.
         """
         scale = width / station.width_px
         kept: list[Rings] = []
-        missing: list[tuple[Rings, float]] = []
+        coarse: list[tuple[Rings, float]] = []
         for face in station.faces:
             rings = [(np.asarray(r, dtype=np.float64) + 0.5) * scale for r in face.outline_px if len(r) >= 3]
             kept += [tuple(rings)] if rings else []
@@ -51,10 +52,9 @@ class Shower:
         for key, faces in self.decided.get(station.name, {}).items():
             for one in faces:
                 cell_px = _CELL_M * station.f_px * scale / distance_to(one, station)
-                missing += [(r, cell_px) for r in polygons_in_picture(one, one.surface.open_uv_m, station, width)]
-                if key not in outlined:
-                    kept += polygons_in_picture(one, one.surface.built_uv_m, station, width)
-        return kept, missing
+                judged = (one.surface.open_uv_m, () if key in outlined else one.surface.built_uv_m)
+                coarse += [(r, cell_px) for uv_m in judged for r in polygons_in_picture(one, uv_m, station, width)]
+        return kept, coarse
 
 
 def _target(station: StationRecord, scale: float) -> list[FloatArray]:

@@ -89,6 +89,25 @@ def test_where_an_element_is_missing_nobody_past_its_place_can_be_known_but_that
     assert before.std(axis=(0, 1)).max() < 8.0
 
 
+def test_where_an_element_was_judged_but_not_measured_here_nobody_before_it_can_be_known() -> None:
+    """A worker stood sharp before a column that other stations had measured."""
+    report, station = with_one_face(sample_report())
+    surface = replace(
+        report.faces[0].surface, stations={station.name: 1.0}, built_uv_m=((square(0.0, 2.0),),), open_uv_m=()
+    )
+    frame_m = frozen(np.array([[-1.0, -1.0, 5.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    design = replace(report.faces[0], kind="plane", frame_m=frame_m, surface=surface)
+    looking = replace(station, world_from_left=frozen(np.eye(4)), rectified_from_left=frozen(np.eye(3)))
+    for elements in ((), (design.element,)):
+        measured = replace(looking.faces[0], elements=elements)
+        one = replace(looking, faces=(measured,))
+        seen = replace(report, faces=(design, *report.faces[1:]), stations=(one, *report.stations[1:]))
+        shown = shower_of(seen, whole=False).shown(noise(), one).astype(float)
+        scale = 1280 / one.width_px
+        x, y = round(one.cx_px * scale) + 100, round(one.cy_px * scale) + 100
+        assert shown[y - 4 : y + 4, x - 4 : x + 4].std(axis=(0, 1)).max() < 25.0  # of noise whose own is 74
+
+
 def test_what_stands_before_an_element_is_blurred_and_the_target_is_not() -> None:
     report, station = with_one_face(sample_report())
     scale = station.width_px / 1280

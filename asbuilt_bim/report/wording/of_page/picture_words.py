@@ -3,8 +3,8 @@
 from typing import Literal
 
 _SHOWN = {
-    "elements": "Pictures are sharp where elements were seen and where something was measured. Where an element should "
-    "stand and doesn't, they are coarse. All else is blurred, and so is what stands before an element.",
+    "elements": "Pictures are sharp where something was measured. Where an element is missing, or was judged without "
+    "being measured, they are coarse. All else is blurred, and so is what stands before what was measured.",
     "whole": "Pictures show whole photos, as the project file asks.",
 }
 _PEOPLE = {
