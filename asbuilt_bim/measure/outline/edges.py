@@ -36,6 +36,9 @@ SHARE_GREY = 2.0
 """The gradient that counts half: grain of concrete between two profiles."""
 CREST_STEPS = 13
 """An edge's profile is some 3 px wide after the sensor's and our own blur."""
+CREST_PX = 0.5 * (CREST_STEPS - 1) * STEP_PX
+SHARED_PX = 3.0
+"""Neighbouring profiles share texture over about so much."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,9 +148,9 @@ def find_edge(
     left, right, paired = _profiles(both, line, None if alone else disparity, along, across)
     votes = _votes(left, np.where(paired, right, left), texture_grey)
     best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px)
-    if best is None or best[2] < least_strength:
+    if best is None or best.strength < least_strength:
         return None
-    offset, turn, strength = best
+    offset, turn, strength = best.offset_px, best.turn, best.strength
     centre = offset + turn * (along - 0.5 * length)
     fit_left = _subpixel(left, votes, across, along, centre, length)
     if fit_left is None:
@@ -164,7 +167,7 @@ def find_edge(
     found = line.moved(shift - 0.5 * slope * length, shift + 0.5 * slope * length)
     return EdgeFit(
         line=found,
-        sigma_px=sigma,
+        sigma_px=float(np.hypot(sigma, best.ambiguity_px)),
         strength=strength,
         contrast=contrast,
         disparity_miss_px=miss,
@@ -215,6 +218,20 @@ def _votes(left: FloatArray, right: FloatArray, texture_grey: float) -> FloatArr
     return votes
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Likeliest:
+    """The likeliest line through the profiles: offset at its middle, turn, the share of profiles that vote for it.
+
+    `ambiguity_px` is what it may be off because the edge is another line: the root of what all others are off, squared,
+    by how likely they are.
+    """
+
+    offset_px: float
+    turn: float
+    strength: float
+    ambiguity_px: float
+
+
 def _strongest(
     votes: FloatArray,
     along: FloatArray,
@@ -223,8 +240,12 @@ def _strongest(
     reach: float,
     half_turn: float,
     prior: float,
-) -> tuple[float, float, float] | None:
-    """Return (offset at the middle, turn, mean vote) of the line through the profiles that collects most votes."""
+) -> _Likeliest | None:
+    """Return the likeliest line through the profiles: by its votes against chance's, and by where it was looked for.
+
+    Chance is what the lines here have in common (the median): grain of concrete votes, too. Profiles that are
+    independent vote like coins, so a line's odds are their number times the divergence of its share from chance's.
+    """
     shifts = np.flatnonzero(np.abs(across) <= reach)
     ends = np.linspace(-half_turn, half_turn, TURN_STEPS)
     turns = 2.0 * ends / length
@@ -232,11 +253,27 @@ def _strongest(
     starts = np.arange(len(along)) * len(across) + shifts[0] + moved  # of each profile's window, by turn
     windows = np.lib.stride_tricks.sliding_window_view(votes.ravel(), len(shifts))
     mean = windows[starts].mean(axis=1)
-    score = mean * np.exp(-0.5 * np.square(across[shifts] / prior)) * np.exp(-0.5 * np.square(ends / 2.0))[:, None]
-    turn, top = np.unravel_index(int(np.argmax(score)), score.shape)
-    if not score[turn, top] > 0.0:
+    if not mean.max() > 0.0:
         return None
-    return float(across[shifts[top]]), float(turns[turn]), float(mean[turn, top])
+    odds = length / SHARED_PX * _divergence(mean, median(mean.ravel()))
+    odds -= 0.5 * np.square(across[shifts] / prior) + 0.5 * np.square(ends / 2.0)[:, None]
+    turn, top = np.unravel_index(int(np.argmax(odds)), odds.shape)
+    chances = np.exp(odds - odds[turn, top])
+    off = np.abs(across[shifts] - across[shifts[top]])
+    others = np.where(off > CREST_PX, np.square(off), 0.0)  # nearer is the same edge: its place is fitted
+    return _Likeliest(
+        offset_px=float(across[shifts[top]]),
+        turn=float(turns[turn]),
+        strength=float(mean[turn, top]),
+        ambiguity_px=float(np.sqrt((chances @ others).sum() / chances.sum())),
+    )
+
+
+def _divergence(share: FloatArray, chance: float) -> FloatArray:
+    """Return how far shares of votes lie over what chance gives, in nats (Kullback, Leibler 1951); 0 below it."""
+    p, q = np.clip(share, 1e-6, 1.0 - 1e-6), min(max(chance, 1e-3), 0.999)
+    apart: FloatArray = np.where(p > q, p * np.log(p / q) + (1.0 - p) * np.log((1.0 - p) / (1.0 - q)), 0.0)
+    return apart
 
 
 def _subpixel(
@@ -244,10 +281,10 @@ def _subpixel(
 ) -> tuple[float, float, float, float] | None:
     """Fit a line to each profile's own peak near `centre`: offset at the middle, slope, sigma, median contrast."""
     rows = np.arange(len(along))
-    place_near = np.searchsorted(across, centre - 1.5)[:, None] + np.arange(int(3.0 / STEP_PX) + 1)
+    place_near = np.searchsorted(across, centre - CREST_PX)[:, None] + np.arange(CREST_STEPS)
     place_near = np.minimum(place_near, len(across) - 1)
     height = np.where(
-        np.abs(across[place_near] - centre[:, None]) <= 1.5, np.abs(profile[rows[:, None], place_near]), -1.0
+        np.abs(across[place_near] - centre[:, None]) <= CREST_PX, np.abs(profile[rows[:, None], place_near]), -1.0
     )
     peak = np.clip(place_near[rows, np.argmax(height, axis=1)], 1, len(across) - 2)
     before, top, after = (np.abs(profile[rows, peak + k]) for k in (-1, 0, 1))
@@ -263,8 +300,7 @@ def _subpixel(
     fit = reweighted_linear(line, (place - centre)[inner], LEAST_SCATTER_PX, weight, SHORT_TUKEY, FEW_PROFILES)
     slope, shift = fit.parameters.tolist()
     total = float(fit.weights.sum())
-    # neighbouring profiles share texture over about 3 px
-    independent = max(total**2 / float(fit.weights @ fit.weights) / 3.0, 2.0)
+    independent = max(total**2 / float(fit.weights @ fit.weights) / SHARED_PX, 2.0)
     sigma = float(np.hypot(np.sqrt(fit.cost / total / independent), EDGE_FLOOR_PX))
     turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
     offset = float(centre[0] - turn * (along[0] - 0.5 * length) + shift)

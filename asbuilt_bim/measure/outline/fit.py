@@ -13,7 +13,7 @@ from asbuilt_bim.measure.outline.contour import Course, Side, contours, sides
 from asbuilt_bim.measure.outline.edges import EdgeFit, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline.face_cost import OFF_PX
 from asbuilt_bim.measure.outline.ring_from_lines import close_ring, pixel_area
-from asbuilt_bim.measure.outline.straight import Surroundings, straight_sides
+from asbuilt_bim.measure.outline.straight import LEAST_KNOWN_SHARE, Surroundings, straight_sides
 from asbuilt_bim.measure.planes.crossing import Crossing, between, crossing_near
 
 Source = Literal["photo", "left", "planes", "mask", "frame"]
@@ -22,16 +22,10 @@ LEAST_STRENGTH = 0.22
 """Under a quarter of a side's length showing an edge, the edge is another body's, or no edge."""
 ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
-CLEAR_STRENGTH = 0.3
-"""A shared edge that shows on less of its length than this is faint: both faces are lit alike."""
 MASK_SIGMA_PX = 3.0
 """How well the matcher's own border lies on an edge that no photo shows."""
 LEVEL_SIGMA_PX = 0.25
 """What a level edge errs beyond its fit: the shade where a foot meets the ground, a top seen with its upper side."""
-HALF_SEEN, HALF_SEEN_SIGMA_PX = 0.5, 0.4
-"""A level edge seen on under half of its length: rubble at a foot, shade, a top's own upper side beside it."""
-LEAST_KNOWN_SHARE = 0.3
-"""Of a gap's pixels must be measured before it may be called an opening."""
 SLANT_DEG = 12.0
 """A segment within this of plumb or level runs plumb or level: contours wiggle by that over a few tens of pixels."""
 
@@ -155,16 +149,11 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
     plane = pixel_plane(around.planes[label], around.camera)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, LEAST_STRENGTH)
     if fit is not None:
-        if fit.strength < CLEAR_STRENGTH and crossing is not None:
-            edge = between(crossing, fit)
-            return FaceEdge(
-                line=edge.line, sigma_px=edge.sigma_px, source="photo", course=side.course, neighbour=neighbour, fit=fit
-            )
-        own_px = 0.0
-        if side.course == "level":
-            own_px = LEVEL_SIGMA_PX if fit.strength >= HALF_SEEN else HALF_SEEN_SIGMA_PX
-        sigma = float(np.hypot(fit.sigma_px, own_px))
-        return FaceEdge(line=fit.line, sigma_px=sigma, source="photo", course=side.course, neighbour=neighbour, fit=fit)
+        line, sigma_px = fit.line, float(np.hypot(fit.sigma_px, LEVEL_SIGMA_PX * (side.course == "level")))
+        if crossing is not None:
+            edge = between(crossing, line, sigma_px)
+            line, sigma_px = edge.line, edge.sigma_px
+        return FaceEdge(line=line, sigma_px=sigma_px, source="photo", course=side.course, neighbour=neighbour, fit=fit)
     if crossing is not None:
         return FaceEdge(
             line=start, sigma_px=crossing.sigma_px, source="planes", course=side.course, neighbour=neighbour, fit=None

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
 from asbuilt_bim.measure.outline.contour import Course, Side, contours
 from asbuilt_bim.measure.outline.edges import Gradients, Line
-from asbuilt_bim.measure.outline.face_cost import FOREIGN, OFF_PX, bridged, chroma_of, face_cost
+from asbuilt_bim.measure.outline.face_cost import FOREIGN, OFF_PX, ON_PX, OPEN, bridged, chroma_of, face_cost
 from asbuilt_bim.measure.outline.steps import edge_votes, straight_region
 from asbuilt_bim.measure.planes.raster import FaceRaster, face_raster
 from asbuilt_bim.vision.scene.bars import GAP_M, THIN_M
@@ -30,6 +30,11 @@ NARROW_PX = 24
 SAME_POUR = -0.1
 MOST_AGAINST = 0.1
 LEAST_OPENING_PX = 10
+LEAST_KNOWN_SHARE = 0.3
+"""Of a gap's pixels must be measured before it may be called an opening."""
+OPENING_COST = 0.3
+SURE_ODDS = 100.0
+"""The odds at which a place without depth counts as one that is measured."""
 LEAST_OPENING_SHARE = 0.008
 """A form-tie cone is no opening; a window is over 1 % of its wall."""
 
@@ -172,9 +177,16 @@ def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:
 
 def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along: Float32Array) -> BoolArray:
     """Return what lies behind the face within its region, with straight borders of its own."""
-    behind = (np.nan_to_num(off, nan=0.0) < -OFF_PX) & region
+    known = np.isfinite(off)
+    behind = known & (off < -OFF_PX) & region
+    if not behind.any():
+        return np.zeros_like(region)
+    on = known & (np.abs(off) < ON_PX)
+    unknown = ~known & region
+    cost_unknown = -OPENING_COST * _unknown_speaks_for_open(unknown, behind, on & region)
+    seen = behind | unknown if cost_unknown < 0.0 else behind
     kernel = np.ones((LEAST_OPENING_PX // 2 * 2 - 3,) * 2, np.uint8)
-    clean = cv2.morphologyEx(behind.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    clean = cv2.morphologyEx(seen.astype(np.uint8), cv2.MORPH_OPEN, kernel)
     clean = cv2.morphologyEx(clean, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
     count, parts, stats, _ = cv2.connectedComponentsWithStats(clean, connectivity=4)
     found = np.zeros_like(region)
@@ -182,15 +194,33 @@ def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along:
     for part in range(1, count):
         box = stats[part]
         small = min(box[cv2.CC_STAT_WIDTH], box[cv2.CC_STAT_HEIGHT]) < LEAST_OPENING_PX
-        if small or box[cv2.CC_STAT_AREA] < least:
-            continue
         own = parts == part
-        known = np.isfinite(off)
-        cost = np.where(own, -0.3, np.where(known & (np.abs(off) < 0.8), 0.3, 0.03)).astype(np.float32)
-        hole = straight_region(cost, across, along, own)
+        if small or np.count_nonzero(own & behind) < max(least, LEAST_KNOWN_SHARE * box[cv2.CC_STAT_AREA]):
+            continue
+        cost = np.where(on, OPENING_COST, np.where(unknown, cost_unknown, OPEN))
+        cost = np.where(own & ~unknown, -OPENING_COST, cost).astype(np.float32)
         # the rim that hides behind the face's border was matched to the face: an opening is no smaller than seen
-        found |= hole
+        found |= straight_region(cost, across, along, own)
     return found & region
+
+
+def _unknown_speaks_for_open(unknown: BoolArray, behind: BoolArray, on: BoolArray) -> float:
+    """Return -1..1: how a place without depth speaks for an opening, by how often openings and this face have such.
+
+    A place without depth counts to the nearest that has one. Beside a jamb one photo alone sees what lies behind: on a
+    wall with texture nothing else has no depth. A plain wall is full of such places.
+    """
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~(behind | on)).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    of_label = np.zeros(int(nearest.max()) + 1, dtype=bool)
+    of_label[nearest[behind]] = True
+    open_here = of_label[nearest]
+    share_open, share_face = (
+        (np.count_nonzero(unknown & side) + 1) / (np.count_nonzero((unknown | seen) & side) + 2)
+        for side, seen in ((open_here, behind), (~open_here, on))
+    )
+    return float(np.clip(np.log(share_open / share_face) / np.log(SURE_ODDS), -1.0, 1.0))
 
 
 def _sides_of(ring: FloatArray, raster: FaceRaster) -> list[Side]:

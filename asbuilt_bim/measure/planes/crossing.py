@@ -11,12 +11,10 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.measure.outline.edges import EdgeFit, Line, pixel_plane
+from asbuilt_bim.measure.outline.edges import Line, pixel_plane
 
 CHAMFER_SIGMA_PX = 0.25
 """What a chamfer puts the crossing off the edge, beside what the planes leave open of it."""
-FAINT_SIGMA_PX = 0.35
-"""Under a third of its length, a shared edge may be a stain beside it, or one side of a chamfer."""
 LEAST_PART = 1e-4
 """A step in disparity of under 1 px in 10,000: the planes are one."""
 
@@ -64,16 +62,16 @@ def crossing_near(
     return Crossing(line=Line(start=foot[0], stop=foot[1]), sigma_px=float(np.hypot(open_px, CHAMFER_SIGMA_PX)))
 
 
-def between(planes: Crossing, faint: EdgeFit) -> Crossing:
-    """Place an edge between where two planes meet and the faint edge that the photos show near it, by their weights.
+def between(planes: Crossing, shown: Line, shown_px: float) -> Crossing:
+    """Place an edge between where two planes meet and where the photos show it (sigma `shown_px`), by their weights.
 
     Where the two contradict each other, sigma is the wider for it (Birge 1932).
     """
-    line, faint_px = planes.line, float(np.hypot(faint.sigma_px, FAINT_SIGMA_PX))
-    ends = ((faint.line.start, line.start), (faint.line.stop, line.stop))
+    line = planes.line
+    ends = ((shown.start, line.start), (shown.stop, line.stop))
     off = [float((photo - crossing) @ line.normal) for photo, crossing in ends]
-    both_px = float(np.hypot(faint_px, planes.sigma_px))
+    both_px = float(np.hypot(shown_px, planes.sigma_px))
     share = (planes.sigma_px / both_px) ** 2
     widened = max(1.0, abs(0.5 * sum(off)) / both_px)
-    sigma_px = faint_px * planes.sigma_px / both_px * widened
+    sigma_px = shown_px * planes.sigma_px / both_px * widened
     return Crossing(line=line.moved(share * off[0], share * off[1]), sigma_px=sigma_px)

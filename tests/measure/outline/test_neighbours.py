@@ -42,13 +42,13 @@ def test_a_gap_that_is_measured_behind_the_faces_stays_open() -> None:
     assert not bridged(own, other, other, off, colour, chroma_of(colour), gap_px=31)[:, 34:46].any()
 
 
-@pytest.mark.parametrize(("strength", "at_px", "sigma_px"), [(0.25, 50.5, 0.5), (0.8, 51.0, 0.12)])
-def test_a_faint_shared_edge_lies_half_way_to_where_planes_meet_that_know_it_as_well(
-    monkeypatch: pytest.MonkeyPatch, strength: float, at_px: float, sigma_px: float
+@pytest.mark.parametrize(("photos_px", "at_px", "sigma_px"), [(0.37, 50.5, 0.5), (0.12, 50.905, 0.293)])
+def test_a_shared_edge_lies_between_what_the_photos_show_and_where_planes_meet_by_their_weights(
+    monkeypatch: pytest.MonkeyPatch, photos_px: float, at_px: float, sigma_px: float
 ) -> None:
     crossing = Line(start=np.array([50.0, 90.0]), stop=np.array([50.0, 10.0]))
     photo = Line(start=np.array([51.0, 90.0]), stop=np.array([51.0, 10.0]))
-    fit = EdgeFit(line=photo, sigma_px=0.12, strength=strength, contrast=4.0, disparity_miss_px=0.0, miss_sigma_px=0.2)
+    fit = EdgeFit(line=photo, sigma_px=photos_px, strength=0.25, contrast=4.0, disparity_miss_px=0.0, miss_sigma_px=0.2)
     monkeypatch.setattr(outline, "_crossing", lambda *_: Crossing(line=crossing, sigma_px=0.37))
     monkeypatch.setattr(outline, "_neighbour", lambda *_: 2)
     monkeypatch.setattr(outline, "find_edge", lambda *_, **__: fit)
@@ -59,7 +59,7 @@ def test_a_faint_shared_edge_lies_half_way_to_where_planes_meet_that_know_it_as_
     around.planes, around.camera, around.gradients, around.texture_grey = {1: np.zeros(3)}, None, None, 2.0
     edge = outline._settle(side, 1, around, 3.5, 1.5)
     assert edge is not None
-    assert edge.line.start[0] == pytest.approx(at_px)
+    assert edge.line.start[0] == pytest.approx(at_px, abs=0.005)
     assert edge.sigma_px == pytest.approx(sigma_px, abs=0.005)
 
 

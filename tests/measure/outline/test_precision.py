@@ -132,6 +132,50 @@ def test_where_an_edge_is_looked_for_in_the_left_photo_alone_the_right_one_is_no
     assert [image is slope for image, slope in zip(read, (both.left_x, both.left_y), strict=True)] == [True, True]
 
 
+def grainy_face(seed: int, background_left: float, background_right: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a face of grainy concrete up to x = 60.3 in the left photo, 10 px further left in the right one."""
+    rng = np.random.default_rng(seed)
+    grain = cv2.GaussianBlur(rng.standard_normal((600, 140)), (0, 0), 1.5)
+    face = cv2.resize(120.0 + 9.0 * grain / grain.std(), None, fx=8, fy=1, interpolation=cv2.INTER_CUBIC)
+    x = (np.arange(140 * 8) + 0.5) / 8 - 20.5
+    shown: list[np.ndarray] = []
+    for start, beyond in ((20, background_left), (30, background_right)):
+        photo = cv2.resize(
+            np.where(x < 60.3, face, beyond).astype(np.float32), (140, 600), interpolation=cv2.INTER_AREA
+        )
+        noise = rng.normal(0.0, 1.0, (600, 100)).astype(np.float32)
+        shown.append(np.ascontiguousarray(photo[:, start : start + 100]) + noise)
+    return shown[0], shown[1]
+
+
+@pytest.mark.parametrize("backgrounds", [(60.0, 60.0), (200.0, 128.0), (135.0, 135.0)])
+def test_a_long_edge_is_found_three_pixels_from_where_it_was_looked_for_in_grain_that_votes_too(
+    backgrounds: tuple[float, float],
+) -> None:
+    """A side of 630 px once stood 3 px short, in the grain, since nearness counted as much as on a side of 30 px."""
+    line = Line(start=np.array([57.3, 590.0]), stop=np.array([57.3, 10.0]))
+    for seed in range(6):
+        both = gradients(*grainy_face(seed, *backgrounds), np.ones((600, 100), dtype=bool))
+        fit = find_edge(both, line, AT_TEN, 4.0, 3.5, 1.5, 0.0)
+        assert fit is not None
+        middle = 0.5 * (fit.line.start[0] + fit.line.stop[0])
+        assert middle == pytest.approx(60.3, abs=0.1)
+        assert fit.sigma_px < 0.3
+
+
+def test_an_edge_that_might_be_another_line_has_a_sigma_that_reaches_the_other() -> None:
+    pulls, sigmas = [], []
+    line = Line(start=np.array([59.3, 590.0]), stop=np.array([59.3, 10.0]))
+    for seed in range(20):  # in the right photo what lies behind is as grey as the face
+        both = gradients(*grainy_face(seed, 200.0, 120.0), np.ones((600, 100), dtype=bool))
+        fit = find_edge(both, line, AT_TEN, 4.0, 3.5, 1.5, 0.0)
+        assert fit is not None
+        pulls.append((0.5 * (fit.line.start[0] + fit.line.stop[0]) - 60.3) / fit.sigma_px)
+        sigmas.append(fit.sigma_px)
+    assert np.mean(np.abs(pulls) < 3.0) == 1.0
+    assert np.median(sigmas) > 0.4  # one photo's noise doesn't settle it
+
+
 def two_pieces(source: InstanceSource) -> tuple[Scene, Instance]:
     """Return a scene with pieces 0 (x 10 to 29) and 1 (x 34 to 49), and an instance that holds x 5 to 33."""
     labels = np.full((20, 60), -1, dtype=np.int16)

@@ -1,13 +1,11 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.measure.outline.edges import EdgeFit, Line
+from asbuilt_bim.measure.outline.edges import Line
 from asbuilt_bim.measure.planes.crossing import CHAMFER_SIGMA_PX, apart, between, crossing_near, side_by_side
 
 CAMERA = RectifiedCamera(
@@ -68,15 +66,21 @@ def test_planes_that_are_one_or_cross_elsewhere_place_no_edge() -> None:
     assert crossing_near(aside, one - two, open_, CAMERA, most_px=20.0) is None
 
 
-def test_a_faint_edge_outweighs_planes_that_hardly_know_where_they_cross() -> None:
+def test_an_edge_that_the_photos_show_outweighs_planes_that_hardly_know_where_they_cross() -> None:
     one, two = corner(8.0)
     covariance = np.diag([4.0, 1e-4, 1e-2])
     planes = crossing_near(EDGE, one - two, covariance, CAMERA, most_px=20.0)
     assert planes is not None and planes.sigma_px > 1.0
-    seen = EdgeFit(line=planes.line.moved(1.5, 1.5), sigma_px=0.12, strength=0.25, contrast=4.0,
-                   disparity_miss_px=0.0, miss_sigma_px=0.2)  # fmt: skip
-    placed = between(planes, seen)
+    placed = between(planes, planes.line.moved(1.5, 1.5), 0.4)
     assert 1.2 < float((placed.line.start - planes.line.start) @ planes.line.normal) < 1.5
-    assert placed.sigma_px < 0.5
-    contradicted = between(planes, replace(seen, line=planes.line.moved(9.0, 9.0)))
+    assert placed.sigma_px < 0.4
+    contradicted = between(planes, planes.line.moved(9.0, 9.0), 0.4)
     assert contradicted.sigma_px > 2.0 * placed.sigma_px
+
+
+def test_planes_that_know_where_they_cross_hold_an_edge_that_might_be_another_line() -> None:
+    one, two = corner(8.0)
+    planes = crossing_near(EDGE, one - two, np.diag([1e-4, 1e-8, 1e-6]), CAMERA, most_px=20.0)
+    assert planes is not None and planes.sigma_px < 0.4
+    placed = between(planes, planes.line.moved(2.0, 2.0), 2.0)
+    assert float((placed.line.start - planes.line.start) @ planes.line.normal) < 0.1
