@@ -91,14 +91,18 @@ def board_sigma(adjusted: Adjustment, views: list[BoardView], board: Board) -> B
         for pose, view in zip(adjusted.poses, views, strict=True)
     ]
     normal = np.diag(prior) + sum((s.design.T @ s.design for s in systems), np.zeros((len(prior), len(prior))))
-    errors = corner_errors(systems, inverse_of(normal))
+    shapes = [
+        view_shapes(adjusted.shared, pose, view, system, board)
+        for system, pose, view in zip(systems, adjusted.poses, views, strict=True)
+    ]
+    errors = corner_errors(systems, inverse_of(normal), shapes=shapes)
     # the prior is a measurement of the lens, too, whose sigma it was weighed by
     whole = Knowledge(
         normal=np.diag(prior), single=np.diag(prior) * CORNER_SIGMA_PX**2, trend=np.zeros((len(prior), len(prior))),
         board=np.zeros((len(prior), _BENDS + 2)),
     )  # fmt: skip
-    for k, (system, pose, view) in enumerate(zip(systems, adjusted.poses, views, strict=True)):
-        whole = whole.plus(view_knowledge(adjusted.shared, pose, view, system, errors, k, board))
+    for k, (system, shape) in enumerate(zip(systems, shapes, strict=True)):
+        whole = whole.plus(view_knowledge(system, shape, errors, k))
     rows = layout.rig_rows
     return BoardSigma(
         knowledge=whole,
@@ -113,25 +117,31 @@ def rig_covariance(adjusted: Adjustment) -> FloatArray:
     return frozen(adjusted.covariance[np.ix_(rows, rows)])
 
 
-def view_knowledge(
-    shared: FloatArray, pose: FloatArray, view: BoardView, system: ViewSystem, errors: CornerErrors, k: int,
-    board: Board | Tag,
-) -> Knowledge:  # fmt: skip
-    """Return what one view says, whose corners err as the k-th of `errors`."""
+def view_shapes(
+    shared: FloatArray, pose: FloatArray, view: BoardView, system: ViewSystem, board: Board | Tag
+) -> FloatArray:
+    """Return what a sigma of each bend of a board, of its scale and of its stretch adds to a view's residual (R, 5)."""
+    bent = zip(shapes_of(view.left_points_m, board), shapes_of(view.right_points_m, board), strict=True)
+    return np.stack(
+        [
+            view_residual(shared, pose, replace(view, left_points_m=left, right_points_m=right))[0] - system.residual
+            for left, right in bent
+        ],
+        axis=1,
+    )
+
+
+def view_knowledge(system: ViewSystem, shapes: FloatArray, errors: CornerErrors, k: int) -> Knowledge:
+    """Return what one view says, whose corners err as the k-th of `errors`; `shapes` (R, 5) as of `view_shapes`."""
     design, rows = system.design, len(system.residual)
     own = np.where(np.arange(rows) < system.split, errors.single[k, 0], errors.single[k, 1])
     trends = np.concatenate(
         [np.sqrt(variance) * trend for variance, trend in zip(errors.trend, system.trends, strict=True)], axis=1
     )
     drawn = design.T @ trends
-    shapes = [
-        view_residual(shared, pose, replace(view, left_points_m=left, right_points_m=right))[0] - system.residual
-        for left, right in zip(shapes_of(view.left_points_m, board), shapes_of(view.right_points_m, board), strict=True)
-    ]
     return Knowledge(
-        normal=design.T @ design, single=(design.T * own) @ design, trend=drawn @ drawn.T,
-        board=design.T @ np.stack(shapes, axis=1),
-    )  # fmt: skip
+        normal=design.T @ design, single=(design.T * own) @ design, trend=drawn @ drawn.T, board=design.T @ shapes
+    )
 
 
 def shapes_of(points_m: FloatArray, board: Board | Tag) -> list[FloatArray]:

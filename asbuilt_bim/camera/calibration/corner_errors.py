@@ -5,6 +5,7 @@ lens model leaves there) is a low trend over the board. It is a random effect: o
 of the trend, from all photos together, and a variance of the corners' own for each photo.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,13 +63,20 @@ def view_system(residual: FloatArray, by_shared: FloatArray, by_pose: FloatArray
     )  # fmt: skip
 
 
-def corner_errors(systems: list[ViewSystem], inverse: FloatArray, *, each_photo: bool = True) -> CornerErrors:
+def corner_errors(
+    systems: list[ViewSystem],
+    inverse: FloatArray,
+    *,
+    shapes: Sequence[FloatArray] | None = None,
+    each_photo: bool = True,
+) -> CornerErrors:
     """Estimate the variances from the residuals of an adjustment with the inverse normal matrix (S, S).
 
     `each_photo` gives each its own variance of single corners: for boards, whose pose takes little out of the residual.
 
     Quadratic forms of the residuals are set equal to what the variances make of them (MINQUE; Rao 1971): all that the
-    adjustment took out of the residuals is counted.
+    adjustment took out of the residuals is counted. `shapes`, (R, K) a view, is what the board's own shape and print
+    add to the residuals, one sigma each. It counts by itself, and so not as an error of the photos, too.
     """
     count = _CAMERAS * (1 + _DEGREES)
     expected, found = np.zeros((count, count)), np.zeros(count)
@@ -78,8 +86,12 @@ def corner_errors(systems: list[ViewSystem], inverse: FloatArray, *, each_photo:
         drawn = system.design.T @ roots
         for j, part in enumerate(np.split(drawn, starts[1:], axis=1)):
             spread[j] += part @ part.T
-    for system, (roots, starts) in zip(systems, kinds, strict=True):
+    bent = [np.zeros((len(system.residual), 1)) for system in systems] if shapes is None else list(shapes)
+    moved = inverse @ sum(system.design.T @ shape for system, shape in zip(systems, bent, strict=True))
+    for system, (roots, starts), shape in zip(systems, kinds, bent, strict=True):
         found += np.add.reduceat((roots.T @ system.residual) ** 2, starts)
+        left = roots.T @ (system.project @ shape - system.design @ moved)
+        found -= np.add.reduceat(np.sum(left**2, axis=1), starts)
         drawn = roots.T @ system.design @ inverse
         straight = roots.T @ system.project @ roots
         own = straight * (straight - 2.0 * drawn @ system.design.T @ roots)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asbuilt_bim.camera.calibration.area_effect import DISTANCE_M, PLACES, area_slopes
-from asbuilt_bim.camera.calibration.board_sigma import BoardSigma, Knowledge, view_knowledge
+from asbuilt_bim.camera.calibration.board_sigma import BoardSigma, Knowledge, view_knowledge, view_shapes
 from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.corner_errors import view_system
 from asbuilt_bim.camera.calibration.parameters import BoardView, layout_of, view_residual
@@ -100,7 +100,7 @@ def _said(
     view = BoardView(name="", left_points_m=left_m, left_px=left_px, right_points_m=right_m, right_px=right_px)
     pose = np.r_[about_x, about_y, 0.0, shift]
     system = view_system(*view_residual(shared, pose, view), view)
-    return view_knowledge(shared, pose, view, system, sigma.errors.typical, 0, board)
+    return view_knowledge(system, view_shapes(shared, pose, view, system, board), sigma.errors.typical, 0)
 
 
 def _inside(camera: Intrinsics, pixels: FloatArray) -> BoolArray:
