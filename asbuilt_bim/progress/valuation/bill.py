@@ -33,6 +33,11 @@ class BillRow:
         """Return what of the quantity counts, not rounded."""
         return self.quantity * self.share
 
+    @property
+    def rests_on_a_person(self) -> bool:
+        """Say whether what a person saw counts here, and is another share than photos make certain."""
+        return self.override is None and self.observed is not None and self.share != self.measured
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BillLine:

@@ -8,12 +8,13 @@ from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, Sums
+from asbuilt_bim.progress.valuation.by_persons import by_persons
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.notes import CODES
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
-from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET
+from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET, rests_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, in_doubt_words, persons_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import VARIATIONS as VARIATION_COLUMNS
@@ -88,8 +89,11 @@ def write_valuation(
         row = _summary(book, sheet, row + 1, bill, places, styles)
     row = _signatures(book, sheet, row + 1, styles)
     notes = [note_words(note) for note in report.notes if note.code in CODES]
-    persons = persons_words(len(inputs.overrides), len(inputs.rates), len(inputs.variations))
-    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made), *notes, persons], styles)
+    rests = [rests_words(by_persons(bill), bill.cumulative.variations, bill.currency) for bill in made]
+    persons = persons_words(
+        [one for one in rests if one], len(inputs.overrides), len(inputs.rates), len(inputs.variations)
+    )
+    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made), *persons, *notes], styles)
     row = _paragraphs(sheet, row + 1, "How it is worked out", SIGNING_RULES, styles)
     write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
     write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")

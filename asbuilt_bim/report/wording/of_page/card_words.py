@@ -1,15 +1,22 @@
 """What an element's card says of its photos and its money."""
 
-from asbuilt_bim.progress.report import CostProgress, ElementProgress, StationRecord
+from asbuilt_bim.progress.report import ElementProgress, StationRecord
+from asbuilt_bim.progress.valuation.bill import BillLine, BillRow
 from asbuilt_bim.report.wording.completion import seen_words
 from asbuilt_bim.report.wording.values import day, number, percent_certain, plain
 
 
-def worth_words(line: CostProgress, worth: float, certain: float) -> str:
-    """Say what an element is worth in a cost line when it is finished, and how much of that is certain."""
-    name = " ".join(part for part in (plain(line.identification), plain(line.name)) if part) or line.global_id
-    money = " ".join(part for part in (number(worth), plain(line.currency)) if part)
-    return f"{name}: {money} when it is finished, {number(certain)} of it certain"
+def worth_words(line: BillLine, row: BillRow, amount: float) -> str:
+    """Say what an element is worth in a cost line when it is finished, how much of that counts, and by whom."""
+    given = line.line
+    name = " ".join(part for part in (plain(given.identification), plain(given.name)) if part) or given.global_id
+    money = " ".join(part for part in (number(row.quantity * line.rate), plain(given.currency)) if part)
+    counts = "certain"
+    if row.override is not None:
+        counts = f"certified, by the override of {plain(row.override.by) or 'a person'}"
+    elif row.rests_on_a_person and row.observed is not None:
+        counts = f"certified, by what {plain(row.observed.observation.by)} saw"
+    return f"{name}: {money} when it is finished, {number(amount)} of it {counts}"
 
 
 def why_words(element: ElementProgress) -> str:
