@@ -42,10 +42,13 @@ def of_other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[str, ...]:
     return off if len(off) < len(taken) else tuple(station.name for station in visit.stations)
 
 
-def are_of_its_day(visit: Visit, taken: Mapping[str, date]) -> bool:
-    """Say whether every station's photos say that they were `taken` (by station) on the visit's day."""
-    days = [taken.get(station.name) for station in visit.stations]
-    return not visit.camera_clock_wrong and all(day is not None and abs(day - visit.date) <= NEAR for day in days)
+def of_its_day(visit: Visit, taken: Mapping[str, date]) -> frozenset[str]:
+    """Return the stations whose photos say that they were `taken` (by station) on the visit's day.
+
+    None where the camera's clock is wrong.
+    """
+    near = (name for name, day in taken.items() if abs(day - visit.date) <= NEAR)
+    return frozenset() if visit.camera_clock_wrong else frozenset(near)
 
 
 def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]:

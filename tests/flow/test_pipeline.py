@@ -254,6 +254,26 @@ def test_last_visits_photos_saved_again_are_refused_at_the_later_visit_alone(
     assert (told.subject.name, told.values["other"]) == (own.name, twin.name)
 
 
+def test_a_copy_without_a_date_in_an_earlier_visit_costs_nothing_of_the_visit_whose_day_the_photos_say(
+    project: Project, cache: Cache, result: RunResult, tmp_path: Path
+) -> None:
+    first, second = project.visits
+    own = second.stations[0]
+    copies = []
+    for side in ("left", "right"):
+        picture = cv2.imread(str(getattr(own, side)))
+        assert picture is not None
+        copies.append(tmp_path / f"{side}.jpg")
+        cv2.imwrite(str(copies[-1]), picture, [cv2.IMWRITE_JPEG_QUALITY, 88])  # as a messenger does: without EXIF
+    copied = replace(own, name="copied", left=copies[0], right=copies[1])
+    visits = (replace(first, stations=(*first.stations, copied)), second)
+    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    assert [report.placed for report in reports] == [report.placed for report in result.reports]
+    (told,) = [r for r in reports[0].rejections if r.subject.name == "copied"]
+    assert told.values == {"other": own.name, "other_visit": second.date.isoformat()}
+    assert [e.state for e in reports[1].elements] == [e.state for e in result.reports[1].elements]
+
+
 def test_a_visit_under_history_is_handed_on_with_the_run(
     result: RunResult, project: Project, cache: Cache, tmp_path: Path
 ) -> None:
