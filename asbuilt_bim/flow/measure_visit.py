@@ -131,7 +131,7 @@ def measure_visit(
     taken: dict[str, date] = {}
     step = f"measure {visit.date.isoformat()}"
     outcomes, known = _measured(visit.stations, step, project, rig, place, progress, taken)
-    barred = {name: of_other_day(name, visit) for name in of_other_days(visit, taken)}
+    barred = {name: of_other_day(name, visit, taken) for name in of_other_days(visit, taken)}
     barred |= {name: why for (day, name), why in borrowed.items() if day == visit.date and name in outcomes}
     of_day = of_its_day(visit, taken)
     showing = {

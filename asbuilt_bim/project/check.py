@@ -68,6 +68,15 @@ def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]
     )
 
 
-def of_other_day(station: str, visit: Visit) -> Rejection:
-    """Return why a station decides nothing whose photos are of another day than its visit's."""
-    return rejected(Reason.STATION_OF_OTHER_DAY, about(SubjectKind.STATION, station), day=visit.date.isoformat())
+def of_other_day(station: str, visit: Visit, taken: Mapping[str, date]) -> Rejection:
+    """Return why a station decides nothing whose photos, or those beside it, are of another day than its visit's.
+
+    `taken` is when photos say that they were, by station.
+    """
+    day = taken.get(station)
+    return rejected(
+        Reason.STATION_OF_OTHER_DAY,
+        about(SubjectKind.STATION, station),
+        day=visit.date.isoformat(),
+        taken=day.isoformat() if day else "",
+    )

@@ -31,6 +31,15 @@ def _saved_again(values: Values) -> Words:
     )
 
 
+def _station_of_other_day(values: Values) -> Words:
+    if values.get("taken"):
+        return Words(reason=fill("its photos are of {taken}, and not of the visit's day, {day}", values))
+    said = "its photos don't say their day, and those beside it that do aren't of the visit's, {day}"
+    if "taken" not in values:  # results of before
+        said = "its photos, or those beside it, are of another day than {day}"
+    return Words(reason=fill(said, values))
+
+
 def _other_day(values: Values) -> Words:
     stations, days = values["stations"], values["days"]
     assert isinstance(stations, tuple) and isinstance(days, tuple)
@@ -180,7 +189,7 @@ PHOTOS: Table = {
     Reason.PHOTOS_OF_OTHER_STATION: _other_station,
     Reason.PHOTOS_SAVED_AGAIN: _saved_again,
     Reason.PHOTOS_OF_OTHER_DAY: _other_day,
-    Reason.STATION_OF_OTHER_DAY: Words(reason="its photos, or those beside it, are of another day than {day}"),
+    Reason.STATION_OF_OTHER_DAY: _station_of_other_day,
     Reason.PHOTO_CLIPPED: Words(
         reason="its photos are overexposed: parts are clipped white, and what stands there is not measured",
         value="{share:.0%} of the photo",
