@@ -27,6 +27,11 @@ def percent_certain(share: float) -> str:
     return f"{math.floor(share * 100 + 1e-9)} %"
 
 
+def percent_seen(share: float) -> str:
+    """Write what share was seen as whole percents, rounded down: under half never reads as half."""
+    return percent(share) if share < 0.01 else percent_certain(share)
+
+
 def percent_range(lower: float, upper: float) -> str:
     """Write two bounds as `35 to 80 %`, rounded outwards: neither says more than is known; equal ones as one."""
     if upper - lower < 1e-9:

@@ -3,7 +3,7 @@
 from asbuilt_bim.progress.report import ElementProgress, StationRecord
 from asbuilt_bim.progress.valuation.bill import BillLine, BillRow
 from asbuilt_bim.report.wording.completion import seen_words
-from asbuilt_bim.report.wording.values import day, number, percent_certain, plain
+from asbuilt_bim.report.wording.values import day, number, percent_seen, plain
 
 
 def worth_words(line: BillLine, row: BillRow, amount: float) -> str:
@@ -36,7 +36,7 @@ def sides_words(element: ElementProgress) -> str:
     """Say that a part counts by one side, and how much of all sides was seen; "" where that is as much as counts."""
     if element.completion.coverage - element.surface_coverage < 0.005:
         return ""
-    sides = f"of the area of all its sides {percent_certain(element.surface_coverage)} was seen"
+    sides = f"of the area of all its sides {percent_seen(element.surface_coverage)} was seen"
     if element.state == "complete":
         return f"Complete by the sides that were seen, for one side is enough; {sides}"
     return f"A part counts as seen by one of its sides; {sides}"
