@@ -7,6 +7,7 @@ from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.mistakes import first_rows
 from asbuilt_bim.project.model import Project, Visit
+from asbuilt_bim.project.paths import beside
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""
@@ -18,11 +19,12 @@ def refuse_missing(project: Project) -> None:
     Raises:
         ProjectError: with every file that is missing, by its key.
     """
-    missing = [f"  {key}: {project.relative(path)}" for key, path in project.missing.items()]
+    missing = [f"  {key}: {project.relative(path)}{beside(path)}" for key, path in project.missing.items()]
     if missing:
-        count = "a file isn't" if len(missing) == 1 else f"{len(missing)} files aren't"
-        rows = first_rows(missing)
-        raise ProjectError("\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *rows]))
+        what = f"{len(missing)} files aren't there; copy them there, or correct the paths:"
+        if len(missing) == 1:
+            what = "a file isn't there; copy it there, or correct the path:"
+        raise ProjectError("\n".join([f"{project.path}: {what}", *first_rows(missing)]))
 
 
 def is_of(day: date, visit: Visit) -> bool:
