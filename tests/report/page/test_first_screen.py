@@ -23,7 +23,7 @@ from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
 from asbuilt_bim.report.wording.of_page.card_words import sides_words, why_words
-from asbuilt_bim.report.wording.of_page.money_words import period_words, terms_words
+from asbuilt_bim.report.wording.of_page.money_words import WHERE_SET, period_words, terms_words
 from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
 from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
@@ -258,7 +258,7 @@ def test_the_money_due_is_the_valuations_and_a_fault_stands_beside_it() -> None:
         assert text_of(f"{number(bill.period.payable)} {bill.currency} for this period") in first
     assert "Nothing should be paid" not in first
     assert "everything since the start, as no valuation was signed yet" in first
-    assert "Retention and tax not set." in first
+    assert "Retention and tax not set (write them on the sheet Valuation of quantities.xlsx)." in first
     values = {"turn_rad": 0.0, "move_x_m": 0.0, "move_y_m": 0.0, "move_z_m": 3.1, "more": 24}
     doubt = Rejection(code=Reason.SURVEY_SHIFTED_IN_HEIGHT, subject=about(SubjectKind.SURVEY), values=values)
     faulty = replace(report, rejections=(doubt, *report.rejections))
@@ -271,7 +271,7 @@ def test_a_period_says_since_when_it_runs_and_an_unset_term_is_no_silent_0() -> 
     assert period_words(signed, paid_before=True) == "since valuation 2, signed 2026-03-05"
     assert period_words(None, paid_before=True).startswith("since what was certified before")
     assert terms_words(Terms(retention=0.05, tax=0.19)) == "after 5 % retention and with 19 % tax"
-    assert terms_words(Terms(tax=0.19)) == "with 19 % tax, retention not set"
+    assert terms_words(Terms(tax=0.19)) == "with 19 % tax, retention not set (" + WHERE_SET + ")"
 
 
 def test_a_card_says_that_one_side_is_enough_where_the_others_were_not_seen() -> None:

@@ -133,6 +133,11 @@ def test_sentences_are_short(code: Reason) -> None:
             {"kind": "wall", "element": "W", "cells": 1, "stations": ("G1",)},
             "Photo G1 shows part of Wall W both built and not: it counts as not seen. Look at the picture",
         ),
+        (
+            Reason.OVERRIDE_UNREADABLE,
+            {"written": "50"},
+            "last workbook, G1/2: the override reads 5000 %, and was left out. Write one from 0 % to 100 %",
+        ),
         (Reason.SEEN_LITTLE, {"coverage": 0.379}, "Only 37 % of it was seen: too little to say"),
         (
             Reason.STATIONS_NOT_USED,

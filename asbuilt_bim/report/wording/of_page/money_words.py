@@ -5,6 +5,7 @@ from asbuilt_bim.progress.valuation.inputs import Certificate, Terms
 from asbuilt_bim.report.wording.values import day, number, plain
 
 NOT_SET = "not set"
+WHERE_SET = "write them on the sheet Valuation of quantities.xlsx"
 MOST_NAMED = 6
 """So many elements stand by name beside a person."""
 FIRST = "none: this period is everything since the start"
@@ -24,7 +25,7 @@ def terms_words(terms: Terms) -> str:
     kept = f"after {100 * terms.retention:g} % retention" if terms.retention else ""
     taxed = f"with {100 * terms.tax:g} % tax" if terms.tax else ""
     unset = [name for name, share in (("retention", terms.retention), ("tax", terms.tax)) if not share]
-    missing = f"{' and '.join(unset)} {NOT_SET}" if unset else ""
+    missing = f"{' and '.join(unset)} {NOT_SET} ({WHERE_SET})" if unset else ""
     return ", ".join(part for part in (" and ".join(part for part in (kept, taxed) if part), missing) if part)
 
 
