@@ -12,7 +12,7 @@ from asbuilt_bim.report.page.elevation import ElementDrawing, element_drawings
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
 from asbuilt_bim.report.task_rows import LateRow, late_rows
 from asbuilt_bim.report.wording.notes import note_words
-from asbuilt_bim.report.wording.of_page.card_words import sides_words, why_words, worth_words
+from asbuilt_bim.report.wording.of_page.card_words import sides_words, unmeasured_words, why_words, worth_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +39,7 @@ class ElementCard:
     money: tuple[str, ...]
     why: str
     sides: str
+    unmeasured: str
     notes: tuple[str, ...]
 
     @property
@@ -80,6 +81,7 @@ def element_cards(
                 money=tuple(money.get(key, ())),
                 why=note_words(why) if why else why_words(element),
                 sides=sides_words(element),
+                unmeasured=unmeasured_words(element),
                 notes=others,
             )
         )

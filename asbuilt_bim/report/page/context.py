@@ -84,6 +84,7 @@ def page_context(
         "since": since_rows(before, report) if before else (),
         "next_rows": steps,
         "step_of": step_of,
+        "comes_up": {row.element.global_id for row in steps[MOST_VIEWS:]},
         "most_shown": MOST_VIEWS,
         "in_tolerance": Counter(e.tolerance.verdict for e in report.elements if e.tolerance is not None),
         "out_of_tolerance": [e for e in report.elements if e.tolerance and e.tolerance.verdict == "out"],

@@ -102,7 +102,8 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.SEEN_TO_TOP: f"{_SEEN}up to its top",
     Reason.NO_FACE_FITS: f"{_SEEN}up to its top, but no measured face fits it",
     Reason.TOP_NOT_SEEN: f"{_SEEN}all of that built; its top was not seen",
-    Reason.SEEN_WITH_FOOT: f"{_SEEN}with its foot",
+    Reason.SEEN_WITH_FOOT: f"{_SEEN}its foot with it, and that is open: concrete rises from there. What wasn't seen "
+    "stays possible all the same",
     Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
     Reason.PHOTOS_DISAGREE: _disagree,
     Reason.CONTRADICTS_ITSELF: "Most of what photos show of it contradicts itself: it may stand beside its design, or "

@@ -32,6 +32,16 @@ def why_words(element: ElementProgress) -> str:
     return f"{seen}, {'all' if best is not None and best >= 1.0 - 1e-9 else 'nearly all'} of that built"
 
 
+def unmeasured_words(element: ElementProgress) -> str:
+    """Say why something seen built has no measured area; "" where it has one, or nothing was seen built."""
+    if element.as_built_area_m2 is not None or not element.cells_built > 0.0:
+        return ""
+    return (
+        "No area was measured: no side was outlined well enough. Built is what photos show in its place, point by "
+        "point, and for that no outline is needed"
+    )
+
+
 def sides_words(element: ElementProgress) -> str:
     """Say that a part counts by one side, and how much of all sides was seen; "" where that is as much as counts."""
     if element.completion.coverage - element.surface_coverage < 0.005:
