@@ -16,7 +16,7 @@ from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, p
 from asbuilt_bim.flow.rig_source import ProjectRig, rig_of
 from asbuilt_bim.flow.rough_places import check_near, rough_places
 from asbuilt_bim.flow.shown_again import Photographed, Shown
-from asbuilt_bim.flow.visit_report import left_out, left_out_before, named, with_undoing_noted
+from asbuilt_bim.flow.visit_report import left_out, left_out_before, named, scale_first, with_undoing_noted
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
@@ -117,7 +117,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*held.rejections, *against, *rejections, *placement.rejections),
+        rejections=scale_first(held.rejections, (*against, *rejections, *placement.rejections), scale_share),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
         displaced=standing.displaced,

@@ -5,8 +5,10 @@ from dataclasses import replace
 from datetime import date
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, each_once, noted
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.flow.measure_visit import picture_name
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.match.survey_trust import SHIFTS
+from asbuilt_bim.progress.report import OF_SCALE, ProgressReport
 from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.report.tables import lost_stations
 
@@ -50,3 +52,18 @@ def named(report: ProgressReport, project: Project, visit: Visit) -> ProgressRep
         for record in report.stations
     )
     return replace(report, project_name=project.name, stations=stations)
+
+
+def scale_first(
+    of_survey: Sequence[Rejection], others: Sequence[Rejection], scale_share: float
+) -> tuple[Rejection, ...]:
+    """Return what is wrong, the survey first; where known lengths contradict the scale, that before a shifted survey.
+
+    A wrong scale moves all faces, too: while it isn't clear, nobody is told how to accept a shift.
+    """
+    if not (scale_share and any(one.code in SHIFTS for one in of_survey)):
+        return (*of_survey, *others)
+    scale = [one for one in others if one.code in OF_SCALE]
+    after = {"scale_share": scale_share}
+    shifted = [replace(one, values={**one.values, **after}) if one.code in SHIFTS else one for one in of_survey]
+    return (*scale, *shifted, *(one for one in others if one.code not in OF_SCALE))
