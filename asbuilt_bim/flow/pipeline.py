@@ -16,7 +16,14 @@ from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, p
 from asbuilt_bim.flow.rig_source import ProjectRig, rig_of
 from asbuilt_bim.flow.rough_places import check_near, rough_places
 from asbuilt_bim.flow.shown_again import Photographed, Shown
-from asbuilt_bim.flow.visit_report import left_out, left_out_before, named, scale_first, with_undoing_noted
+from asbuilt_bim.flow.visit_report import (
+    left_out,
+    left_out_before,
+    named,
+    scale_first,
+    with_exchange_told,
+    with_undoing_noted,
+)
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
@@ -195,7 +202,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         rig=rig,
         calibration=source.calibration,
         design=design,
-        reports=with_undoing_noted(judged.reports),
+        reports=with_exchange_told(with_undoing_noted(judged.reports)),
         pictures=judged.pictures,
         seconds=timer.seconds,
         from_cache=judged.from_cache,

@@ -24,6 +24,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import result_document, write_result
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache
 from tests.notes import codes, the
 from tests.site_fixture import contents, copy_station, rig_file, small_project, write
@@ -184,6 +185,16 @@ def test_photos_that_tell_another_day_than_the_visits_decide_nothing(
         assert element.notes[0].code is Reason.DECIDED_NOTHING
         assert element.notes[0].values == {"cause": "photos of another day"}
         assert (element.cells_open == 0.0 and element.completion.upper == 1.0) or element.state == "complete"
+
+
+def test_two_visits_that_have_each_others_photos_are_called_exchanged(project: Project, cache: Cache) -> None:
+    first, second = project.visits
+    other = replace(project, visits=(replace(second, date=first.date), replace(first, date=second.date)))
+    reports = run_project(other, Workplace(workers=1, cache=cache), Heard()).reports
+    for report, others in zip(reports, (second.date, first.date), strict=True):
+        (fault,) = report.faults
+        assert fault.values["exchanged_with"] == others.isoformat()
+        assert "are exchanged: each visit has the other's; exchange the two folders" in str(words_of(fault))
 
 
 def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(

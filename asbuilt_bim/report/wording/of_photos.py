@@ -45,6 +45,14 @@ def _other_day(values: Values) -> Words:
     assert isinstance(stations, tuple) and isinstance(days, tuple)
     named = [f"station {name} {day}" for name, day in zip(stations, days, strict=True)]
     more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    if values.get("exchanged_with"):
+        return Words(
+            part="photos' days",
+            reason=fill(
+                "the photos of {name} and of {exchanged_with} are exchanged: each visit has the other's", values
+            ),
+            remedy="exchange the two folders, or the two dates in the project file",
+        )
     remedy = "copy this visit's photos, or correct its date; if the camera's clock is wrong, write camera_clock_wrong: "
     if values.get("clock_wrong", True):  # and in results of before, where nothing was left out for it
         remedy = "they count all the same; if they are another visit's, copy this one's"
