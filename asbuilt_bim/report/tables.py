@@ -42,6 +42,7 @@ class ElementRow:
     coverage: float
     surface_coverage: float
     offset_mm: float | None
+    offset_sigma_mm: float | None
     tolerance: str  # in, out or undecided; "" where the project names no tolerance
     visit: date
     last_seen: date | None
@@ -99,6 +100,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date, photographe
         coverage=element.completion.coverage,
         surface_coverage=element.surface_coverage,
         offset_mm=None if element.offset_m is None else element.offset_m * 1000.0,
+        offset_sigma_mm=None if element.offset_sigma_m is None else element.offset_sigma_m * 1000.0,
         tolerance=element.tolerance.verdict if element.tolerance is not None else "",
         visit=visit,
         last_seen=element.last_seen,

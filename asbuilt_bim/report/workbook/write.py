@@ -86,7 +86,7 @@ def workbook_bytes(report: ProgressReport, earlier: Sequence[ProgressReport] = (
     _summary(book.add_worksheet("Summary"), report, earlier, styles)
     _write_money(book, report, earlier, styles)
     elements = [_element(row) for row in element_rows(report)]
-    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=14)
+    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=15)
     _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
     late = [_late(row) for row in (*late_rows(report), *unclear_rows(report))]
     _table(book.add_worksheet("Late"), LATE, late, styles, keep=2)
@@ -228,6 +228,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.best,
         row.coverage,
         row.offset_mm,
+        row.offset_sigma_mm,
         row.tolerance,
         row.last_seen or "",
         row.notes,

@@ -288,3 +288,11 @@ def test_what_persons_changed_adds_up_to_the_certified_work() -> None:
         parts = by_persons(bill)
         assert parts.photos + parts.seen + parts.overridden + parts.rates == pytest.approx(bill.cumulative.work)
     assert any(by_persons(bill).overridden for bill in made) and any(by_persons(bill).rates for bill in made)
+
+
+def test_the_bill_says_what_may_be_earned_at_most() -> None:
+    report = valued()
+    made = rows(book(report, values=True), "Bill")
+    for line, row in zip((line for bill in bills(report) for line in bill.lines), made, strict=True):
+        assert row["Possible amount"] == line.possible and line.amount <= line.possible <= line.contract
+    assert any(line.amount < line.possible < line.contract for bill in bills(report) for line in bill.lines)

@@ -48,6 +48,7 @@ BILL = (
     _column(
         "Best quantity", "quantity", 11, "The best estimate by photos alone; unknown where less than half was seen."
     ),
+    _column("Possible amount", "money", 12, "What may be earned at most, by photos alone, at this rate."),
     _column("Rate: why, by whom", "text", 24, "Why a person changed the rate. It is carried on with the rate."),
     _column("Contract rate", "rate", 10, "The rate as the costs say it."),
     _column("Sum of elements", "quantity", 12, "What Cost by element brings, not rounded."),
