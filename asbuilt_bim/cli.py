@@ -198,7 +198,13 @@ def strip(context: click.Context, file: Path, out: Path, replace: bool) -> None:
 @app.command(short_help="Fill quantities into a workbook of your own.")
 @click.argument("workbook", type=_FILE, metavar="COST.xlsx")
 @click.option("--map", "mapping", type=_FILE, required=True, metavar="MAP.yaml", help="What goes into which column.")
-@click.option("--result", type=_FILE, default=Path("out"), metavar="FOLDER", help="A run's folder, or a result.json.")
+@click.option(
+    "--result",
+    type=_FILE,
+    default=Path("out"),
+    metavar="FOLDER",
+    help="A run's folder, or a result.json; out by default.",
+)
 @click.option("--dry-run", is_flag=True, help="List every change, and write nothing.")
 @click.pass_context
 def fill(context: click.Context, workbook: Path, mapping: Path, result: Path, dry_run: bool) -> None:

@@ -248,6 +248,7 @@ class Reason(StrEnum):
     OBSERVATION_UNKNOWN = "observation of an unknown element"
     OBSERVATION_CONTRADICTS = "observation contradicts photos"
     OBSERVATION_SHOWN = "observations shown, not counted"
+    OBSERVATION_LATER = "observed after the visit"
     CERTIFIED_FALLS = "certified amount falls"
     CERTIFIED_LINE_GONE = "certified cost line gone"
     OVERRIDE_UNUSED = "override without its element"

@@ -84,9 +84,11 @@ def check_stations(
     found = _sighted(stations, project, rig, progress, workers, taken)
     day = max(set(taken.values()), key=lambda one: (sum(one == other for other in taken.values()), one), default=today)
     visits = _visits(day, stations, project)
-    barred = {name: of_other_day(name, visit) for visit in visits for name in of_other_days(visit, _of(visit, taken))}
+    barred = {
+        name: of_other_day(name, visit, taken) for visit in visits for name in of_other_days(visit, _of(visit, taken))
+    }
     showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
-    barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ())[0]
+    barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ()).refused
     showed = dict(found)
     found |= {name: refused(found[name], reason) for name, reason in barred.items()}
 

@@ -1,7 +1,7 @@
 """A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Protocol
@@ -13,7 +13,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import EYES_SWAPPED, Note, Reason, SubjectKind, about
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.rig_check import Outcome, WatchedVisit, refused, watch_rig, watch_scale
-from asbuilt_bim.flow.shown_again import Shown, stations_shown_before
+from asbuilt_bim.flow.shown_again import NONE_BORROWED, Photographed, Shown, stations_shown_before
 from asbuilt_bim.measure.standing_before import standing_before
 from asbuilt_bim.measure.station import (
     MeasureOptions,
@@ -23,7 +23,7 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.check import are_of_its_day, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import of_its_day, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -69,6 +69,9 @@ class MeasuredVisit:
     rig: tuple[RigRecord, ...] = ()
     rig_notes: tuple[Note, ...] = ()
     shown: tuple[Shown, ...] = ()  # what the stations of this visit and of those before it showed
+    borrowed: Mapping[Photographed, Rejection] = field(
+        default_factory=dict
+    )  # stations of earlier visits whose photos are this one's
     scale_share: float = 0.0  # by which known lengths contradict the rig's scale
     of_its_day: bool = False  # every station's photos say so, and nobody says that the camera's clock is wrong
 
@@ -116,24 +119,28 @@ def measure_visit(
     progress: Progress,
     survey: Sequence[SurveyedMarker] = (),
     earlier: Sequence[Shown] = (),
+    borrowed: Mapping[Photographed, Rejection] = NONE_BORROWED,
 ) -> MeasuredVisit:
     """Measure every station of a visit; results come from the cache where nothing they depend on has changed.
 
     The stations' photos together judge the rig: where it was knocked, the stations are refused, or measured again with
     a refined rig where the project asks for that. Its scale is held against the target, the prints and the survey.
-    Photos of another day, and photos that an `earlier` station has shown, decide nothing.
+    Photos of another day, and photos that an `earlier` station has shown, decide nothing; nor do those that are
+    `borrowed` from a station of a later visit, whose own day they say.
     """
     taken: dict[str, date] = {}
     step = f"measure {visit.date.isoformat()}"
     outcomes, known = _measured(visit.stations, step, project, rig, place, progress, taken)
-    barred = {name: of_other_day(name, visit) for name in of_other_days(visit, taken)}
+    barred = {name: of_other_day(name, visit, taken) for name in of_other_days(visit, taken)}
+    barred |= {name: why for (day, name), why in borrowed.items() if day == visit.date and name in outcomes}
+    of_day = of_its_day(visit, taken)
     showing = {
         station.name: found.thumbnail_jpeg
         for station in visit.stations
         if isinstance(found := outcomes[station.name], StationMeasurement) and station.name not in barred
     }
-    twins, all_shown = stations_shown_before(visit.date, showing, earlier)
-    barred |= twins
+    twins = stations_shown_before(visit.date, showing, earlier, of_day)
+    barred |= twins.refused
     outcomes |= {name: refused(outcomes[name], reason) for name, reason in barred.items()}
 
     def again(names: Sequence[str], refined: StereoRig) -> dict[str, Outcome]:
@@ -145,7 +152,8 @@ def measure_visit(
     watched = watch_rig(in_order, rig, again if project.rig.refine else None, lengths)
     seen = _gathered(watch_scale(watched, project, rig, survey), known)
     warned = (*other_days(visit, taken), *seen.rejections)
-    return replace(seen, rejections=warned, shown=all_shown, of_its_day=are_of_its_day(visit, taken))
+    whole = of_day >= {station.name for station in visit.stations}
+    return replace(seen, rejections=warned, shown=twins.known, borrowed=twins.borrowed, of_its_day=whole)
 
 
 def measure_stations(

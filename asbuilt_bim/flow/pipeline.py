@@ -15,8 +15,15 @@ from asbuilt_bim.flow.design_source import design_of, place_on_map, with_costs_t
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import ProjectRig, rig_of
 from asbuilt_bim.flow.rough_places import check_near, rough_places
-from asbuilt_bim.flow.shown_again import Shown
-from asbuilt_bim.flow.visit_report import left_out, left_out_before, named, with_undoing_noted
+from asbuilt_bim.flow.shown_again import Photographed, Shown
+from asbuilt_bim.flow.visit_report import (
+    left_out,
+    left_out_before,
+    named,
+    scale_first,
+    with_exchange_told,
+    with_undoing_noted,
+)
 from asbuilt_bim.match.adjust import adjust_with_design
 from asbuilt_bim.match.displaced import where_they_stand
 from asbuilt_bim.match.survey_trust import Shift, hold_against_design, refused_stations, without_stations
@@ -117,7 +124,7 @@ def monitor(
         design,
         history,
         day,
-        rejections=(*held.rejections, *against, *rejections, *placement.rejections),
+        rejections=scale_first(held.rejections, (*against, *rejections, *placement.rejections), scale_share),
         options=options.progress,
         unplaced=[station for station in measured if station.station not in placed],
         displaced=standing.displaced,
@@ -179,8 +186,12 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         others=others, outlines=read_outlines(project),
     )  # fmt: skip
     found, barred = set[Contradiction](), dict[date, tuple[Rejection, ...]]()
+    borrowed: dict[Photographed, Rejection] = {}
     while True:
-        judged = _judged(known, barred)
+        judged = _judged(known, barred, borrowed)
+        if judged.borrowed:
+            borrowed |= judged.borrowed
+            continue
         found |= set(contradictions(judged.reports))
         in_order = sorted(found, key=lambda one: (one.later, one.earlier))
         wrong = likeliest_wrong(in_order, judged.of_their_days)
@@ -191,7 +202,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         rig=rig,
         calibration=source.calibration,
         design=design,
-        reports=with_undoing_noted(judged.reports),
+        reports=with_exchange_told(with_undoing_noted(judged.reports)),
         pictures=judged.pictures,
         seconds=timer.seconds,
         from_cache=judged.from_cache,
@@ -226,6 +237,7 @@ class _Judged:
     pictures: dict[str, bytes]
     from_cache: int
     of_their_days: frozenset[date]
+    borrowed: Mapping[Photographed, Rejection]  # stations whose photos say the day of a later visit's station
 
     @property
     def refused(self) -> frozenset[date]:
@@ -234,11 +246,15 @@ class _Judged:
         return frozenset(one.visit_date for one in undoing)
 
 
-def _judged(known: _Known, barred: Mapping[date, Sequence[Rejection]]) -> _Judged:
-    """Judge every visit with the history of those before; those that are `barred` decide nothing.
+def _judged(
+    known: _Known, barred: Mapping[date, Sequence[Rejection]], borrowed: Mapping[Photographed, Rejection]
+) -> _Judged:
+    """Judge every visit with the history of those before; those `barred`, and stations `borrowed`, decide nothing.
 
-    Where visits contradict each other this is done again without them: then stations come from the cache.
+    Where visits contradict each other, or a later one has a station's photos, this is done again without them: then
+    stations come from the cache.
     """
+    taken_back: dict[Photographed, Rejection] = {}
     project, past, design = known.project, known.past, known.design
     history = reduce(remember, past, EMPTY_HISTORY)
     from_cache = 0
@@ -250,8 +266,9 @@ def _judged(known: _Known, barred: Mapping[date, Sequence[Rejection]]) -> _Judge
     survey = known.places.survey
     share = AmongProcesses(workers=known.place.workers)
     for visit in project.visits:
-        seen = measure_visit(visit, project, known.rig.rig, known.place, known.progress, survey, shown)
+        seen = measure_visit(visit, project, known.rig.rig, known.place, known.progress, survey, shown, borrowed)
         shown = seen.shown
+        taken_back |= seen.borrowed
         of_their_days |= {visit.date} if seen.of_its_day else set()
         known.timer.done("measure")
         rejections = (*known.rig.warnings, *seen.rejections, *known.stray)
@@ -280,5 +297,9 @@ def _judged(known: _Known, barred: Mapping[date, Sequence[Rejection]]) -> _Judge
         pictures.update({picture_name(visit.date, name): picture for name, picture in shown_now.items()})
         from_cache += seen.from_cache
     return _Judged(
-        reports=tuple(reports), pictures=pictures, from_cache=from_cache, of_their_days=frozenset(of_their_days)
+        reports=tuple(reports),
+        pictures=pictures,
+        from_cache=from_cache,
+        of_their_days=frozenset(of_their_days),
+        borrowed=taken_back,
     )

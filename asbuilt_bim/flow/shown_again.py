@@ -5,9 +5,10 @@ again, smaller or brighter or without EXIF, differs from itself by its compressi
 stood still, taken seconds apart, differ as little; such frames are one visit's, and of one station.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -32,9 +33,15 @@ class Shown:
     coarse: FloatArray  # (SIDE * SIDE,), mean 0, norm 1
     step: float  # by how much the coarse picture differs from itself, moved by one of its pixels
     jpeg: bytes
+    says_day: bool = False  # whether the photos say that they were taken on that day
 
 
-def shown(day: date, station: str, jpeg: bytes) -> Shown | None:
+Photographed = tuple[date, str]
+"""A station of a visit."""
+NONE_BORROWED: Mapping[Photographed, Rejection] = MappingProxyType({})
+
+
+def shown(day: date, station: str, jpeg: bytes, *, says_day: bool = False) -> Shown | None:
     """Return what a kept picture shows; None where it can't be decoded, or is all of one grey."""
     picture = _grey(jpeg)
     if picture is None:
@@ -46,7 +53,7 @@ def shown(day: date, station: str, jpeg: bytes) -> Shown | None:
         return None
     small /= norm
     step = float(np.linalg.norm(small[:, 1:] - small[:, :-1]))
-    return Shown(day=day, station=station, coarse=small.ravel(), step=step, jpeg=jpeg)
+    return Shown(day=day, station=station, coarse=small.ravel(), step=step, jpeg=jpeg, says_day=says_day)
 
 
 def shown_before(seen: Shown, earlier: Sequence[Shown]) -> Shown | None:
@@ -59,28 +66,49 @@ def shown_before(seen: Shown, earlier: Sequence[Shown]) -> Shown | None:
     return next((one for one in near if _is_same(seen.jpeg, one.jpeg)), None)
 
 
-def stations_shown_before(
-    day: date, pictures: Mapping[str, bytes], earlier: Iterable[Shown]
-) -> tuple[dict[str, Rejection], tuple[Shown, ...]]:
-    """Return why stations of a visit aren't its own, by name: another one showed the same before; and what all showed.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Twins:
+    """What a visit's stations show again, and what all stations showed: of two that show the same one is remembered."""
 
-    `pictures` are the visit's by station, in its order. What is refused isn't remembered: it is the other one's.
+    refused: dict[str, Rejection]  # by station of the visit: why its photos aren't its own
+    borrowed: dict[Photographed, Rejection]  # the same of stations of earlier visits
+    known: tuple[Shown, ...]
+
+
+def stations_shown_before(
+    day: date, pictures: Mapping[str, bytes], earlier: Iterable[Shown], of_its_day: Collection[str] = ()
+) -> Twins:
+    """Return which stations have another one's photos.
+
+    `pictures` are the visit's by station, in its order; photos of the stations `of_its_day` say that they were taken
+    then. Of two stations the one whose photos say their day is believed, else the one that comes first.
     """
     known = list(earlier)
     refused: dict[str, Rejection] = {}
-    for station, jpeg in pictures.items():
-        seen = shown(day, station, jpeg)
-        twin = shown_before(seen, known) if seen is not None else None
+    borrowed: dict[Photographed, Rejection] = {}
+    for station in sorted(pictures, key=lambda name: name not in of_its_day):
+        seen = shown(day, station, pictures[station], says_day=station in of_its_day)
+        if seen is None:
+            continue
+        twin = shown_before(seen, known)
+        if twin is not None and (twin.says_day or not seen.says_day):
+            refused[station] = _again(seen, twin)
+            continue
         if twin is not None:
-            refused[station] = rejected(
-                Reason.PHOTOS_OF_OTHER_STATION if twin.jpeg == jpeg else Reason.PHOTOS_SAVED_AGAIN,
-                about(SubjectKind.STATION, station),
-                other=twin.station,
-                other_visit="" if twin.day == day else twin.day.isoformat(),
-            )
-        elif seen is not None:
-            known.append(seen)
-    return refused, tuple(known)
+            borrowed[twin.day, twin.station] = _again(twin, seen)
+            known.remove(twin)
+        known.append(seen)
+    return Twins(refused=refused, borrowed=borrowed, known=tuple(known))
+
+
+def _again(one: Shown, own: Shown) -> Rejection:
+    """Return why a station's photos aren't its own."""
+    return rejected(
+        Reason.PHOTOS_OF_OTHER_STATION if one.jpeg == own.jpeg else Reason.PHOTOS_SAVED_AGAIN,
+        about(SubjectKind.STATION, one.station),
+        other=own.station,
+        other_visit="" if one.day == own.day else own.day.isoformat(),
+    )
 
 
 def _is_same(one: bytes, other: bytes) -> bool:

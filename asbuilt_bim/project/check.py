@@ -7,6 +7,7 @@ from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.mistakes import first_rows
 from asbuilt_bim.project.model import Project, Visit
+from asbuilt_bim.project.paths import beside
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""
@@ -18,11 +19,12 @@ def refuse_missing(project: Project) -> None:
     Raises:
         ProjectError: with every file that is missing, by its key.
     """
-    missing = [f"  {key}: {project.relative(path)}" for key, path in project.missing.items()]
+    missing = [f"  {key}: {project.relative(path)}{beside(path)}" for key, path in project.missing.items()]
     if missing:
-        count = "a file isn't" if len(missing) == 1 else f"{len(missing)} files aren't"
-        rows = first_rows(missing)
-        raise ProjectError("\n".join([f"{project.path}: {count} there; copy them there, or correct the paths:", *rows]))
+        what = f"{len(missing)} files aren't there; copy them there, or correct the paths:"
+        if len(missing) == 1:
+            what = "a file isn't there; copy it there, or correct the path:"
+        raise ProjectError("\n".join([f"{project.path}: {what}", *first_rows(missing)]))
 
 
 def is_of(day: date, visit: Visit) -> bool:
@@ -42,10 +44,13 @@ def of_other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[str, ...]:
     return off if len(off) < len(taken) else tuple(station.name for station in visit.stations)
 
 
-def are_of_its_day(visit: Visit, taken: Mapping[str, date]) -> bool:
-    """Say whether every station's photos say that they were `taken` (by station) on the visit's day."""
-    days = [taken.get(station.name) for station in visit.stations]
-    return not visit.camera_clock_wrong and all(day is not None and abs(day - visit.date) <= NEAR for day in days)
+def of_its_day(visit: Visit, taken: Mapping[str, date]) -> frozenset[str]:
+    """Return the stations whose photos say that they were `taken` (by station) on the visit's day.
+
+    None where the camera's clock is wrong.
+    """
+    near = (name for name, day in taken.items() if abs(day - visit.date) <= NEAR)
+    return frozenset() if visit.camera_clock_wrong else frozenset(near)
 
 
 def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]:
@@ -65,6 +70,15 @@ def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]
     )
 
 
-def of_other_day(station: str, visit: Visit) -> Rejection:
-    """Return why a station decides nothing whose photos are of another day than its visit's."""
-    return rejected(Reason.STATION_OF_OTHER_DAY, about(SubjectKind.STATION, station), day=visit.date.isoformat())
+def of_other_day(station: str, visit: Visit, taken: Mapping[str, date]) -> Rejection:
+    """Return why a station decides nothing whose photos, or those beside it, are of another day than its visit's.
+
+    `taken` is when photos say that they were, by station.
+    """
+    day = taken.get(station)
+    return rejected(
+        Reason.STATION_OF_OTHER_DAY,
+        about(SubjectKind.STATION, station),
+        day=visit.date.isoformat(),
+        taken=day.isoformat() if day else "",
+    )

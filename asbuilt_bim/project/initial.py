@@ -119,11 +119,14 @@ def _to_give(board: SeenBoard | None) -> str:
 def _markers(surveys: Sequence[str]) -> list[str]:
     survey = _quoted(surveys[0]) if surveys else "markers.csv"
     return [
-        "# The markers: their survey, and the side of their black square as measured on the print.",
+        "# The markers: their survey, and the side of their black square as measured on the print. sigma_m is what a",
+        "# surveyed coordinate errs by, in metres: 0.002 to 0.003 by a total station.",
         f"#markers: {{survey: {survey}, size_m: 0.25, sigma_m: 0.003}}  {_EXAMPLE}: size_m, sigma_m",
-        "# Without a survey the design can place stations: give each visit the storey as the IFC names it, under near.",
-        "# A rough place of each is better (asbuilt-bim plan shows it so), in a list of stations, as in",
-        "# - {name: A1, left: A1_l.jpg, right: A1_r.jpg, near: {storey: Ground floor, grid: B-3, looking: north}}",
+        "# With a survey that is all. A station that sees fewer than two surveyed tags can be placed by the design:",
+        "# give the visit its storey under near, as asbuilt-bim inspect spells it. Survey and near may both be there.",
+        "# A rough place of each is better (asbuilt-bim plan shows it so). Stations by patterns have it by name, as in",
+        "# near_stations: {U3: {storey: First floor, grid: B-3, looking: north}}",
+        "# So a visit of two storeys gives the others' storey. In a list each station has its own near.",
     ]
 
 

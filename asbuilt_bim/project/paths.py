@@ -5,6 +5,7 @@ import re
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from asbuilt_bim.storage.structure import Problems
@@ -50,6 +51,16 @@ def _lack(folder: Path, names: Sequence[str]) -> str:
         there = f"; beside it: {_some(beside)}" if beside else ""
         return f"there is no folder {folder}{there}"
     return f"no file fits it in {folder}" + (f", which holds {_some(names)}" if names else ", which is empty")
+
+
+def beside(missing: Path) -> str:
+    """Say which file of its kind lies where one is missing that is called nearly so; "" where none does."""
+    try:
+        there = {one.stem: one.name for one in missing.parent.glob(f"*{missing.suffix}") if one.is_file()}
+    except (OSError, ValueError):
+        return ""
+    alike = get_close_matches(missing.stem, there, n=1)
+    return f" ({there[alike[0]]} lies there: is it that?)" if alike else ""
 
 
 def _some(names: Sequence[str]) -> str:

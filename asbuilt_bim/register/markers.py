@@ -34,7 +34,7 @@ def pose_from_markers(
     if len(seen) < options.min_markers:
         unreadable = any(one.code in PHOTO_FAULTS for one in station.rejections)  # then no other family is the cause
         any_read = bool(station.markers) or unreadable
-        return None, (*notes, _too_few(subject, len(seen), options.min_markers, any_read=any_read))
+        return None, (*notes, _too_few(subject, len(seen), options, any_read=any_read, surveyed=bool(survey)))
     agreement = largest_agreement(station.camera, seen, min(options.min_markers, len(seen)))
     if agreement is None:
         return None, (*notes, rejected(Reason.MARKERS_DISAGREE, subject, found=len(seen)))
@@ -115,8 +115,9 @@ def _unknown(station: str, marker_id: int) -> Rejection:
     return rejected(Reason.MARKER_NOT_SURVEYED, about(SubjectKind.MARKER, str(marker_id), station))
 
 
-def _too_few(station: Subject, count: int, needed: int, *, any_read: bool) -> Rejection:
-    return rejected(Reason.MARKERS_TOO_FEW, station, found=count, needed=needed, any_read=any_read)
+def _too_few(station: Subject, count: int, options: RegisterOptions, *, any_read: bool, surveyed: bool) -> Rejection:
+    values: dict[str, Value] = {"found": count, "needed": options.min_markers, "any_read": any_read}
+    return rejected(Reason.MARKERS_TOO_FEW, station, **values, **({} if surveyed else {"surveyed": False}))
 
 
 def _ambiguous(station: Subject, agreement: Agreement) -> Rejection:

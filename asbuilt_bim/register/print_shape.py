@@ -1,7 +1,8 @@
 """Are surveyed corners those of a square print of the given size? Units, order of corners, wrong sizes."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -33,12 +34,16 @@ class _Fault:
     remedy: str = ""
 
 
-def print_faults(prints_m: Mapping[int, FloatArray], size_m: float) -> list[str]:
+def print_faults(
+    prints_m: Mapping[int, FloatArray], size_m: float, rows: Mapping[int, Sequence[int]] = MappingProxyType({})
+) -> list[str]:
     """Return a line for each print, by marker, whose corners (4, 3) in metres are no square of `size_m`.
 
-    Where most of them are wrong in size alike the given size is wrong, not the prints: that is one line.
+    `rows` are the lines of the file that hold each marker's corners. Where most of them are wrong in size alike the
+    given size is wrong, not the prints: that is one line.
     """
-    faults = {marker: fault for marker, xyz in prints_m.items() if (fault := _fault(xyz, size_m)) is not None}
+    found = ((marker, _fault(xyz, size_m, rows.get(marker, ()))) for marker, xyz in prints_m.items())
+    faults = {marker: fault for marker, fault in found if fault is not None}
     alike = [fault for fault in faults.values() if fault.remedy]
     if len(alike) < 2 or 2 * len(alike) <= len(prints_m):
         return [f"marker {marker}: {_fault_text(fault, size_m)}" for marker, fault in faults.items()]
@@ -56,7 +61,7 @@ def _fault_text(fault: _Fault, size_m: float) -> str:
     return f"its side is {fault.side_m:.4g} m where the print is {size_m:.3f} m; {fault.remedy}"
 
 
-def _fault(xyz: FloatArray, size_m: float) -> _Fault | None:
+def _fault(xyz: FloatArray, size_m: float, rows: Sequence[int]) -> _Fault | None:
     sides = np.linalg.norm(np.roll(xyz, -1, axis=0) - xyz, axis=1)
     side = float(np.mean(sides))
     if side <= 0.0:
@@ -64,15 +69,11 @@ def _fault(xyz: FloatArray, size_m: float) -> _Fault | None:
     for factor, unit in UNIT_MISTAKES.items():
         if abs(side / (size_m * factor) - 1.0) < SHAPE_SHARE:
             return _Fault(side_m=side, text="", remedy=f"the survey looks like {unit}; give it in metres")
-    allowed = max(SHAPE_SHARE * side, SHAPE_M)
+    allowed = max(SHAPE_SHARE * min(side, size_m), SHAPE_M)
     diagonals = np.linalg.norm(xyz[2:] - xyz[:2], axis=1) / np.sqrt(2.0)
     worst = float(np.max(np.abs(np.concatenate([sides, diagonals]) - side)))
     if worst > allowed:
-        text = (
-            f"its corners are no square in the order {', '.join(CORNERS)}: sides {_list(sides)} m, "
-            f"off by {worst:.3f} m (limit {allowed:.3f} m)"
-        )
-        return _Fault(side_m=side, text=text)
+        return _Fault(side_m=side, text=_no_square(xyz, sides, size_m, allowed, worst, rows))
     normal = np.cross(xyz[2] - xyz[0], xyz[3] - xyz[1])
     warp = float(abs((xyz[1] - xyz[0]) @ normal) / np.linalg.norm(normal))
     if warp > allowed:
@@ -81,6 +82,34 @@ def _fault(xyz: FloatArray, size_m: float) -> _Fault | None:
     if abs(side - size_m) > max(SHAPE_SHARE * size_m, SHAPE_M):
         return _Fault(side_m=side, text="", remedy="check markers.size_m, or the survey")
     return None
+
+
+def _no_square(
+    xyz: FloatArray, sides: FloatArray, size_m: float, allowed: float, worst: float, rows: Sequence[int]
+) -> str:
+    """Say why four corners are no square: the one that lies off where the other three are of one, else their sides."""
+    wrong = [corner for corner in range(4) if _others_fit(xyz, corner, size_m, allowed)]
+    if len(wrong) != 1:
+        where = f" (lines {', '.join(map(str, rows))})" if rows else ""
+        return (
+            f"its corners are no square in the order {', '.join(CORNERS)}: sides {_list(sides)} m, "
+            f"off by {worst:.3f} m (limit {allowed:.3f} m); compare its rows{where} with the survey"
+        )
+    corner = wrong[0]
+    wanted = xyz[corner - 1] + xyz[(corner + 1) % 4] - xyz[(corner + 2) % 4]
+    where = f" (line {rows[corner]})" if rows else ""
+    off = float(np.linalg.norm(xyz[corner] - wanted))
+    return (
+        f"its corners are no square: the {CORNERS[corner]} one{where} lies {off:.3f} m off; "
+        f"by the other three it is near ({_list(wanted)}). Correct that row"
+    )
+
+
+def _others_fit(xyz: FloatArray, corner: int, size_m: float, allowed: float) -> bool:
+    """Say whether the other three corners are those of a square of a size."""
+    before, after, opposite = xyz[corner - 1], xyz[(corner + 1) % 4], xyz[(corner + 2) % 4]
+    spans = (before - opposite, after - opposite, (before - after) / np.sqrt(2.0))
+    return all(abs(float(np.linalg.norm(span)) - size_m) <= allowed for span in spans)
 
 
 def _list(values: Iterable[float]) -> str:

@@ -131,7 +131,7 @@ def doubt_rejection(
     """Return a warning where known lengths come out wrong by less, or contradict each other; None where all is well."""
     if verdict.is_wrong:
         return None
-    return _doubt_of_kinds(subject, verdict) or _doubt_of_all(subject, verdict, rig, square_m)
+    return _doubt_of_kinds(subject, verdict, rig, square_m) or _doubt_of_all(subject, verdict, rig, square_m)
 
 
 def _doubt_of_all(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None) -> Rejection | None:
@@ -143,13 +143,18 @@ def _doubt_of_all(subject: Subject, verdict: ScaleVerdict, rig: StereoRig, squar
     return rejected(Reason.LENGTHS_DOUBTFUL_TOGETHER, subject, **values)
 
 
-def _doubt_of_kinds(subject: Subject, verdict: ScaleVerdict) -> Rejection | None:
+def _doubt_of_kinds(
+    subject: Subject, verdict: ScaleVerdict, rig: StereoRig, square_m: float | None
+) -> Rejection | None:
+    """Warn of kinds that come out wrong; where none of the others says otherwise, with what they ask of the rig."""
     allowed = [max(DOUBT_LIMIT, DOUBT_SIGNIFICANT * kind.sigma) for kind in verdict.kinds]
     off = [bool(abs(np.log(kind.ratio)) > limit) for kind, limit in zip(verdict.kinds, allowed, strict=True)]
     if not any(off):
         return None
     wrong = tuple(str(kind.kind) for kind, is_off in zip(verdict.kinds, off, strict=True) if is_off)
     values = _values(verdict) | {"wrong": wrong, "limit_shares": tuple(allowed)}
+    if verdict.agree:
+        values |= _asked(verdict.ratio, rig.baseline_m, square_m)
     return rejected(Reason.LENGTHS_DOUBTFUL, subject, **values)
 
 

@@ -72,7 +72,8 @@ def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMark
         markers.append(SurveyedMarker(marker_id=marker_id, corners_m=frozen(xyz), sigma_m=sigma_m))
     problems += [f"{_numbered(ids)}: {corners} missing" for corners, ids in lacking.items()]
     whole = {marker.marker_id: marker.corners_m for marker in markers if len(marker.corners_m) == len(CORNERS)}
-    problems += print_faults(whole, size_m)
+    lines = {one: [by_marker[one][name].line for name in CORNERS] for one in whole}
+    problems += print_faults(whole, size_m, lines)
     if not problems and not markers:
         problems.append("it holds no marker; give four corners for each marker")
     if problems:

@@ -1,9 +1,11 @@
-"""Cost lines by schedule and currency with their sums, by photos alone; others only write them."""
+"""Cost lines by schedule and currency with their sums, by photos and as certified; others only write them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asbuilt_bim.progress.money import total
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.wording.values import plain
 
 NO_CURRENCY = "(no currency)"
@@ -19,16 +21,24 @@ class CostGroup:
     planned: float
     earned_best: float | None  # None where too little was seen of a line
     earned_lower: float
+    certified: Mapping[str, float]  # by line's key; empty where persons changed nothing: then it is `earned_lower`
 
     @property
     def unknown(self) -> int:
         """Return of how many lines too little was seen for a best estimate."""
         return sum(line.earned_best_shown is None for line in self.lines)
 
+    @property
+    def certified_total(self) -> float:
+        """Return what is certified of all lines, in cents."""
+        return total(self.certified.values())
+
 
 def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
     """Return the groups in order of schedule and currency; a schedule is named where there are several."""
     several = len({line.schedule for line in report.cost_lines}) > 1
+    certified = {one.line.global_id: one.amount for bill in bills(report) for one in bill.lines}
+    changed = any(certified[line.global_id] != line.earned_lower for line in report.cost_lines)
     groups = []
     for schedule, currency in sorted({(line.schedule, line.currency) for line in report.cost_lines}):
         lines = [line for line in report.cost_lines if (line.schedule, line.currency) == (schedule, currency)]
@@ -42,6 +52,7 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
                 planned=total(line.planned_value for line in lines),
                 earned_best=total(known) if len(known) == len(lines) else None,
                 earned_lower=total(line.earned_lower for line in lines),
+                certified={line.global_id: certified[line.global_id] for line in lines} if changed else {},
             )
         )
     return tuple(groups)

@@ -66,6 +66,7 @@ COLUMNS: dict[str, Callable[[ElementRow], str]] = {
     "CompletionUpper": lambda row: share_bounds(row.lower, row.upper)[1],
     "Coverage": lambda row: number(row.coverage),
     "Offset_mm": lambda row: number(row.offset_mm, 1),
+    "OffsetSigma_mm": lambda row: number(row.offset_sigma_mm, 1),
     "Visit": lambda row: row.visit.isoformat(),
     "LastSeen": lambda row: row.last_seen.isoformat() if row.last_seen else "",
     "Stations": lambda row: safe_cell(row.stations),

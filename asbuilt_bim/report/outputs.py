@@ -37,7 +37,7 @@ def write_outputs(
     written = list(write_overlays(report, pictures, folder / "overlays", whole=report.pictures == "whole"))
     table, workbook = folder / "quantities.csv", folder / "quantities.xlsx"
     write_csv(report, table)
-    write_workbook(report, workbook)
+    write_workbook(report, workbook, earlier)
     issues = write_issues(report, earlier, pictures, folder)
     pictures_before = read_pictures(earlier[-1], pictures_folder) if earlier else None
     pages = write_pages(report, pictures, folder, earlier, pictures_before)

@@ -42,6 +42,7 @@ class ElementRow:
     coverage: float
     surface_coverage: float
     offset_mm: float | None
+    offset_sigma_mm: float | None
     tolerance: str  # in, out or undecided; "" where the project names no tolerance
     visit: date
     last_seen: date | None
@@ -99,6 +100,7 @@ def _element_row(element: ElementProgress, storey: str, visit: date, photographe
         coverage=element.completion.coverage,
         surface_coverage=element.surface_coverage,
         offset_mm=None if element.offset_m is None else element.offset_m * 1000.0,
+        offset_sigma_mm=None if element.offset_sigma_m is None else element.offset_sigma_m * 1000.0,
         tolerance=element.tolerance.verdict if element.tolerance is not None else "",
         visit=visit,
         last_seen=element.last_seen,
@@ -210,3 +212,15 @@ def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: S
 def lost_stations(report: ProgressReport) -> tuple[StationRow, ...]:
     """Return the stations that count for nothing: rejected, or not placed."""
     return tuple(row for row in station_rows(report) if row.status != "placed")
+
+
+def faults_before(earlier: Sequence[ProgressReport], report: ProgressReport) -> tuple[tuple[date, Words], ...]:
+    """Return what is known to be wrong with earlier visits, by day, but for what is wrong with this one just so."""
+    own = {str(words_of(fault)) for fault in report.faults}
+    told = [(one.visit_date, words_of(fault)) for one in earlier for fault in one.faults]
+    return tuple((day, words) for day, words in told if str(words) not in own)
+
+
+def lost_before(earlier: Sequence[ProgressReport]) -> tuple[tuple[date, StationRow], ...]:
+    """Return the stations of earlier visits that count for nothing, by day."""
+    return tuple((one.visit_date, row) for one in earlier for row in lost_stations(one))

@@ -48,6 +48,8 @@ def fill_command(path: Path, map_path: Path, source: Path, screen: Screen, when:
 
 def _result(source: Path) -> ProgressReport:
     """Read a result, or that of the current run in a folder."""
+    if not source.exists():
+        raise ResultError(f"{source}: there is no such folder; name the run's folder with --result FOLDER")
     if not source.is_dir():
         return read_result(source)
     current = read_current(source)

@@ -8,7 +8,7 @@ from asbuilt_bim.errors import OptionError, OutputError
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.report.sheets.drawings import board_drawing, tag_drawing, target_drawing
 from asbuilt_bim.report.sheets.fitting import largest_board, largest_tag_m, largest_target_m
-from asbuilt_bim.report.sheets.pdf import MAX_PAGES, PAPERS, sheets_pdf
+from asbuilt_bim.report.sheets.pdf import MAX_PAGES, PAPERS, sheets_needed, sheets_pdf
 from asbuilt_bim.report.sheets.shapes import Drawing
 from asbuilt_bim.report.wording.of_sheets import board_yaml
 from asbuilt_bim.storage.atomic_write import place_problem, replace_bytes
@@ -84,4 +84,10 @@ def _write(out: Path, drawings: Sequence[Drawing], paper: str, screen: Screen, *
         replace_bytes(out.resolve(), data)  # a link stays one
     except OSError as fault:
         raise output_error(out, fault, stands="what was there stands") from fault
-    screen.say(f"{out}: print it on {paper} at 100 %, and check the 100 mm line with a tape.")
+    sheets, most = sheets_needed(drawings, PAPERS[paper])
+    count = f"{sheets} sheet{'' if sheets == 1 else 's'} of {paper}"
+    screen.say(f"{out}: {count}. Print at 100 %, and check the 100 mm line with a tape.")
+    if most > 1:
+        screen.say(
+            f"No {paper} holds one whole: each goes in {most} tiles. Cut them along their grey frames and join them."
+        )

@@ -201,8 +201,12 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
         screen.warn(f"visit {day}: and {len(beside) - MAX_NOTES} more elements beside their design")
     names = [station.name for station in visit.stations]
     rejected = left_out(names, report)
+    alike: dict[str, list[str]] = {}
     for name, reasons in rejected.items():
-        screen.warn(f"visit {day}: station {name} was LEFT OUT: {'; '.join(reasons)}")
+        alike.setdefault("; ".join(reasons), []).append(name)
+    for reason, those in alike.items():
+        who = f"station {those[0]} was" if len(those) == 1 else f"stations {', '.join(those)} were"
+        screen.warn(f"visit {day}: {who} LEFT OUT: {reason}")
     if names and len(rejected) == len(names):
         screen.warn(f"visit {day}: NOT ONE station could be used; nothing in this report was seen on that day")
     return bool(rejected)

@@ -24,6 +24,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import result_document, write_result
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache
 from tests.notes import codes, the
 from tests.site_fixture import contents, copy_station, rig_file, small_project, write
@@ -186,6 +187,16 @@ def test_photos_that_tell_another_day_than_the_visits_decide_nothing(
         assert (element.cells_open == 0.0 and element.completion.upper == 1.0) or element.state == "complete"
 
 
+def test_two_visits_that_have_each_others_photos_are_called_exchanged(project: Project, cache: Cache) -> None:
+    first, second = project.visits
+    other = replace(project, visits=(replace(second, date=first.date), replace(first, date=second.date)))
+    reports = run_project(other, Workplace(workers=1, cache=cache), Heard()).reports
+    for report, others in zip(reports, (second.date, first.date), strict=True):
+        (fault,) = report.faults
+        assert fault.values["exchanged_with"] == others.isoformat()
+        assert "are exchanged: each visit has the other's; exchange the two folders" in str(words_of(fault))
+
+
 def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(
     project: Project, cache: Cache, result: RunResult
 ) -> None:
@@ -252,6 +263,26 @@ def test_last_visits_photos_saved_again_are_refused_at_the_later_visit_alone(
     assert own.name not in reports[1].placed
     (told,) = [r for r in reports[1].rejections if r.code is Reason.PHOTOS_SAVED_AGAIN]
     assert (told.subject.name, told.values["other"]) == (own.name, twin.name)
+
+
+def test_a_copy_without_a_date_in_an_earlier_visit_costs_nothing_of_the_visit_whose_day_the_photos_say(
+    project: Project, cache: Cache, result: RunResult, tmp_path: Path
+) -> None:
+    first, second = project.visits
+    own = second.stations[0]
+    copies = []
+    for side in ("left", "right"):
+        picture = cv2.imread(str(getattr(own, side)))
+        assert picture is not None
+        copies.append(tmp_path / f"{side}.jpg")
+        cv2.imwrite(str(copies[-1]), picture, [cv2.IMWRITE_JPEG_QUALITY, 88])  # as a messenger does: without EXIF
+    copied = replace(own, name="copied", left=copies[0], right=copies[1])
+    visits = (replace(first, stations=(*first.stations, copied)), second)
+    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    assert [report.placed for report in reports] == [report.placed for report in result.reports]
+    (told,) = [r for r in reports[0].rejections if r.subject.name == "copied"]
+    assert told.values == {"other": own.name, "other_visit": second.date.isoformat()}
+    assert [e.state for e in reports[1].elements] == [e.state for e in result.reports[1].elements]
 
 
 def test_a_visit_under_history_is_handed_on_with_the_run(

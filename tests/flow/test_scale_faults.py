@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asbuilt_bim.codes import Reason
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.flow.rig_check import WatchedVisit, watch_scale
+from asbuilt_bim.flow.visit_report import scale_first
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.measure.station import StationMeasurement
@@ -57,7 +58,7 @@ def test_a_scale_that_is_two_per_cent_off_widens_every_area_by_four(tmp_path: Pa
     assert found.warnings[0].code in (Reason.LENGTHS_DOUBTFUL, Reason.LENGTHS_DOUBTFUL_TOGETHER)
     (note,) = found.notes
     assert note.code is Reason.AREAS_WIDENED and note.values["share"] == pytest.approx(0.04, rel=0.2)
-    assert "rig's scale by 4." in note_words(note) or "rig's scale by 3." in note_words(note)
+    assert "makes areas 4." in note_words(note) or "makes areas 3." in note_words(note)
 
 
 def test_a_right_scale_widens_nothing(tmp_path: Path) -> None:
@@ -73,3 +74,21 @@ def test_of_a_rig_of_the_wrong_scale_nothing_says_that_it_was_used_all_the_same(
     assert watched(tmp_path, 1.0, open_rig).warnings == (open_rig,)
     wrong = watched(tmp_path, 0.426, open_rig)
     assert not wrong.warnings and {one.rejections[0].code for one in wrong.outcomes} == {Reason.SCALE_WRONG}
+
+
+def test_a_doubtful_scale_names_the_boards_square_and_what_known_lengths_ask_of_it(tmp_path: Path) -> None:
+    (doubt, *_) = watched(tmp_path, 1.025).warnings
+    told = str(words_of(doubt))
+    assert "rig.boards.square_m is 0.08 m, and known lengths ask for 0.078" in told
+
+
+def test_a_wrong_scale_is_told_before_the_shift_that_it_makes_and_no_shift_is_offered_then(tmp_path: Path) -> None:
+    move = {"turn_rad": 0.0, "move_x_m": 0.15, "move_y_m": -0.07, "move_z_m": 0.0, "about_x_m": 0.0, "about_y_m": 0.0}
+    shift = rejected(Reason.SURVEY_SHIFTED, about(SubjectKind.SURVEY), fits=7, faces=47, fits_unmoved=3, **move)
+    (scale,) = watched(tmp_path, 1.025).warnings
+    other = rejected(Reason.STATION_CRASHED, about(SubjectKind.STATION, "A1"), detail="x")
+    first, second, third = scale_first((shift,), (other, scale), 0.026)
+    assert (first, third) == (scale, other)
+    assert "accept_survey_shift" not in str(words_of(second)) and "rig's scale first" in str(words_of(second))
+    assert scale_first((shift,), (other,), 0.0) == (shift, other)
+    assert "accept_survey_shift" in str(words_of(shift))

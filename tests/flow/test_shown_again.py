@@ -67,20 +67,33 @@ def test_the_same_view_with_a_column_more_is_another_photo() -> None:
 
 
 def test_the_later_station_alone_is_refused_and_the_rightful_one_kept() -> None:
-    first, known = stations_shown_before(FIRST, {"G1": jpeg(photo()), "G2": jpeg(photo(0, 1))}, ())
-    assert first == {} and len(known) == 2
+    first = stations_shown_before(FIRST, {"G1": jpeg(photo()), "G2": jpeg(photo(0, 1))}, ())
+    assert first.refused == {} and len(first.known) == 2
     again = {"G1": jpeg(photo(1, 0)), "G9": jpeg(photo(), 60)}
-    second, _ = stations_shown_before(SECOND, again, known)
+    second = stations_shown_before(SECOND, again, first.known).refused
     assert set(second) == {"G9"} and second["G9"].code is Reason.PHOTOS_SAVED_AGAIN
     assert "station G1 of visit 2026-03-02" in str(words_of(second["G9"]))
 
 
 def test_a_pair_copied_to_a_second_station_of_a_visit_counts_at_the_first() -> None:
-    refused, _ = stations_shown_before(FIRST, {"A1": jpeg(photo()), "A2": jpeg(photo(), 70)}, ())
+    refused = stations_shown_before(FIRST, {"A1": jpeg(photo()), "A2": jpeg(photo(), 70)}, ()).refused
     assert set(refused) == {"A2"} and "of visit" not in str(words_of(refused["A2"]))
 
 
 def test_a_picture_that_shows_nothing_is_no_ones_twin() -> None:
     grey = np.full((48, 64, 3), 128, dtype=np.uint8)
-    refused, known = stations_shown_before(FIRST, {"A1": jpeg(grey), "A2": jpeg(grey), "A3": b""}, ())
-    assert refused == {} and known == ()
+    found = stations_shown_before(FIRST, {"A1": jpeg(grey), "A2": jpeg(grey), "A3": b""}, ())
+    assert found.refused == {} and found.known == ()
+
+
+def test_of_two_stations_the_one_whose_photos_say_their_day_is_believed() -> None:
+    copied = stations_shown_before(FIRST, {"U3": jpeg(photo(1), 60)}, ())
+    own = stations_shown_before(SECOND, {"U3": jpeg(photo(1))}, copied.known, {"U3"})
+    assert own.refused == {} and [(one.day, one.station) for one in own.known] == [(SECOND, "U3")]
+    ((whose, why),) = own.borrowed.items()
+    assert whose == (FIRST, "U3") and "station U3 of visit 2026-03-16" in str(words_of(why))
+    said = stations_shown_before(FIRST, {"U3": jpeg(photo(1), 60)}, (), {"U3"})
+    later = stations_shown_before(SECOND, {"U3": jpeg(photo(1))}, said.known, {"U3"})
+    assert later.borrowed == {} and set(later.refused) == {"U3"}, "both say theirs: the first is believed"
+    here = stations_shown_before(FIRST, {"A1": jpeg(photo(), 60), "A2": jpeg(photo())}, (), {"A2"})
+    assert set(here.refused) == {"A1"} and here.borrowed == {}

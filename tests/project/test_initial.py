@@ -184,3 +184,10 @@ def test_a_folder_without_a_survey_is_drafted_with_a_place_to_say_the_storey(tmp
     assert bool(found.surveys) == surveyed
     assert ("\n#    near: {storey: Ground floor}  # EXAMPLE" in initial_text("site", found)) == (not surveyed)
     assert ("under near" in " ".join(missing(found))) == (not surveyed)
+
+
+def test_a_draft_says_where_a_second_storey_goes_how_it_is_spelt_and_what_sigma_is(tmp_path: Path) -> None:
+    site = made(tmp_path, "design.ifc", "visits/2026-03-02/A1_left.jpg", "visits/2026-03-02/A1_right.jpg")
+    text = initial_text("site", find_files(site))
+    for told in ("near_stations:", "asbuilt-bim inspect spells it", "Survey and near may both", "sigma_m is what"):
+        assert told in text

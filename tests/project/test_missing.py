@@ -45,3 +45,12 @@ def test_files_that_are_missing_are_told_with_the_other_mistakes_by_line(tmp_pat
     assert "3 mistakes" in told and "rig.boards.left" in told
     assert "line 4: ifc: there is no design.ifc" in told and "markers.survey: there is no markers.csv" in told
     assert "A1_left" not in told
+
+
+def test_a_misspelt_file_is_told_with_the_one_that_lies_beside_it(tmp_path: Path) -> None:
+    contents = plain() | {"ifc": "desgin.ifc"}
+    (tmp_path / "design.ifc").touch()
+    project = read_project(write_project(tmp_path, contents))
+    (tmp_path / "markers.csv").touch()
+    with pytest.raises(ProjectError, match=r"copy it there, or correct the path:\n  ifc: desgin.ifc \(design.ifc lies"):
+        refuse_missing(project)

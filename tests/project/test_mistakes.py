@@ -42,7 +42,7 @@ def test_a_wrong_key_hides_no_missing_file_and_no_station_that_is_there_twice(tm
     rows = named(tmp_path, ("name: Site", "nmae: Site"), ("design.ifc", "desing.ifc"), ("name: A3", "name: A2"))
     assert rows == [
         "line 3: nmae: unknown key; did you mean name?",
-        "line 4: ifc: there is no desing.ifc",
+        "line 4: ifc: there is no desing.ifc (design.ifc lies there: is it that?)",
         "line 12: visits[0].stations[2].name: 'A2' is the name of visits[0].stations[1] too; names are unique"
         "; that is visit 1, station 3",
     ]
@@ -61,7 +61,7 @@ def test_files_of_a_part_that_cannot_be_read_are_looked_for_all_the_same(tmp_pat
     rows = named(tmp_path, ("survey: markers.csv, size_m", "survey: marker.csv, sise_m"))
     assert rows == [
         "line 6: markers.sise_m: unknown key; did you mean size_m?",
-        "line 6: markers.survey: there is no marker.csv",
+        "line 6: markers.survey: there is no marker.csv (markers.csv lies there: is it that?)",
     ]
 
 

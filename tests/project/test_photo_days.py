@@ -5,7 +5,7 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.project.check import of_other_days, other_days
+from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.wording.reasons import words_of
@@ -46,3 +46,9 @@ def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count_with_a_war
     days = {"A1": date(2000, 1, 1), "A2": date(2000, 1, 1)}
     assert of_other_days(visit, days) == ()
     assert "they count all the same" in str(words_of(other_days(visit, days)[0]))
+
+
+def test_a_station_says_whether_its_own_photos_or_those_beside_it_are_of_another_day(tmp_path: Path) -> None:
+    visit = _project(tmp_path).visits[0]
+    own, beside = (str(words_of(of_other_day(name, visit, {"A1": date(2026, 2, 16)}))) for name in ("A1", "A2"))
+    assert "its photos are of 2026-02-16" in own and "don't say their day" in beside

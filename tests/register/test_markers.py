@@ -192,3 +192,10 @@ def test_two_processes_place_stations_as_one_does_to_the_byte() -> None:
     poses = [[plain_digest(one.pose, StationPose) for one in found.stations] for found in (alone, shared)]
     assert poses[0] == poses[1]
     assert alone.rejections == shared.rejections != ()
+
+
+def test_where_nobody_surveyed_a_marker_that_is_the_reason_and_not_their_number() -> None:
+    placement = register((site(2)[0],), (), RegisterOptions())
+    (few,) = (one for one in placement.rejections if one.code is Reason.MARKERS_TOO_FEW)
+    told = str(words_of(few))
+    assert placement.stations == () and "no marker is surveyed" in told and "near" in told and "limit" not in told

@@ -80,6 +80,17 @@ def test_corners_in_the_wrong_order_are_no_square(tmp_path: Path) -> None:
         read(tmp_path, table({7: SQUARE[[0, 2, 1, 3]]}))
 
 
+def test_one_corner_that_was_typed_wrong_is_named_with_its_line_and_where_it_should_be(tmp_path: Path) -> None:
+    typed = SQUARE.copy()
+    typed[2, 0] += 63.0
+    with pytest.raises(SurveyError) as refused:
+        read(tmp_path, table({7: typed}))
+    told = str(refused.value)
+    wanted = ", ".join(f"{value:.3f}" for value in SQUARE[2])
+    assert "marker 7: its corners are no square: the bottom-right one (line 4) lies 63.000 m off" in told
+    assert f"by the other three it is near ({wanted}). Correct that row" in told and "limit" not in told
+
+
 def test_a_print_of_another_size_than_told_is_named(tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match=r"marker 7: its side is 0\.2 m where the print is 0\.280 m"):
         read(tmp_path, table({7: SQUARE * (0.2 / 0.28)}))

@@ -7,12 +7,11 @@ from pathlib import Path
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.flow.output.folder import OutputFolder
+from asbuilt_bim.flow.output.kept import WORKBOOK
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Terms, ValuationInputs
 from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook
-
-WORKBOOK = "quantities.xlsx"
 
 
 def last_workbook(out: OutputFolder, before: ProgressReport | None, named: Path | None = None) -> LastWorkbook | None:

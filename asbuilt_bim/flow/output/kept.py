@@ -7,13 +7,19 @@ from collections.abc import Collection
 from datetime import UTC, datetime
 from pathlib import Path
 
+from asbuilt_bim.errors import WorkbookError
 from asbuilt_bim.flow.output.places import RUN_NAME
+from asbuilt_bim.report.workbook.layout import VALUATION
+from asbuilt_bim.storage.xlsx_file import read_xlsx
+
+WORKBOOK = "quantities.xlsx"
 
 
 def keep_edited(folder: Path, relative: Path) -> Path | None:
     """Move a file that stands where a copy goes, and that no run in the folder wrote as it is, out of the way.
 
-    Returns where it is kept now; None where nothing stands there, or what a run wrote.
+    Its new name says that it was edited, or of a workbook that it is signed. Returns where it is kept now; None where
+    nothing stands there, or what a run wrote.
 
     Raises:
         OSError: it can't be read or moved; it is open in another program.
@@ -26,13 +32,21 @@ def keep_edited(folder: Path, relative: Path) -> Path | None:
     if any(filecmp.cmp(copy, one, shallow=False) for one in written):
         return None
     changed = datetime.fromtimestamp(copy.stat().st_mtime, UTC)
-    name, count = f"{copy.stem}.edited-{changed:%Y%m%dT%H%M%SZ}", 1
+    name, count = f"{copy.stem}.{'signed' if _is_signed(copy) else 'edited'}-{changed:%Y%m%dT%H%M%SZ}", 1
     kept = copy.with_name(f"{name}{copy.suffix}")
     while kept.exists():
         count += 1
         kept = copy.with_name(f"{name}-{count}{copy.suffix}")
     copy.rename(kept)
     return kept
+
+
+def _is_signed(copy: Path) -> bool:
+    """Say whether a copy is a workbook with a name beside "Certified by": a certificate."""
+    try:
+        return copy.name == WORKBOOK and bool(read_xlsx(copy, WorkbookError, (VALUATION,)).at("signed_by"))
+    except WorkbookError:
+        return False
 
 
 def kept_runs(runs: Path, keep: int | None, in_use: Collection[Path]) -> list[Path]:

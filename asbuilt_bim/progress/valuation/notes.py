@@ -7,11 +7,11 @@ from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about,
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine, bills
 from asbuilt_bim.progress.valuation.inputs import ValuationInputs
-from asbuilt_bim.progress.valuation.observed import observation_notes, observed_elements
+from asbuilt_bim.progress.valuation.observed import later_observations, observation_notes, observed_elements
 
 CODES = frozenset(
     {
-        *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.CERTIFIED_FALLS),
+        *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.OBSERVATION_LATER, Reason.CERTIFIED_FALLS),
         *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
         *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
         Reason.TERMS_KEPT,
@@ -38,6 +38,8 @@ def valuation_notes(report: ProgressReport) -> list[Note]:
     inputs = report.valuation or ValuationInputs()
     made = bills(report)
     notes = [*observation_notes(seen, elements, inputs.count_observations)]
+    if inputs.count_observations:
+        notes += later_observations(report.observations, elements, report.visit_date)
     for bill in made:
         notes += list(_falls(bill))[:MOST]
     notes += list(_of_persons(made, inputs))[:MOST]

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
-from asbuilt_bim.progress.completion.earned_value import certain_share
-from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.completion.earned_value import certain_share, possible_share
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
 from asbuilt_bim.report.cost_rows import CostGroup, cost_groups
 from asbuilt_bim.report.drawings.chart import Bounds, Chart, chart_of
@@ -91,14 +90,3 @@ def _earned_at(visit: ProgressReport, group: CostGroup, plan: PlannedElements, p
         certain += amount * certain_share(element, pieces=pieces, takes_off=line.takes_off)
         possible += amount * possible_share(element, pieces=pieces, takes_off=line.takes_off)
     return EarnedAt(day=visit.visit_date, certain=certain, possible=possible, planned=planned)
-
-
-def possible_share(element: ElementProgress, *, pieces: bool, takes_off: bool) -> float:
-    """Return the share (0..1) of an element that may stand at most; of what is taken off, at least."""
-    done = element.completion
-    if not pieces:
-        return done.lower if takes_off else done.upper
-    whole = element.state == "complete"
-    if takes_off:
-        return 1.0 if whole else 0.0
-    return 1.0 if whole or done.upper >= ProgressOptions().complete_from else 0.0

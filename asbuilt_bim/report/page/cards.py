@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from datetime import date
 
 from asbuilt_bim.codes import WHY_STATE
-from asbuilt_bim.progress.completion.earned_value import certain_share
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, ShownState
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.page.cuts import Cut, Photo, cuts_by_element
 from asbuilt_bim.report.page.elevation import ElementDrawing, element_drawings
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
 from asbuilt_bim.report.task_rows import LateRow, late_rows
 from asbuilt_bim.report.wording.notes import note_words
-from asbuilt_bim.report.wording.of_page.card_words import sides_words, why_words, worth_words
+from asbuilt_bim.report.wording.of_page.card_words import sides_words, unmeasured_words, why_words, worth_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +39,7 @@ class ElementCard:
     money: tuple[str, ...]
     why: str
     sides: str
+    unmeasured: str
     notes: tuple[str, ...]
 
     @property
@@ -80,6 +81,7 @@ def element_cards(
                 money=tuple(money.get(key, ())),
                 why=note_words(why) if why else why_words(element),
                 sides=sides_words(element),
+                unmeasured=unmeasured_words(element),
                 notes=others,
             )
         )
@@ -114,14 +116,13 @@ def _past(report: ProgressReport, earlier: Sequence[ProgressReport]) -> dict[str
 
 
 def _money(report: ProgressReport) -> dict[str, list[str]]:
-    """Return what each element is worth in the cost lines, and what of it is certain, by GlobalId."""
-    elements = {element.global_id: element for element in report.elements}
+    """Return what each element is worth in the cost lines, and what of it counts, by GlobalId: as the valuation does.
+
+    The amounts are those of the sheet Cost by element: they add up to the bill's.
+    """
     found: dict[str, list[str]] = {}
-    for line in report.cost_lines:
-        pieces = line.measure == "count"
-        for key, part in line.parts.items():
-            if key in elements:
-                share = certain_share(elements[key], pieces=pieces, takes_off=line.takes_off)
-                worth = part * line.planned_quantity * line.rate
-                found.setdefault(key, []).append(worth_words(line, worth, share * worth))
+    for line in (line for bill in bills(report) for line in bill.lines):
+        for row, (_, amount) in zip(line.rows, line.amounts(), strict=True):
+            if row.element is not None:
+                found.setdefault(row.global_id, []).append(worth_words(line, row, amount))
     return found

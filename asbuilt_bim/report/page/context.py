@@ -8,7 +8,7 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 
-from asbuilt_bim.codes import SubjectKind
+from asbuilt_bim.codes import Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.completion.planned import due_but_unknown
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
@@ -25,7 +25,9 @@ from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.tables import (
     NO_STOREY,
     OF_FACES,
+    faults_before,
     group_rows,
+    lost_before,
     lost_stations,
     photographed_areas,
     station_of,
@@ -33,6 +35,7 @@ from asbuilt_bim.report.tables import (
 )
 from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows, unclear_rows
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike, notes_alike, rejections_alike
+from asbuilt_bim.report.wording.of_page.fault_words import before_words
 from asbuilt_bim.report.wording.reasons import words_of
 
 Context = dict[str, Any]
@@ -81,12 +84,13 @@ def page_context(
         "since": since_rows(before, report) if before else (),
         "next_rows": steps,
         "step_of": step_of,
+        "comes_up": {row.element.global_id for row in steps[MOST_VIEWS:]},
         "most_shown": MOST_VIEWS,
         "in_tolerance": Counter(e.tolerance.verdict for e in report.elements if e.tolerance is not None),
         "out_of_tolerance": [e for e in report.elements if e.tolerance and e.tolerance.verdict == "out"],
         "order": ORDER,
         "target_colour": TARGET_COLOUR,
-        **_to_look_at(report),
+        **_to_look_at(report, earlier),
         **_planned(report),
     }
 
@@ -102,13 +106,17 @@ def with_panels(context: Context, templates: Environment) -> Context:
     return {**context, **drawn}
 
 
-def _to_look_at(report: ProgressReport) -> Context:
-    """Return what is wrong or in doubt, and what counts for nothing."""
+def _to_look_at(report: ProgressReport, earlier: Sequence[ProgressReport]) -> Context:
+    """Return what is wrong or in doubt, and what counts for nothing: of earlier visits, too."""
+    lost = lost_before(earlier)
+    told = {day.isoformat() for day, _ in lost}  # with their reasons: no note needs to say it once more
+    notes = [n for n in report.notes if not (n.code is Reason.STATIONS_NOT_USED and n.subject.name in told)]
     return {
-        "lost": lost_stations(report),
+        "lost": [*((None, row) for row in lost_stations(report)), *lost],
+        "faults_before": before_words(faults_before(earlier, report)),
         "unmatched": [words_of(rejection) for rejection in report.unmatched],
         "faults": [words_of(fault) for fault in report.faults],
-        "look_at": (*doubts_alike(report.elements), *rejections_alike(_others(report)), *notes_alike(report.notes)),
+        "look_at": (*doubts_alike(report.elements), *rejections_alike(_others(report)), *notes_alike(notes)),
     }
 
 

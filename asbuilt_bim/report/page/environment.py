@@ -11,8 +11,9 @@ from asbuilt_bim.report.wording import values as wording
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page import tolerance_words
 from asbuilt_bim.report.wording.of_page.class_words import class_word
+from asbuilt_bim.report.wording.of_page.fault_words import NOT_CLEAR, WRONG_BEFORE
 from asbuilt_bim.report.wording.of_page.gantt_words import earned_words, trend_words
-from asbuilt_bim.report.wording.of_page.next_words import ONE_FOR_EACH
+from asbuilt_bim.report.wording.of_page.next_words import COMES_UP, ONE_FOR_EACH
 from asbuilt_bim.report.wording.of_page.picture_words import BLURRED_WORDS, picture_words
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -57,5 +58,7 @@ def environment() -> Environment:
     made.globals.update(check_words=tolerance_words.check_words)
     made.globals.update(trend_words=trend_words, earned_words=earned_words)
     made.globals.update(picture_words=picture_words, blurred_words=BLURRED_WORDS, one_for_each=ONE_FOR_EACH)
+    made.globals.update(comes_up_words=COMES_UP)
+    made.globals.update(not_clear=NOT_CLEAR, wrong_before=WRONG_BEFORE)
     made.globals.update(measured_words=measured_words)
     return made

@@ -7,11 +7,12 @@ from asbuilt_bim.progress.completion.rollup import weighted
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.by_persons import by_persons
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.page.trades import Trades, trades_of
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
-from asbuilt_bim.report.wording.of_page.money_words import period_words, terms_words
+from asbuilt_bim.report.wording.of_page.money_words import period_words, rests_words, terms_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +53,7 @@ class Due:
     since: str  # in words: when the period began
     terms: str  # in words: retention and tax, and which of them isn't set
     is_net: bool  # whether neither of them is in what is due
+    persons: str  # in words: what of the work rests on persons, "" where nothing does
 
 
 def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
@@ -86,6 +88,7 @@ def money_due(report: ProgressReport) -> tuple[Due, ...]:
             since=period_words(last, paid_before=bool(bill.previous.gross)),
             terms=terms_words(inputs.terms),
             is_net=not (inputs.terms.retention or inputs.terms.tax),
+            persons=rests_words(by_persons(bill), bill.cumulative.variations, bill.currency),
         )
         for bill in made
     )

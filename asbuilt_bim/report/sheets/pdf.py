@@ -83,6 +83,12 @@ class _Page:
     columns: int = 1
 
 
+def sheets_needed(drawings: Sequence[Drawing], paper: Paper) -> tuple[int, int]:
+    """Return how many sheets some drawings need, and how many of them the drawing that needs most."""
+    each = [len(_pages(drawing, paper)) for drawing in drawings]
+    return sum(each), max(each, default=0)
+
+
 def _pages(drawing: Drawing, paper: Paper) -> list[_Page]:
     """Lay a drawing on as few pages as do."""
     ways = [(sheet, *_tiles(drawing, sheet)) for sheet in (paper, paper.turned)]

@@ -4,7 +4,7 @@ import math
 
 from asbuilt_bim.codes import Note
 from asbuilt_bim.progress.report import Completion, GroupProgress
-from asbuilt_bim.report.wording.values import percent, percent_certain
+from asbuilt_bim.report.wording.values import percent, percent_certain, percent_seen
 
 AT_LEAST, POSSIBLY, BEST, SEEN = "at least", "possibly", "best estimate", "seen"
 """What bounds, estimate and coverage are called, wherever people read them."""
@@ -34,7 +34,7 @@ def best_words(completion: Completion) -> str:
 
 def seen_words(completion: Completion) -> str:
     """Write what share was seen, rounded down: under half never reads as half."""
-    return percent(completion.coverage) if completion.coverage < 0.01 else percent_certain(completion.coverage)
+    return percent_seen(completion.coverage)
 
 
 def bounds_words(lower: float, upper: float) -> str:

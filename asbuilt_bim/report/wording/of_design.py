@@ -34,6 +34,8 @@ def _shifted_in_height(values: Values) -> Words:
 
 def _accept(values: Values) -> str:
     """Return what those write into the project file who have looked and let the shift stand."""
+    if "scale_share" in values:
+        return ". Clear the rig's scale first: a wrong one moves all faces, too"
     if "about_x_m" not in values:  # in results of before
         return ""
     moves = (round(float(str(values[f"move_{axis}_m"])), 3) + 0.0 for axis in "xyz")  # no -0.000

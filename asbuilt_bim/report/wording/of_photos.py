@@ -31,11 +31,28 @@ def _saved_again(values: Values) -> Words:
     )
 
 
+def _station_of_other_day(values: Values) -> Words:
+    if values.get("taken"):
+        return Words(reason=fill("its photos are of {taken}, and not of the visit's day, {day}", values))
+    said = "its photos don't say their day, and those beside it that do aren't of the visit's, {day}"
+    if "taken" not in values:  # results of before
+        said = "its photos, or those beside it, are of another day than {day}"
+    return Words(reason=fill(said, values))
+
+
 def _other_day(values: Values) -> Words:
     stations, days = values["stations"], values["days"]
     assert isinstance(stations, tuple) and isinstance(days, tuple)
     named = [f"station {name} {day}" for name, day in zip(stations, days, strict=True)]
     more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    if values.get("exchanged_with"):
+        return Words(
+            part="photos' days",
+            reason=fill(
+                "the photos of {name} and of {exchanged_with} are exchanged: each visit has the other's", values
+            ),
+            remedy="exchange the two folders, or the two dates in the project file",
+        )
     remedy = "copy this visit's photos, or correct its date; if the camera's clock is wrong, write camera_clock_wrong: "
     if values.get("clock_wrong", True):  # and in results of before, where nothing was left out for it
         remedy = "they count all the same; if they are another visit's, copy this one's"
@@ -180,7 +197,7 @@ PHOTOS: Table = {
     Reason.PHOTOS_OF_OTHER_STATION: _other_station,
     Reason.PHOTOS_SAVED_AGAIN: _saved_again,
     Reason.PHOTOS_OF_OTHER_DAY: _other_day,
-    Reason.STATION_OF_OTHER_DAY: Words(reason="its photos, or those beside it, are of another day than {day}"),
+    Reason.STATION_OF_OTHER_DAY: _station_of_other_day,
     Reason.PHOTO_CLIPPED: Words(
         reason="its photos are overexposed: parts are clipped white, and what stands there is not measured",
         value="{share:.0%} of the photo",

@@ -1,10 +1,16 @@
 """Words for markers, control points and poses: where a station stood."""
 
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.report.wording.values import odds
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 
 
 def _too_few(values: Values) -> Words:
+    if not values.get("surveyed", True):
+        return Words(
+            reason="no marker is surveyed, so none can place it",
+            remedy="give its rough place (near) or its visit's storey, or survey markers",
+        )
     more = "show more surveyed markers, spread over the frame"
     return Words(
         reason="too few surveyed markers in view",
@@ -33,8 +39,9 @@ def _control_point(values: Values) -> Words:
 
 def _ambiguous(values: Values) -> Words:
     """Say how far off the place is that fits nearly as well."""
-    away = " {away_m:.2f} m away fits, too, with a chance of {other_chance:.1g}"
-    other = away if "away_m" in values else " fits, too"
+    other = " fits, too"
+    if "away_m" in values:
+        other = f" {{away_m:.2f}} m away fits, too (chance: {odds(float(str(values['other_chance'])))})"
     return Words(
         reason=fill(f"the design has more than one place for it: another one{other}", values),
         remedy="give its rough place more closely (near), or show what is there only once: a corner, a stair, markers",

@@ -132,18 +132,20 @@ def _together(values: Values) -> Words:
 
 
 def _lengths(values: Values) -> Words:
-    """One kind alone against others that agree: what was given for it is wrong, and the rig isn't."""
+    """One kind alone against others that contradict it was given wrong; where none does, the rig may be wrong."""
     kinds, wrong = _names(values, "kinds"), _names(values, "wrong")
     sigmas, limits = _numbers(values, "sigmas"), _numbers(values, "limit_shares")
     each = dict(zip(kinds, _each(values), strict=True))
     off = [f"{each[kind]} (± {100 * sigma:.1f} %)" for kind, sigma in zip(kinds, sigmas, strict=True) if kind in wrong]
     others = ", ".join(text for kind, text in each.items() if kind not in wrong)
-    remedy = "measure the disc and the prints; if they are right, calibrate the rig again"
-    if len(wrong) == 1 and len(kinds) > 1:
+    remedy, beside = "measure the disc and the prints; if they are right, calibrate the rig again", "others don't"
+    if "asked_baseline_m" in values:
+        remedy, beside = f"{_cause(values)}. If that number is right, {remedy}", "others, within their limits"
+    elif len(wrong) == 1 and len(kinds) > 1:
         remedy = f"the rig is right by the others: measure again and correct {_LENGTHS.get(wrong[0], wrong[0])}"
     return Words(
         part="rig's scale",
-        reason=f"known lengths come out wrong: {', '.join(off)}" + (f"; others don't: {others}" if others else ""),
+        reason=f"known lengths come out wrong: {', '.join(off)}" + (f"; {beside}: {others}" if others else ""),
         limit=", ".join(f"{100 * limit:.1f} %" for kind, limit in zip(kinds, limits, strict=True) if kind in wrong),
         remedy=remedy,
     )

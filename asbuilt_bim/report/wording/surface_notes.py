@@ -14,7 +14,7 @@ HUES = (
 """What CIE Lab's hues are called, each up to an angle in degrees."""
 _OFF = "{distance_m:.2f} m off its design ({x_m:+.2f} m in x, {y_m:+.2f} m in y)"
 _ACCEPT = "Nothing of it counts until accept_moved in the project file lists {subject.name}"
-_SEEN = "{coverage:%} of it was seen, "
+_SEEN = "{coverage:% seen} of it was seen, "
 
 
 def torn_heights(values: Mapping[str, Value]) -> str:
@@ -97,12 +97,13 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.GONE_LITTLE: "{area_m2:tenth m²} looks open now; an earlier visit saw it built",
     Reason.OTHER_SIZE: _other_size,
     Reason.NOT_SEEN: "Nothing of it was seen: no photo shows it, or none well enough",
-    Reason.SEEN_LITTLE: "Only {coverage:%} of it was seen: too little to say",
+    Reason.SEEN_LITTLE: "Only {coverage:% seen} of it was seen: too little to say",
     Reason.NOT_SEEN_AGAIN: "It wasn't finished when it was last seen, and this visit didn't see it",
     Reason.SEEN_TO_TOP: f"{_SEEN}up to its top",
     Reason.NO_FACE_FITS: f"{_SEEN}up to its top, but no measured face fits it",
     Reason.TOP_NOT_SEEN: f"{_SEEN}all of that built; its top was not seen",
-    Reason.SEEN_WITH_FOOT: f"{_SEEN}with its foot",
+    Reason.SEEN_WITH_FOOT: f"{_SEEN}its foot with it, and that is open: concrete rises from there. What wasn't seen "
+    "stays possible all the same",
     Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
     Reason.PHOTOS_DISAGREE: _disagree,
     Reason.CONTRADICTS_ITSELF: "Most of what photos show of it contradicts itself: it may stand beside its design, or "

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from asbuilt_bim.codes import Note
-from asbuilt_bim.report.wording.values import percent, percent_down, percent_up
+from asbuilt_bim.report.wording.values import percent, percent_down, percent_seen, percent_up
 
 Template = str | Callable[[Note], str]
 """A sentence with places for values, or a function that makes it where it has branches."""
@@ -18,6 +18,7 @@ _AS: Mapping[str, Callable[[Any], str]] = {
     "°": lambda angle_rad: f"{math.degrees(angle_rad):.2f}°",
     "px": lambda length_px: f"{length_px:.2f} px",
     "%": percent,
+    "% seen": percent_seen,
     "tenth %": lambda share: f"{share * 100:.1f} %",
     "hundredth %": lambda share: f"{share * 100:.2f} %",
     "% at least": lambda share: f"{percent_down(share)} %",

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from xlsxwriter.worksheet import Worksheet
 
-from asbuilt_bim.progress.money import quantity_decimals
+from asbuilt_bim.progress.money import quantity_decimals, total
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.of_workbook.columns import Column
@@ -28,7 +28,14 @@ from asbuilt_bim.report.workbook.sheet import (
 _C = {column.heading: letter_of(index) for index, column in enumerate(COLUMNS)}
 _PRINTED = "Check"
 _INPUTS = ("Rate", "Previous quantity", "Previous amount", "Rate: why, by whom")
-_SUMMED = ("Contract amount", "Previous amount", "This period amount", "Certified amount", "Remaining amount")
+_SUMMED = (
+    "Contract amount",
+    "Previous amount",
+    "This period amount",
+    "Certified amount",
+    "Remaining amount",
+    "Possible amount",
+)
 MAX_ROW = 1_048_576
 
 
@@ -83,6 +90,7 @@ def _line(sheet: Worksheet, row: int, bill: Bill, line: BillLine, parts_rows: in
         "Best amount": best,
         "Check": Formula(_falls(c, line), "falls" if line.falls else ""),
         "Best quantity": line.best,
+        "Possible amount": line.possible,
         "Rate: why, by whom": line.rate_change.why if line.rate_change else "",
         "Contract rate": given.rate,
         "Sum of elements": Formula(_sum_of_elements(c, parts_rows), sum(one.certified for one in line.rows)),
@@ -145,6 +153,7 @@ def _total(sheet: Worksheet, row: int, first: int, last: int, bill: Bill, styles
         "This period amount": bill.period.work,
         "Certified amount": bill.cumulative.work,
         "Remaining amount": round(bill.contract - bill.cumulative.work, 2) + 0.0,
+        "Possible amount": total(line.possible for line in bill.lines),
     }
     name = f"Total of bill {bill.number}, {plain(bill.currency) or NO_CURRENCY}"
     cells: dict[str, Cell] = {"No.": "", "Text": name, "Bill": bill.number, "Currency": bill.currency or NO_CURRENCY}

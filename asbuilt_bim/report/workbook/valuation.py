@@ -8,12 +8,14 @@ from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, Sums
+from asbuilt_bim.progress.valuation.by_persons import by_persons
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.notes import CODES
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
-from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET
+from asbuilt_bim.report.wording.of_page.fault_words import NOT_CLEAR, WRONG_BEFORE
+from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET, rests_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, in_doubt_words, persons_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import VARIATIONS as VARIATION_COLUMNS
@@ -52,8 +54,12 @@ def write_valuation(
     made: Sequence[Bill],
     places: tuple[int, int],
     styles: Styles,
+    wrong_before: Sequence[str] = (),
 ) -> None:
-    """Write the certificate; `places`: the row of the first sum in Bill, and how many rows Variations has."""
+    """Write the certificate; `places`: the row of the first sum in Bill, and how many rows Variations has.
+
+    `wrong_before` says what is known to be wrong with earlier visits.
+    """
     inputs = report.valuation or NO_INPUTS
     for index, width in enumerate(_WIDTHS):
         sheet.set_column(index, index, width)
@@ -73,7 +79,8 @@ def write_valuation(
         write_cell(sheet, row, 1, value, "left" if kind == "count" else kind, styles, "plain")
         _name(book, name, row, 1)
         row += 1
-    row = _doubts(sheet, row + 1, report, styles)
+    row = _doubts(sheet, row + 1, NOT_CLEAR, [str(words_of(fault)) for fault in report.faults], styles)
+    row = _doubts(sheet, row, WRONG_BEFORE, wrong_before, styles)
     for label, name, share in (
         ("Retention", "retention_rate", inputs.terms.retention),
         ("Tax", "tax_rate", inputs.terms.tax),
@@ -88,8 +95,11 @@ def write_valuation(
         row = _summary(book, sheet, row + 1, bill, places, styles)
     row = _signatures(book, sheet, row + 1, styles)
     notes = [note_words(note) for note in report.notes if note.code in CODES]
-    persons = persons_words(len(inputs.overrides), len(inputs.rates), len(inputs.variations))
-    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made), *notes, persons], styles)
+    rests = [rests_words(by_persons(bill), bill.cumulative.variations, bill.currency) for bill in made]
+    persons = persons_words(
+        [one for one in rests if one], len(inputs.overrides), len(inputs.rates), len(inputs.variations)
+    )
+    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made), *persons, *notes], styles)
     row = _paragraphs(sheet, row + 1, "How it is worked out", SIGNING_RULES, styles)
     write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
     write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")
@@ -97,16 +107,15 @@ def write_valuation(
     print_page(sheet, None, last_row=row + 1, last_column=_LAST, landscape=False)
 
 
-def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) -> int:
-    """Write what puts the whole visit in doubt in a loud colour; return the next free row."""
-    if not report.faults:
+def _doubts(sheet: Worksheet, row: int, heading: str, doubts: Sequence[str], styles: Styles) -> int:
+    """Write what puts a whole visit in doubt, if anything, in a loud colour; return the next free row."""
+    if not doubts:
         return row
     for column in range(_LAST + 1):
-        text = "Nobody should be paid by these numbers before this is clear" if column == 0 else ""
-        write_cell(sheet, row, column, text, "text", styles, "loud")
-    for fault in report.faults:
+        write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
+    for doubt in doubts:
         row += 1
-        write_paragraph(sheet, row, _LAST, str(words_of(fault)), sum(_WIDTHS), styles)
+        write_paragraph(sheet, row, _LAST, doubt, sum(_WIDTHS), styles)
     return row + 2
 
 

@@ -13,13 +13,17 @@ from asbuilt_bim.report.tables import (
     ElementRow,
     StationRow,
     element_rows,
+    faults_before,
     group_rows,
+    lost_before,
+    lost_stations,
     photographed_of,
     station_rows,
     storey_names,
 )
 from asbuilt_bim.report.task_rows import LateRow, TaskRow, late_rows, late_words, plan_words, task_rows, unclear_rows
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_page.fault_words import NOT_CLEAR, WRONG_BEFORE, before_words
 from asbuilt_bim.report.wording.of_workbook.columns import (
     ELEMENTS,
     LATE,
@@ -59,28 +63,30 @@ from asbuilt_bim.report.workbook.valuation import title_of, write_valuation
 from asbuilt_bim.storage.atomic_write import writing
 
 
-def write_workbook(report: ProgressReport, path: Path) -> None:
+def write_workbook(report: ProgressReport, path: Path, earlier: Sequence[ProgressReport] = ()) -> None:
     """Write the workbook; it holds no macros, links or hidden columns, and its cost sheet calculates.
+
+    It says what is wrong with `earlier` visits, too.
 
     Raises:
         OutputError: the file can't be written, for instance because it is open in another program.
     """
     with writing(path):
-        path.write_bytes(workbook_bytes(report))
+        path.write_bytes(workbook_bytes(report, earlier))
 
 
-def workbook_bytes(report: ProgressReport) -> bytes:
-    """Return the workbook's bytes; the same report gives the same cells."""
+def workbook_bytes(report: ProgressReport, earlier: Sequence[ProgressReport] = ()) -> bytes:
+    """Return the workbook's bytes; the same reports give the same cells."""
     out = io.BytesIO()
     book = Workbook(
         out, {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "remove_timezone": True}
     )
     book.set_properties({"title": plain(f"{report.project_name}: as-built quantities {report.visit_date}")})
     styles = Styles(book)
-    _summary(book.add_worksheet("Summary"), report, styles)
-    _write_money(book, report, styles)
+    _summary(book.add_worksheet("Summary"), report, earlier, styles)
+    _write_money(book, report, earlier, styles)
     elements = [_element(row) for row in element_rows(report)]
-    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=14)
+    _table(book.add_worksheet("Elements"), ELEMENTS, elements, styles, keep=2, name="Elements", printed=15)
     _table(book.add_worksheet("Tasks"), TASKS, [_task(row) for row in task_rows(report)], styles, keep=1)
     late = [_late(row) for row in (*late_rows(report), *unclear_rows(report))]
     _table(book.add_worksheet("Late"), LATE, late, styles, keep=2)
@@ -90,7 +96,7 @@ def workbook_bytes(report: ProgressReport) -> bytes:
     return out.getvalue()
 
 
-def _write_money(book: Workbook, report: ProgressReport, styles: Styles) -> None:
+def _write_money(book: Workbook, report: ProgressReport, earlier: Sequence[ProgressReport], styles: Styles) -> None:
     """Write the valuation and what it stands on; without cost lines, why there is none and what to do."""
     names = (VALUATION, BILL, PARTS, VARIATIONS_SHEET, CERTIFICATES_SHEET, OBSERVATIONS_SHEET)
     sheets = {name: book.add_worksheet(name) for name in names}
@@ -105,7 +111,15 @@ def _write_money(book: Workbook, report: ProgressReport, styles: Styles) -> None
     write_parts(sheets[PARTS], made, title, storeys, counts, styles)
     variations = write_variations(sheets[VARIATIONS_SHEET], made, title, styles)
     write_certificates(sheets[CERTIFICATES_SHEET], report, title, styles)
-    write_valuation(book, sheets[VALUATION], report, made, (first_sum, variations), styles)
+    write_valuation(
+        book,
+        sheets[VALUATION],
+        report,
+        made,
+        (first_sum, variations),
+        styles,
+        before_words(faults_before(earlier, report)),
+    )
 
 
 def _table(
@@ -126,13 +140,15 @@ def _table(
     finish_table(sheet, 0, len(rows), columns, styles=styles, keep=keep, name=name, printed=printed)
 
 
-def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
+def _summary(sheet: Worksheet, report: ProgressReport, earlier: Sequence[ProgressReport], styles: Styles) -> None:
     """Write the title, what was lost, and the storeys."""
     write_cell(sheet, 0, 0, report.project_name, "text", styles, "title")
     sheet.set_row(0, 22)
     write_cell(sheet, 1, 0, f"As-built quantities, visit of {report.visit_date.isoformat()}", "text", styles)
-    row = _doubts(sheet, 3, report, styles)
-    lost = [s for s in station_rows(report) if s.status != "placed"]
+    row = _doubts(sheet, 3, NOT_CLEAR, [str(words_of(fault)) for fault in report.faults], styles)
+    row = _doubts(sheet, row, WRONG_BEFORE, before_words(faults_before(earlier, report)), styles)
+    lost = [(row.name, row) for row in lost_stations(report)]
+    lost += [(f"{row.name} of the visit of {day.isoformat()}", row) for day, row in lost_before(earlier)]
     if lost:
         heading = f"{len(lost)} station(s) count for nothing in these numbers"
         row = _lost(sheet, row, heading, lost, styles)
@@ -148,26 +164,25 @@ def _summary(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     page_setup(sheet)
 
 
-def _doubts(sheet: Worksheet, row: int, report: ProgressReport, styles: Styles) -> int:
-    """Write what puts the whole visit in doubt in a loud colour; return the next free row."""
-    if not report.faults:
+def _doubts(sheet: Worksheet, row: int, heading: str, doubts: Sequence[str], styles: Styles) -> int:
+    """Write what puts a whole visit in doubt, if anything, in a loud colour; return the next free row."""
+    if not doubts:
         return row
-    heading = "Nobody should be paid by these numbers before this is clear"
     for column in range(len(STOREYS)):
         write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
-    for fault in report.faults:
+    for doubt in doubts:
         row += 1
-        write_cell(sheet, row, 0, str(words_of(fault)), "text", styles)
+        write_cell(sheet, row, 0, doubt, "text", styles)
     return row + 2
 
 
-def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[StationRow], styles: Styles) -> int:
-    """Write the rejected stations in a loud colour; return the next free row."""
+def _lost(sheet: Worksheet, row: int, heading: str, lost: Sequence[tuple[str, StationRow]], styles: Styles) -> int:
+    """Write the rejected stations, each by what it is called, in a loud colour; return the next free row."""
     for column in range(len(STOREYS)):
         write_cell(sheet, row, column, heading if column == 0 else "", "text", styles, "loud")
-    for station in lost:
+    for name, station in lost:
         row += 1
-        write_cell(sheet, row, 0, f"{station.name}: {station.status}", "text", styles, "heading")
+        write_cell(sheet, row, 0, f"{name}: {station.status}", "text", styles, "heading")
         for reason in station.reasons:
             row += 1
             write_cell(sheet, row, 0, str(reason), "text", styles)
@@ -213,6 +228,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.best,
         row.coverage,
         row.offset_mm,
+        row.offset_sigma_mm,
         row.tolerance,
         row.last_seen or "",
         row.notes,

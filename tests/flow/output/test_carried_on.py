@@ -12,6 +12,7 @@ import pytest
 from asbuilt_bim.errors import WorkbookError
 from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
 from asbuilt_bim.flow.output.folder import OutputFolder
+from asbuilt_bim.flow.output.kept import keep_edited
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.inputs import Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
@@ -114,3 +115,13 @@ def test_a_workbook_before_there_were_costs_loses_nothing_that_the_result_holds(
     book.save(tmp_path / "quantities.xlsx")
     inputs, _ = inputs_of(PROJECT, last_workbook(out, kept), kept)
     assert inputs.terms.retention == 0.2
+
+
+def test_a_signed_valuation_is_kept_by_that_name_and_a_changed_one_as_edited(tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    report = with_valuation(sample_report(), ValuationInputs())
+    for who, called in (("Ann", "quantities.signed-"), (None, "quantities.edited-")):
+        write_workbook(report, tmp_path / "quantities.xlsx")
+        typed(tmp_path / "quantities.xlsx", {("", "signed_by"): who, ("", "retention_rate"): 0.05})
+        kept = keep_edited(tmp_path, Path("quantities.xlsx"))
+        assert kept is not None and kept.name.startswith(called)

@@ -19,6 +19,7 @@ from asbuilt_bim.progress.valuation.inputs import (
     Terms,
     ValuationInputs,
 )
+from asbuilt_bim.report.wording.notes import note_words
 from benchmarks.valuation.made import FIRST, UNSEEN, Seen, cost_line, made_report
 from benchmarks.valuation.sequences import LINES, NONE, PERIODS, WHOLE, check_sequence, signed
 
@@ -161,3 +162,17 @@ def test_periods_add_up_nothing_exceeds_the_contract_and_nobody_certifies_what_n
     drawn: list[tuple[int, float, float, list[str], int]], periods: list[tuple[object, ...]]
 ) -> None:
     check_sequence(drawn, periods)
+
+
+def test_what_a_person_saw_after_the_visit_is_told_with_who_and_when_it_counts() -> None:
+    look = [Observation(element="a", day=FIRST + timedelta(days=1), share=1.0, by="Mia", why="")]
+    line, counts = cost_line("1", 0, 10.0, 1.0, ["a"]), ValuationInputs(count_observations=True)
+    report = made_report({"a": HALF}, [line], FIRST, counts, look)
+    assert only(report).lines[0].quantity == 5.0
+    (note,) = report.notes
+    words = note_words(note)
+    assert note.code is Reason.OBSERVATION_LATER
+    assert f"count yet: Mia, Wall a on {look[0].day.isoformat()}. It counts from" in words
+    that_day = made_report({"a": HALF}, [line], look[0].day, counts, look)
+    assert Reason.OBSERVATION_LATER not in {one.code for one in that_day.notes}
+    assert made_report({"a": HALF}, [line], FIRST, ValuationInputs(), look).notes == (), "it wouldn't count anyway"

@@ -311,3 +311,11 @@ def test_a_map_says_all_that_is_wrong_with_it_with_its_lines(tmp_path: Path) -> 
     assert "line 5, tables[0].key" in text
     assert "'nonsense' is none" in text
     assert "rows 9 to 3" in text
+
+
+def test_without_a_run_in_out_fill_says_which_option_names_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = CliRunner().invoke(app, ["fill", "COST.xlsx", "--map", "map.yaml"])
+    assert asked.exit_code == 1 and "--result FOLDER" in asked.output

@@ -22,9 +22,9 @@ from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.page.trend import trend_of
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.completion import best_words, bounds_words, in_words
-from asbuilt_bim.report.wording.of_page.card_words import sides_words, why_words
-from asbuilt_bim.report.wording.of_page.money_words import period_words, terms_words
-from asbuilt_bim.report.wording.of_page.next_words import FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
+from asbuilt_bim.report.wording.of_page.card_words import sides_words, unmeasured_words, why_words
+from asbuilt_bim.report.wording.of_page.money_words import WHERE_SET, period_words, terms_words
+from asbuilt_bim.report.wording.of_page.next_words import COMES_UP, FROM_SCAFFOLD, ON_FLOOR, ONE_FOR_EACH
 from asbuilt_bim.report.wording.values import number
 from tests.report.sample_report import FIRST, GROUND, renamed, sample_picture, sample_report
 
@@ -258,7 +258,7 @@ def test_the_money_due_is_the_valuations_and_a_fault_stands_beside_it() -> None:
         assert text_of(f"{number(bill.period.payable)} {bill.currency} for this period") in first
     assert "Nothing should be paid" not in first
     assert "everything since the start, as no valuation was signed yet" in first
-    assert "Retention and tax not set." in first
+    assert "Retention and tax not set (write them on the sheet Valuation of quantities.xlsx)." in first
     values = {"turn_rad": 0.0, "move_x_m": 0.0, "move_y_m": 0.0, "move_z_m": 3.1, "more": 24}
     doubt = Rejection(code=Reason.SURVEY_SHIFTED_IN_HEIGHT, subject=about(SubjectKind.SURVEY), values=values)
     faulty = replace(report, rejections=(doubt, *report.rejections))
@@ -271,7 +271,7 @@ def test_a_period_says_since_when_it_runs_and_an_unset_term_is_no_silent_0() -> 
     assert period_words(signed, paid_before=True) == "since valuation 2, signed 2026-03-05"
     assert period_words(None, paid_before=True).startswith("since what was certified before")
     assert terms_words(Terms(retention=0.05, tax=0.19)) == "after 5 % retention and with 19 % tax"
-    assert terms_words(Terms(tax=0.19)) == "with 19 % tax, retention not set"
+    assert terms_words(Terms(tax=0.19)) == "with 19 % tax, retention not set (" + WHERE_SET + ")"
 
 
 def test_a_card_says_that_one_side_is_enough_where_the_others_were_not_seen() -> None:
@@ -285,3 +285,21 @@ def test_a_card_says_that_one_side_is_enough_where_the_others_were_not_seen() ->
     report = sample_report()
     page = page_html(replace(report, elements=(whole, *report.elements[1:])), {})
     assert f"seen: 100 %. {told}." in text_of(page)
+
+
+def test_a_card_says_why_something_seen_built_has_no_measured_area() -> None:
+    built = replace(sample_report().elements[0], as_built_area_m2=None, as_built_sigma_m2=None)
+    assert unmeasured_words(built).startswith("No area was measured")
+    assert unmeasured_words(replace(built, cells_built=0.0)) == ""
+    assert unmeasured_words(replace(built, as_built_area_m2=1.0)) == ""
+    report = sample_report()
+    page = page_html(replace(report, elements=(built, *report.elements[1:])), {})
+    assert page.count(unmeasured_words(built)) == page_html(report, {}).count(unmeasured_words(built)) + 1
+
+
+def test_a_card_whose_place_the_page_doesnt_list_says_when_it_comes_up() -> None:
+    report = sample_report()
+    views = [wanted(report, index, 4.0, 0.0) for index in (0, 1)]
+    many = [views[0]] * 12 + [views[1]]
+    assert COMES_UP not in page_html(replace(report, wanted_views=tuple(views)), {})
+    assert page_html(replace(report, wanted_views=tuple(many)), {}).count(COMES_UP) == 1

@@ -107,3 +107,12 @@ def test_the_words_say_nothing_of_stations_where_nothing_is_due() -> None:
     assert promise_words(1, 9.0, 10.0, "2026-03-02").startswith("One station shows 9.0")
     assert "No other station" in still_words(10.0, 1.0, 0, 0.0)
     assert tag_words((4, 9), 2) == "4, 9" and "needed" in tag_words((4,), 2)
+
+
+def test_what_more_stations_would_show_never_counts_one_of_them_twice() -> None:
+    told = still_words(100.0, 60.0, 7, 53.2, (4,), 49.5)
+    assert "6 more stations would show another 50 m². Station 4 would add 3.7 m²" in told.replace(
+        "\N{NO-BREAK SPACE}", " "
+    )
+    alone = still_words(100.0, 60.0, 1, 3.7, (1,), 0.0)
+    assert "(40 %) of what is due. Station 1 would add" in alone and "another" not in alone

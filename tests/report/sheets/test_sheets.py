@@ -149,3 +149,13 @@ def test_the_command_writes_once_and_says_what_the_project_file_needs(tmp_path: 
     assert again.exit_code == 1 and "--replace" in again.output
     assert CliRunner().invoke(app, [*call, "--replace"]).exit_code == 0
     assert CliRunner().invoke(app, ["print", "board", "--board", "x", "--out", str(tmp_path / "b.pdf")]).exit_code == 1
+
+
+def test_the_command_says_how_many_sheets_there_are_and_of_what_no_sheet_holds_that_it_goes_in_tiles(
+    tmp_path: Path,
+) -> None:
+    call = ["print", "tags", "--ids", "0-2", "--out"]
+    large = CliRunner().invoke(app, [*call, str(tmp_path / "large.pdf"), "--size", "0.25"]).output
+    assert "12 sheets of A4" in large and "each goes in 4 tiles" in large
+    small = CliRunner().invoke(app, [*call, str(tmp_path / "small.pdf"), "--size", "0.1"]).output
+    assert "3 sheets of A4" in small and "tiles" not in small

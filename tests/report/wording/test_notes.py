@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeGuard
 
@@ -134,6 +135,12 @@ def test_sentences_are_short(code: Reason) -> None:
             "Photo G1 shows part of Wall W both built and not: it counts as not seen. Look at the picture",
         ),
         (
+            Reason.OVERRIDE_UNREADABLE,
+            {"written": "50"},
+            "last workbook, G1/2: the override reads 5000 %, and was left out. Write one from 0 % to 100 %",
+        ),
+        (Reason.SEEN_LITTLE, {"coverage": 0.379}, "Only 37 % of it was seen: too little to say"),
+        (
             Reason.STATIONS_NOT_USED,
             {"stations": ("A1", "A2")},
             "Stations A1, A2 of the visit of 2026-03-02 could not be used and count for nothing here",
@@ -151,3 +158,11 @@ def test_braces_in_a_name_from_a_file_are_no_places_to_fill() -> None:
     assert "{subject.__class__}" in note_words(sample(Reason.TOUCHED_ALL_OVER, values))
     assert "'{count}'" in note_words(sample(Reason.SCHEDULE_AMBIGUOUS, values))
     assert note_words(unstated("{text} {0}")) == "{text} {0}"
+
+
+def test_a_place_by_two_faces_and_a_small_chance_read_as_one_would_say_them() -> None:
+    second: Values = {"second_away_m": 2.0, "second_turned_rad": 0.1, "second_chance": 2e-6, "second_storey": ""}
+    values: Values = {"fits": 2, "sigma_m": 0.01, "direction_sigma_rad": 0.001, **second}
+    note = Note(code=Reason.PLACED_BY_DESIGN, subject=about(SubjectKind.STATION, "G5"), values=values)
+    assert "few by themselves" in note_words(note) and "Its chance is one in 500,000" in note_words(note)
+    assert "few by themselves" not in note_words(replace(note, values={**values, "fits": 3}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import io
 import re
 from dataclasses import replace
@@ -12,7 +13,8 @@ import pytest
 
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
-from asbuilt_bim.progress.valuation.inputs import Observation, Override, Terms, ValuationInputs, Variation
+from asbuilt_bim.progress.valuation.by_persons import by_persons
+from asbuilt_bim.progress.valuation.inputs import Observation, Override, RateChange, Terms, ValuationInputs, Variation
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
@@ -219,11 +221,78 @@ def test_what_looks_like_a_sum_error_is_said_where_it_stands() -> None:
     made = book(report, values=True)
     assert "share of the contract quantity" in str(made["Cost by element"]["A2"].value)
     page = page_html(report, {})
-    assert "before each line is rounded" in page
-    row = max(rows(made, "Cost by element"), key=lambda one: abs(float(str(one["Before the line"]))))
-    assert f"{number(float(str(row['Before the line'])))} of it certain" in page
+    assert "takes the cents of the line's rounding" in html.unescape(page)
+    for row in rows(made, "Cost by element"):
+        if row["GlobalId"]:
+            assert f"{number(float(str(row['Amount'])))} of it certain" in page
 
 
 def test_the_sheet_to_sign_says_that_one_side_is_enough() -> None:
     text = " ".join(str(cell.value) for cell in book(valued())["Valuation"]["A"])
     assert "One side is enough" in text and "formwork too" in text and "never what nobody saw" not in text
+
+
+def observed(**inputs: object) -> ProgressReport:
+    """Return the sample with two walls of which persons saw more than photos make certain."""
+    report = sample_report()
+    looked = [
+        Observation(element=one.global_id, day=report.visit_date, share=one.completion.upper, by=by, why="")
+        for one, by in ((report.elements[3], "Mia"), (report.elements[4], "Ben"))
+    ]
+    with_them = replace(report, observations=tuple(looked))
+    return with_valuation(with_them, ValuationInputs(terms=TERMS, count_observations=True, **inputs))  # type: ignore[arg-type]
+
+
+def test_what_persons_saw_is_told_where_one_signs_and_at_money_due_with_its_sum() -> None:
+    report = observed()
+    page = page_html(report, {})
+    due = html.unescape(re.sub("<[^>]+>", "", page[page.index("Money due") : page.index("<nav")]))
+    changed = [bill for bill in bills(report) if by_persons(bill).is_theirs]
+    assert [bill.currency for bill in changed] == ["EUR"], "of the other bill persons saw nothing"
+    for bill in changed:
+        photos = sum(line.line.earned_lower for line in bill.lines)
+        rests = f"{number(bill.cumulative.work - photos)} on what"
+        for told in (before_you_sign(report), due):
+            assert "No person" not in told and f"{number(photos)} {bill.currency} rest on photos" in told
+            assert rests in told and "Mia saw (W-01 east)" in told
+    assert due.count("Certified in all") == due.count("Certain in all") == 1
+    assert "rest on photos" not in before_you_sign(valued()), "where photos alone count there is nothing to tell"
+
+
+def test_the_pages_cards_and_cost_lines_are_the_bill_to_the_cent_where_persons_count() -> None:
+    line = sample_report().cost_lines[0]
+    override = Override(
+        line=line.global_id, element=line.elements[0], share=0.4, reason="tape", by="Ann", day=date(2026, 3, 17)
+    )
+    report = observed(overrides=(override,))
+    page = html.unescape(page_html(report, {}))
+    costs = page[page.index('id="cost"') :]
+    for bill in bills(report):
+        assert f'data-label="Certified">{number(bill.cumulative.work)}<' in costs
+        for one in bill.lines:
+            assert f'data-label="Certified">{number(one.amount)}<' in costs
+            for row, (_, amount) in zip(one.rows, one.amounts(), strict=True):
+                by = "the override of Ann" if row.override else ""
+                by = f"what {row.observed.observation.by} saw" if row.rests_on_a_person and row.observed else by
+                counts = f"certified, by {by}" if by else "certain"
+                assert row.element is None or f"{number(amount)} of it {counts}" in page
+    assert 'data-label="Certified"' not in page_html(valued(), {})
+
+
+def test_what_persons_changed_adds_up_to_the_certified_work() -> None:
+    line = sample_report().cost_lines[0]
+    override = Override(line=line.global_id, element=line.elements[0], share=0.4, reason="", by="", day=None)
+    change = RateChange(line=line.global_id, rate=2.0 * line.rate, why="")
+    made = bills(observed(overrides=(override,), rates=(change,)))
+    for bill in made:
+        parts = by_persons(bill)
+        assert parts.photos + parts.seen + parts.overridden + parts.rates == pytest.approx(bill.cumulative.work)
+    assert any(by_persons(bill).overridden for bill in made) and any(by_persons(bill).rates for bill in made)
+
+
+def test_the_bill_says_what_may_be_earned_at_most() -> None:
+    report = valued()
+    made = rows(book(report, values=True), "Bill")
+    for line, row in zip((line for bill in bills(report) for line in bill.lines), made, strict=True):
+        assert row["Possible amount"] == line.possible and line.amount <= line.possible <= line.contract
+    assert any(line.amount < line.possible < line.contract for bill in bills(report) for line in bill.lines)

@@ -21,6 +21,8 @@ ONE_FOR_EACH = (
     "floors for all that is due. That of asbuilt-bim check has those for what the photos of a day left unseen."
 )
 """Why this list isn't that of `plan` or of `check`, which ask for something else."""
+COMES_UP = "Photograph what stands under What to photograph next first. Then this one comes up there."
+"""What a card says of an element that comes after those that the page lists."""
 NO_ROOM = "The design leaves no 3 m free before it: go near, or look along it."
 
 

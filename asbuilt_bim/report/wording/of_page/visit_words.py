@@ -119,16 +119,22 @@ def _sure_words(stations: int, seen_m2: float, wanted_m2: float, day: str) -> st
 def still_words(
     asked_m2: float, left_m2: float, stations: int, more_m2: float, unplaced: Sequence[int] = (), placed_m2: float = 0.0
 ) -> str:
-    """Say what today's stations leave unseen, and what more of them would show; `placed_m2` by those with tags."""
+    """Say what today's stations leave unseen, and what more of them would show; `placed_m2` by those with tags.
+
+    What the `unplaced` ones would add to that is said by itself, as a plan says it.
+    """
     if not asked_m2:
         return NOTHING_DUE
     seen = asked_m2 - left_m2
     share = f"Today's stations show {square_metres(seen)} ({percent(seen / asked_m2)}) of what is due."
     if not stations:
         return f"{share} No other station on a floor is worth the walk."
-    count = "One more station" if stations == 1 else f"{stations} more stations"
-    shown = f"{share} {count} would show another {square_metres(more_m2)}"
-    return f"{shown}. {unplaced_words(unplaced, more_m2 - placed_m2)}" if unplaced else f"{shown}:"
+    sure = stations - len(unplaced)
+    count = "One more station" if sure == 1 else f"{sure} more stations"
+    shown = f"{share} {count} would show another {square_metres(placed_m2 if unplaced else more_m2)}"
+    if unplaced:
+        return f"{f'{shown}.' if sure else share} {unplaced_words(unplaced, more_m2 - placed_m2)}"
+    return f"{shown}:"
 
 
 def element_list(areas: Sequence[tuple[str, float]]) -> str:

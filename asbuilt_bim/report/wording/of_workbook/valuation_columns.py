@@ -1,5 +1,7 @@
 """The columns of the workbook's valuation, and what each one means."""
 
+from collections.abc import Sequence
+
 from asbuilt_bim.report.wording.of_page.alike import MOST_NAMED, Alike
 from asbuilt_bim.report.wording.of_workbook.columns import Column
 
@@ -46,6 +48,7 @@ BILL = (
     _column(
         "Best quantity", "quantity", 11, "The best estimate by photos alone; unknown where less than half was seen."
     ),
+    _column("Possible amount", "money", 12, "What may be earned at most, by photos alone, at this rate."),
     _column("Rate: why, by whom", "text", 24, "Why a person changed the rate. It is carried on with the rate."),
     _column("Contract rate", "rate", 10, "The rate as the costs say it."),
     _column("Sum of elements", "quantity", 12, "What Cost by element brings, not rounded."),
@@ -173,10 +176,11 @@ def in_doubt_words(one: Alike) -> str:
     return f"Look before you pay: {one.line}{rest}."
 
 
-def persons_words(overrides: int, rates: int, variations: int) -> str:
-    """Say how much of a valuation persons set."""
-    if not overrides + rates + variations:
-        return "No person changed anything: the amounts follow from photos and costs."
+def persons_words(rests: Sequence[str], overrides: int, rates: int, variations: int) -> list[str]:
+    """Say how much of a valuation persons set: `rests` says it of each bill where they did."""
     counts = (("percentage", overrides), ("rate", rates), ("variation", variations))
     told = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
-    return f"Set by persons, in yellow on their sheets: {told}."
+    said = [f"Of what is certified, {one}." for one in rests]
+    if told:
+        said.append(f"Set by persons, in yellow on their sheets: {told}.")
+    return said or ["No person changed anything: the amounts follow from photos and costs."]

@@ -48,6 +48,16 @@ def _contradicts(note: Note) -> str:
     )
 
 
+def _unreadable(note: Note) -> str:
+    text = "last workbook, {subject.name}: the override '{written}' is no percentage from 0 to 100 and was left out"
+    try:
+        share = float(str(note.values["written"]))
+    except ValueError:
+        return filled(text, note)
+    reads = f"last workbook, {{subject.name}}: the override reads {100.0 * share:g} %, and was left out. "
+    return filled(f"{reads}Write one from 0 % to 100 %", note)
+
+
 def _unsigned(note: Note) -> str:
     where = "{element}" if note.values["element"] else "what isn't measured"
     return filled(f"{_ITEM}the override of {where} lacks its reason, person or date. It counts all the same", note)
@@ -66,6 +76,8 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.OBSERVATION_CONTRADICTS: _contradicts,
     Reason.OBSERVATION_SHOWN: "{count:# observation of a person stands|# observations of persons stand} beside the "
     "photos and doesn't count. To let them count, set valuation.observations to count",
+    Reason.OBSERVATION_LATER: "persons saw this after the visit of {subject.name}, so it doesn't count yet: "
+    "{elements:list}{more}. It counts from the next visit on; to let it count now, write an override",
     Reason.CERTIFIED_FALLS: _falls,
     Reason.CERTIFIED_LINE_GONE: _gone,
     Reason.OVERRIDE_UNUSED: "the workbook's override of {element:name} for {subject.name} ({share:%}, {by:name}) has "
@@ -73,8 +85,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.TERMS_KEPT: "retention and tax are the last workbook's, {retention:%} and {tax:%}. The project file says "
     "{project_retention:%} and {project_tax:%}: change them on the sheet Valuation",
     Reason.OVERRIDE_UNSIGNED: _unsigned,
-    Reason.OVERRIDE_UNREADABLE: "last workbook, {subject.name}: the override '{written}' is no percentage from 0 to "
-    "100 and was left out",
+    Reason.OVERRIDE_UNREADABLE: _unreadable,
     Reason.RATE_CHANGED: _rate,
     Reason.RATE_UNREADABLE: "last workbook, {subject.name}: the rate '{written}' is no number; the costs' own counts",
     Reason.VARIATION_UNREADABLE: "last workbook, {subject.name}: quantity, rate and share done must be numbers, and "
