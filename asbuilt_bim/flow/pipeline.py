@@ -21,7 +21,7 @@ from asbuilt_bim.flow.visit_report import (
     left_out_before,
     named,
     scale_first,
-    with_exchange_told,
+    with_exchange_named,
     with_undoing_noted,
 )
 from asbuilt_bim.match.adjust import adjust_with_design
@@ -202,7 +202,7 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         rig=rig,
         calibration=source.calibration,
         design=design,
-        reports=with_exchange_told(with_undoing_noted(judged.reports)),
+        reports=with_exchange_named(with_undoing_noted(judged.reports)),
         pictures=judged.pictures,
         seconds=timer.seconds,
         from_cache=judged.from_cache,

@@ -25,7 +25,7 @@ def with_undoing_noted(reports: Sequence[ProgressReport]) -> tuple[ProgressRepor
     return tuple(told)
 
 
-def with_exchange_told(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
+def with_exchange_named(reports: Sequence[ProgressReport]) -> tuple[ProgressReport, ...]:
     """Say of two visits, all of whose photos say the other's day, that they are exchanged."""
     said = {report.visit_date: _day_said(report) for report in reports}
     told: list[ProgressReport] = []

@@ -7,7 +7,7 @@ from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.mistakes import first_rows
 from asbuilt_bim.project.model import Project, Visit
-from asbuilt_bim.project.paths import beside
+from asbuilt_bim.project.paths import file_alike
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""
@@ -19,7 +19,7 @@ def refuse_missing(project: Project) -> None:
     Raises:
         ProjectError: with every file that is missing, by its key.
     """
-    missing = [f"  {key}: {project.relative(path)}{beside(path)}" for key, path in project.missing.items()]
+    missing = [f"  {key}: {project.relative(path)}{file_alike(path)}" for key, path in project.missing.items()]
     if missing:
         what = f"{len(missing)} files aren't there; copy them there, or correct the paths:"
         if len(missing) == 1:

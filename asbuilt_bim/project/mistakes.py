@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from asbuilt_bim.project.file import ProjectFile
-from asbuilt_bim.project.paths import PathChecker, beside
+from asbuilt_bim.project.paths import PathChecker, file_alike
 from asbuilt_bim.storage.strict_yaml import YamlDocument
 from asbuilt_bim.storage.structure import Problem, Problems, structure
 
@@ -130,7 +130,7 @@ def _name_missing(value: object, checker: PathChecker, kept: dict[str, list[int]
     for where, file in checker.files.items():
         written, _ = _found(value, _original(where, kept))
         if written and where not in wrong and not file.exists():
-            checker.problems.add(where, f"there is no {shown_path(file, checker.folder)}{beside(file)}")
+            checker.problems.add(where, f"there is no {shown_path(file, checker.folder)}{file_alike(file)}")
 
 
 def _told(found: Sequence[Problem], kept: dict[str, list[int]], removed: set[str]) -> list[Problem]:

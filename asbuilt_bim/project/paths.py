@@ -53,7 +53,7 @@ def _lack(folder: Path, names: Sequence[str]) -> str:
     return f"no file fits it in {folder}" + (f", which holds {_some(names)}" if names else ", which is empty")
 
 
-def beside(missing: Path) -> str:
+def file_alike(missing: Path) -> str:
     """Say which file of its kind lies where one is missing that is called nearly so; "" where none does."""
     try:
         there = {one.stem: one.name for one in missing.parent.glob(f"*{missing.suffix}") if one.is_file()}

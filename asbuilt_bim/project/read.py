@@ -29,7 +29,7 @@ from asbuilt_bim.project.mistakes import further_mistakes, message
 from asbuilt_bim.project.model import Project, RigSource, Station, Video, Visit
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, beside, safe_name
+from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, file_alike, safe_name
 from asbuilt_bim.project.rules import check_dates, check_photos, check_places
 from asbuilt_bim.project.stations import listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
@@ -65,7 +65,7 @@ def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool
         wrong = {problem.path for problem in problems.found}
         for where, file in project.missing.items():  # one message names all that is wrong
             if where not in wrong:
-                problems.add(where, f"there is no {project.relative(file)}{beside(file)}")
+                problems.add(where, f"there is no {project.relative(file)}{file_alike(file)}")
         raise ProjectError(message(path, problems.found, document))
     return project
 

@@ -88,28 +88,21 @@ def _no_square(
     xyz: FloatArray, sides: FloatArray, size_m: float, allowed: float, worst: float, rows: Sequence[int]
 ) -> str:
     """Say why four corners are no square: the one that lies off where the other three are of one, else their sides."""
-    wrong = [corner for corner in range(4) if _others_fit(xyz, corner, size_m, allowed)]
-    if len(wrong) != 1:
-        where = f" (lines {', '.join(map(str, rows))})" if rows else ""
-        return (
-            f"its corners are no square in the order {', '.join(CORNERS)}: sides {_list(sides)} m, "
-            f"off by {worst:.3f} m (limit {allowed:.3f} m); compare its rows{where} with the survey"
-        )
-    corner = wrong[0]
-    wanted = xyz[corner - 1] + xyz[(corner + 1) % 4] - xyz[(corner + 2) % 4]
-    where = f" (line {rows[corner]})" if rows else ""
-    off = float(np.linalg.norm(xyz[corner] - wanted))
+    fits: list[str] = []
+    for corner, name in enumerate(CORNERS):
+        own, after, opposite, before = np.roll(xyz, -corner, axis=0)
+        spans = np.linalg.norm([before - opposite, after - opposite, (before - after) / np.sqrt(2.0)], axis=1)
+        if np.all(np.abs(spans - size_m) <= allowed):
+            wanted, where = before + after - opposite, f" (line {rows[corner]})" if rows else ""
+            fits.append(f"the {name} one{where} lies {np.linalg.norm(own - wanted):.3f} m off; by the other three "
+                        f"it is near ({_list(wanted)}). Correct that row")  # fmt: skip
+    if len(fits) == 1:
+        return f"its corners are no square: {fits[0]}"
+    where = f" (lines {', '.join(map(str, rows))})" if rows else ""
     return (
-        f"its corners are no square: the {CORNERS[corner]} one{where} lies {off:.3f} m off; "
-        f"by the other three it is near ({_list(wanted)}). Correct that row"
+        f"its corners are no square in the order {', '.join(CORNERS)}: sides {_list(sides)} m, "
+        f"off by {worst:.3f} m (limit {allowed:.3f} m); compare its rows{where} with the survey"
     )
-
-
-def _others_fit(xyz: FloatArray, corner: int, size_m: float, allowed: float) -> bool:
-    """Say whether the other three corners are those of a square of a size."""
-    before, after, opposite = xyz[corner - 1], xyz[(corner + 1) % 4], xyz[(corner + 2) % 4]
-    spans = (before - opposite, after - opposite, (before - after) / np.sqrt(2.0))
-    return all(abs(float(np.linalg.norm(span)) - size_m) <= allowed for span in spans)
 
 
 def _list(values: Iterable[float]) -> str:

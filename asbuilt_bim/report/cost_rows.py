@@ -1,11 +1,13 @@
 """Cost lines by schedule and currency with their sums, by photos and as certified; others only write them."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from asbuilt_bim.progress.money import total
-from asbuilt_bim.progress.report import CostProgress, ProgressReport
-from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.money import cents, certified_quantity, total
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
+from asbuilt_bim.progress.valuation.bill import BillLine, bills
 from asbuilt_bim.report.wording.values import plain
 
 NO_CURRENCY = "(no currency)"
@@ -56,3 +58,25 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
             )
         )
     return tuple(groups)
+
+
+def possible_share(element: ElementProgress, *, pieces: bool, takes_off: bool) -> float:
+    """Return the share (0..1) of an element that may stand at most; of what is taken off, at least."""
+    done = element.completion
+    if not pieces:
+        return done.lower if takes_off else done.upper
+    whole = element.state == "complete"
+    if takes_off:
+        return 1.0 if whole else 0.0
+    return 1.0 if whole or done.upper >= ProgressOptions().complete_from else 0.0
+
+
+def possible_of(line: BillLine) -> float:
+    """Return what may be earned of a line at most by photos alone, in cents; what isn't measured may all stand."""
+    off, pieces = line.line.takes_off, line.line.measure == "count"
+    shares = (
+        possible_share(row.element, pieces=pieces, takes_off=off) if row.element else float(not off)
+        for row in line.rows
+    )
+    most = math.fsum(row.quantity * share for row, share in zip(line.rows, shares, strict=True))
+    return cents(certified_quantity(most, line.line.planned_quantity, pieces=pieces) * line.rate)

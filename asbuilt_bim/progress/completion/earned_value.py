@@ -81,17 +81,6 @@ def certain_share(element: ElementProgress, *, pieces: bool, takes_off: bool) ->
     return 1.0 if element.shown_state == "complete" else 0.0
 
 
-def possible_share(element: ElementProgress, *, pieces: bool, takes_off: bool) -> float:
-    """Return the share (0..1) of an element that may stand at most; of what is taken off, at least."""
-    done = element.completion
-    if not pieces:
-        return done.lower if takes_off else done.upper
-    whole = element.state == "complete"
-    if takes_off:
-        return 1.0 if whole else 0.0
-    return 1.0 if whole or done.upper >= ProgressOptions().complete_from else 0.0
-
-
 def certain_quantity(
     planned: float, parts: Mapping[str, float], shares: Mapping[str, float], *, pieces: bool, takes_off: bool
 ) -> float:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from asbuilt_bim.progress.completion.earned_value import certain_share, possible_share, unmeasured_part
+from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
 from asbuilt_bim.progress.money import cents, certified_quantity, total
 from asbuilt_bim.progress.report import NOTHING_SEEN, CostProgress, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Override, Paid, RateChange, Variation
@@ -86,17 +86,6 @@ class BillLine:
         own = [cents(row.certified * self.rate) for row in self.rows]
         left, taker = self.amount - total(own), self.rounding_row
         return tuple((one, cents(one + left) if i == taker else one) for i, one in enumerate(own))
-
-    @property
-    def possible(self) -> float:
-        """Return what may be earned of the line at most by photos alone, in cents; unmeasured parts may all stand."""
-        off, pieces = self.line.takes_off, self.line.measure == "count"
-        shares = (
-            possible_share(row.element, pieces=pieces, takes_off=off) if row.element else float(not off)
-            for row in self.rows
-        )
-        most = math.fsum(row.quantity * share for row, share in zip(self.rows, shares, strict=True))
-        return cents(certified_quantity(most, self.line.planned_quantity, pieces=pieces) * self.rate)
 
     @property
     def best_amount(self) -> float | None:

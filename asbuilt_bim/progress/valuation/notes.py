@@ -1,13 +1,13 @@
 """What has to be said of a valuation: what falls, what persons changed, what they wrote that can't be used."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine, bills
 from asbuilt_bim.progress.valuation.inputs import ValuationInputs
-from asbuilt_bim.progress.valuation.observed import later_observations, observation_notes, observed_elements
+from asbuilt_bim.progress.valuation.observed import observation_notes, observed_elements
 
 CODES = frozenset(
     {
@@ -39,7 +39,7 @@ def valuation_notes(report: ProgressReport) -> list[Note]:
     made = bills(report)
     notes = [*observation_notes(seen, elements, inputs.count_observations)]
     if inputs.count_observations:
-        notes += later_observations(report.observations, elements, report.visit_date)
+        notes += _later(report, elements)
     for bill in made:
         notes += list(_falls(bill))[:MOST]
     notes += list(_of_persons(made, inputs))[:MOST]
@@ -54,6 +54,14 @@ def valuation_notes(report: ProgressReport) -> list[Note]:
         for one in later[-1:]
     ]
     return notes
+
+
+def _later(report: ProgressReport, elements: Mapping[str, ElementProgress]) -> list[Note]:
+    """Return the note on what persons saw after the visit's day: it counts at none but a later visit."""
+    later = [one for one in report.observations if one.element in elements and one.day > report.visit_date]
+    named = [f"{one.by}, {elements[one.element].name or one.element} on {one.day.isoformat()}" for one in later]
+    subject = about(SubjectKind.VISIT, report.visit_date.isoformat())
+    return [noted(Reason.OBSERVATION_LATER, subject, elements=tuple(named[:MOST]), count=len(named))] if later else []
 
 
 def _falls(bill: Bill) -> Iterator[Note]:

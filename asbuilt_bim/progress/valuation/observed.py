@@ -8,8 +8,6 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.progress.report import ElementProgress
 from asbuilt_bim.progress.valuation.inputs import Observation
 
-MOST_NAMED = 6
-"""So many observations stand by name."""
 SAME = 0.005
 """Half a percent: shares that read alike."""
 
@@ -50,18 +48,6 @@ def _beside_photos(one: Observation, element: ElementProgress) -> Observed:
     if seen is not None and seen > one.day:
         return Observed(observation=one, share=max(one.share, lower), contradicts=False)
     return Observed(observation=one, share=one.share, contradicts=under)
-
-
-def later_observations(
-    observations: Sequence[Observation], elements: Mapping[str, ElementProgress], visit: date
-) -> list[Note]:
-    """Return the note on what persons saw after the visit's day: it counts at none but a later visit."""
-    later = sorted((one for one in observations if one.element in elements and one.day > visit), key=lambda o: o.day)
-    if not later:
-        return []
-    named = [f"{one.by}, {elements[one.element].name or one.element} on {one.day.isoformat()}" for one in later]
-    subject = about(SubjectKind.VISIT, visit.isoformat())
-    return [noted(Reason.OBSERVATION_LATER, subject, elements=tuple(named[:MOST_NAMED]), count=len(named))]
 
 
 def observation_notes(

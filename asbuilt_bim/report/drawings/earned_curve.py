@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
-from asbuilt_bim.progress.completion.earned_value import certain_share, possible_share
+from asbuilt_bim.progress.completion.earned_value import certain_share
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
-from asbuilt_bim.report.cost_rows import CostGroup, cost_groups
+from asbuilt_bim.report.cost_rows import CostGroup, cost_groups, possible_share
 from asbuilt_bim.report.drawings.chart import Bounds, Chart, chart_of
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.drawings.timeline import axis_over

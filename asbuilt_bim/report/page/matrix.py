@@ -7,8 +7,8 @@ from asbuilt_bim.progress.completion.rollup import weighted
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
-from asbuilt_bim.progress.valuation.by_persons import by_persons
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
+from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.page.trades import Trades, trades_of
 from asbuilt_bim.report.tables import NO_STOREY, storey_names

@@ -8,7 +8,7 @@ UNKNOWN = "unknown"
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 _MOST_DECIMALS = 12
 _EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
-LEAST_TOLD = 1e-6
+LEAST_CHANCE = 1e-6
 """Of a chance: what is less likely is told as less than that."""
 _THIN = "\u202f"  # narrow no-break space: groups digits without being read as a decimal mark
 
@@ -33,7 +33,7 @@ def odds(chance: float) -> str:
     """Write how likely something is as people say it: `12 %`, `one in 500,000`, `under one in a million`."""
     if chance >= 0.01:
         return percent(chance)
-    if chance < LEAST_TOLD:
+    if chance < LEAST_CHANCE:
         return "under one in a million"
     return f"one in {float(f'{1.0 / chance:.1g}'):,.0f}"
 

@@ -8,9 +8,9 @@ from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, Sums
-from asbuilt_bim.progress.valuation.by_persons import by_persons
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
 from asbuilt_bim.progress.valuation.notes import CODES
+from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike

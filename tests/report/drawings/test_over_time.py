@@ -140,3 +140,9 @@ def test_behind_or_ahead_is_said_only_where_it_is_certain() -> None:
     assert "behind the schedule by 40" in earned_words(10.0, 60.0, 100.0, "EUR", day)
     assert "ahead of the schedule by 10" in earned_words(110.0, 160.0, 100.0, "EUR", day)
     assert "Too little was seen" in earned_words(10.0, 160.0, 100.0, "EUR", day)
+
+
+def test_a_single_chart_of_money_says_its_currency() -> None:
+    report = sample_report()
+    lines = tuple(line for line in report.cost_lines if line.currency == "EUR")
+    assert "<h3>Planned against earned, EUR</h3>" in page_html(replace(report, cost_lines=lines), {})

@@ -1,7 +1,7 @@
 """Since when money is due, and what is kept back of it: words that page and workbook share."""
 
-from asbuilt_bim.progress.valuation.by_persons import ByPersons
 from asbuilt_bim.progress.valuation.inputs import Certificate, Terms
+from asbuilt_bim.report.by_persons import ByPersons
 from asbuilt_bim.report.wording.values import day, number, plain
 
 NOT_SET = "not set"
