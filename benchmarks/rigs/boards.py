@@ -31,7 +31,8 @@ from benchmarks.rigs.board_photos import RenderedRig, read_rendered, rendered_ri
 from benchmarks.sites import benchmark_folder
 from benchmarks.table import LEAST_N, Line, line, options, quantiles, report, told, unjudged
 
-REPORTING_SEED, DEVELOPING_SEED = 12, 11
+REPORTING_SEED, DEVELOPING_SEED = 15, 11
+"""12 to 14 have been reported on, and looked at."""
 RIGS = 160
 SHARES = (0.6827, 0.9545)
 """Within 1 and 2 sigma of a normal error."""
