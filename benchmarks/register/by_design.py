@@ -1,6 +1,6 @@
 """Is a station right that the design alone placed from a rough place, and is it refused where it isn't?
 
-python benchmarks/register/by_design.py --check --json figures.json   60 rendered stations; ten minutes, kept
+python benchmarks/register/by_design.py --check --json figures.json   60 rendered stations; an hour
 python benchmarks/register/by_design.py --quick                       simulated stations alone
 
 Rough places are off by up to 1.5 m and 20 degrees, evenly. The stations of a visit are judged together, without their
