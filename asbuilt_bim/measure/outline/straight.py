@@ -194,8 +194,10 @@ def _openings(region: BoolArray, off: Float32Array, across: Float32Array, along:
     for part in range(1, count):
         box = stats[part]
         small = min(box[cv2.CC_STAT_WIDTH], box[cv2.CC_STAT_HEIGHT]) < LEAST_OPENING_PX
+        if small or box[cv2.CC_STAT_AREA] < least:
+            continue
         own = parts == part
-        if small or np.count_nonzero(own & behind) < max(least, LEAST_KNOWN_SHARE * box[cv2.CC_STAT_AREA]):
+        if np.count_nonzero(own & behind) < max(least, LEAST_KNOWN_SHARE * box[cv2.CC_STAT_AREA]):
             continue
         cost = np.where(on, OPENING_COST, np.where(unknown, cost_unknown, OPEN))
         cost = np.where(own & ~unknown, -OPENING_COST, cost).astype(np.float32)
