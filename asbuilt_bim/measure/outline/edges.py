@@ -15,7 +15,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
-from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, tukey
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, robust_sigma, tukey
 from asbuilt_bim.vision.stereo.warp import sample
 
 STEP_PX = 0.25
@@ -88,12 +88,14 @@ class Line:
 class EdgeFit:
     """The edge as the photo shows it; `strength` 0..1 is the share of its length that votes for it.
 
-    `sigma_px` is across the line. `disparity_miss_px` is how far the right photo's edge lies from where the plane puts
+    `sigma_px` is across the line; `ambiguity_px` is its part that comes of what other line it might be.
+    `disparity_miss_px` is how far the right photo's edge lies from where the plane puts
     it: positive where it is nearer than the plane, NaN for edges along the rows. `miss_sigma_px` goes with it.
     """
 
     line: Line
     sigma_px: float
+    ambiguity_px: float
     strength: float
     contrast: float
     disparity_miss_px: float
@@ -130,12 +132,14 @@ def find_edge(
     prior_px: float,
     least_strength: float,
     alone: bool = False,
+    squeezed: bool = False,
 ) -> EdgeFit | None:
     """Find the edge near `line`, at most `reach_px` off it; None where less than `least_strength` of it votes for one.
 
     `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
     face: an edge must stand out of it. `prior_px` is how well the line was known before. `alone`: ask the left photo
-    only, where the right one may have a background behind the edge that looks like the face.
+    only, where the right one may have a background behind the edge that looks like the face. `squeezed`: the face turns
+    away towards its edge, and its grain stands there in lines along the edge.
     """
     length = line.length_px
     if length < 8.0:
@@ -147,7 +151,7 @@ def find_edge(
     across = np.arange(-np.ceil(wide / STEP_PX), np.ceil(wide / STEP_PX) + 1) * STEP_PX
     left, right, paired = _profiles(both, line, None if alone else disparity, along, across)
     votes = _votes(left, np.where(paired, right, left), texture_grey)
-    best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px)
+    best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px, squeezed)
     if best is None or best.strength < least_strength:
         return None
     offset, turn, strength = best.offset_px, best.turn, best.strength
@@ -168,6 +172,7 @@ def find_edge(
     return EdgeFit(
         line=found,
         sigma_px=float(np.hypot(sigma, best.ambiguity_px)),
+        ambiguity_px=best.ambiguity_px,
         strength=strength,
         contrast=contrast,
         disparity_miss_px=miss,
@@ -240,11 +245,13 @@ def _strongest(
     reach: float,
     half_turn: float,
     prior: float,
+    squeezed: bool,
 ) -> _Likeliest | None:
     """Return the likeliest line through the profiles: by its votes against chance's, and by where it was looked for.
 
     Chance is what the lines here have in common (the median): grain of concrete votes, too. Profiles that are
     independent vote like coins, so a line's odds are their number times the divergence of its share from chance's.
+    Where grain is `squeezed` into lines, their shares scatter more than coins': that scatter tells how many there are.
     """
     shifts = np.flatnonzero(np.abs(across) <= reach)
     ends = np.linspace(-half_turn, half_turn, TURN_STEPS)
@@ -255,7 +262,10 @@ def _strongest(
     mean = windows[starts].mean(axis=1)
     if not mean.max() > 0.0:
         return None
-    odds = length / SHARED_PX * _divergence(mean, median(mean.ravel()))
+    chance, independent = median(mean.ravel()), length / SHARED_PX
+    if squeezed and (scatter := robust_sigma(mean.ravel() - chance)) > 0.0:
+        independent = min(independent, chance * (1.0 - chance) / scatter**2)
+    odds = independent * _divergence(mean, chance)
     odds -= 0.5 * np.square(across[shifts] / prior) + 0.5 * np.square(ends / 2.0)[:, None]
     turn, top = np.unravel_index(int(np.argmax(odds)), odds.shape)
     chances = np.exp(odds - odds[turn, top])

@@ -24,12 +24,14 @@ class Silhouette:
     """One side of a column in one photo: a ray in the level plan (x right, z forward) that touches the circle.
 
     `eye_m` (2,) is the camera's place; `bearing_rad` counts from forward to the right; `side` is -1 left, 1 right.
+    `sigma_rad` is of this edge, `ambiguity_rad` what it may be off because the side is another line.
     """
 
     eye_m: FloatArray
     bearing_rad: float
     sigma_rad: float
     side: int
+    ambiguity_rad: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +71,7 @@ def find_silhouettes(
                 continue
             settled = _settled(slopes, line, along, reach_px, prior_px)
             if settled is not None:
-                found.append(_as_ray(bench, settled[0], settled[1], eye_m, side))
+                found.append(_as_ray(bench, *settled, eye_m, side))
     return found
 
 
@@ -103,7 +105,10 @@ def touch_silhouettes(
 def _solve(
     start: Circle, seen: Sequence[Silhouette], distance_m: float, distance_sigma_m: float
 ) -> tuple[Circle, FloatArray, FloatArray]:
-    """Return the circle, its covariance (3, 3), and misses over their own sigma (the distance last)."""
+    """Return the circle, its covariance (3, 3), and misses over their own sigma (the distance last).
+
+    What a side may be off as another line says nothing of which silhouettes agree; it widens what they give.
+    """
     weights = 1.0 / np.array([*(one.sigma_rad for one in seen), distance_sigma_m])
     found = fit(
         lambda at: weights * _misses(at, seen, distance_m)[0],
@@ -114,7 +119,9 @@ def _solve(
     leverage = np.einsum("ik,kl,il->i", found.jacobian, covariance, found.jacobian)
     own: FloatArray = found.residuals / np.sqrt(np.clip(1.0 - leverage, 0.05, None))
     x, z, radius = found.parameters.tolist()
-    return replace(start, x_m=x, z_m=z, radius_m=radius), covariance, own
+    ambiguity = weights * np.array([*(one.ambiguity_rad for one in seen), 0.0])
+    moved = covariance @ (found.jacobian * ambiguity[:, None]).T
+    return replace(start, x_m=x, z_m=z, radius_m=radius), covariance + moved @ moved.T, own
 
 
 def _misses(at: FloatArray, seen: Sequence[Silhouette], distance_m: float) -> tuple[FloatArray, FloatArray]:
@@ -154,27 +161,29 @@ def expected_side(bench: Workbench, circle: Circle, eye_m: FloatArray, mask: Boo
 
 def _settled(
     slopes: Gradients, line: Line, plane: FloatArray, reach_px: float, prior_px: float
-) -> tuple[Line, float] | None:
-    """Return the edge near `line` and its sigma across: by both photos, else by this one alone; None where neither."""
+) -> tuple[Line, float, float] | None:
+    """Return the edge near `line`, its sigma across and its ambiguity: by both photos, else by this one alone."""
     for alone, least in ((False, LEAST_STRENGTH), (True, ALONE_STRENGTH)):
-        fit = find_edge(slopes, line, plane, FACE_GREY, reach_px, prior_px, least, alone=alone)
+        fit = find_edge(slopes, line, plane, FACE_GREY, reach_px, prior_px, least, alone=alone, squeezed=True)
         if fit is not None:
-            return fit.line, float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX * alone))
+            own_px = np.sqrt(fit.sigma_px**2 - fit.ambiguity_px**2)
+            return fit.line, float(np.hypot(own_px, ALONE_SIGMA_PX * alone)), fit.ambiguity_px
     return None
 
 
-def _as_ray(bench: Workbench, line: Line, sigma_px: float, eye_m: FloatArray, side: int) -> Silhouette:
+def _as_ray(
+    bench: Workbench, line: Line, sigma_px: float, ambiguity_px: float, eye_m: FloatArray, side: int
+) -> Silhouette:
     camera = bench.pair.camera
     rays = np.ones((2, 3))
     rays[:, :2] = (np.stack([line.start, line.stop]) - [camera.cx_px, camera.cy_px]) / camera.f_px
     level_x, _, _ = bench.scene.level.view.coordinates(rays)
     tangent = float(level_x.mean() / camera.f_px)
+    rad_per_px = 1.0 / camera.f_px / (1.0 + tangent**2)
     return Silhouette(
-        eye_m=eye_m,
-        bearing_rad=float(np.arctan(tangent)),
-        sigma_rad=sigma_px / camera.f_px / (1.0 + tangent**2),
-        side=side,
-    )
+        eye_m=eye_m, bearing_rad=float(np.arctan(tangent)), sigma_rad=sigma_px * rad_per_px, side=side,
+        ambiguity_rad=ambiguity_px * rad_per_px,
+    )  # fmt: skip
 
 
 def _swapped(bench: Workbench) -> Gradients:

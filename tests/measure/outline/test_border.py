@@ -44,7 +44,13 @@ def outline(strength: float = 0.0) -> Outline:
     for number, (start, stop) in enumerate(zip(ring, np.roll(ring, -1, axis=0), strict=True)):
         line = Line(start=start, stop=stop)
         fit = EdgeFit(
-            line=line, sigma_px=0.2, strength=strength, contrast=5.0, disparity_miss_px=0.0, miss_sigma_px=0.2
+            line=line,
+            sigma_px=0.2,
+            ambiguity_px=0.0,
+            strength=strength,
+            contrast=5.0,
+            disparity_miss_px=0.0,
+            miss_sigma_px=0.2,
         )
         mine = number == RIGHT and strength > 0.0
         edges.append(

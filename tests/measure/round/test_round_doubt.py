@@ -69,6 +69,22 @@ def test_radius_sigma_holds_in_monte_carlo() -> None:
     assert 0.8 < float(np.std(pulls)) < 1.2
 
 
+def test_a_side_that_may_be_another_line_widens_the_radius_and_hides_no_silhouette_that_is_wrong() -> None:
+    rng = np.random.default_rng(6)
+    pulls: list[float] = []
+    for _ in range(200):
+        moved = {side: 5.0 * SIGMA * rng.normal() for side in (-1, 1)}  # the same line stands in both photos
+        seen = [replace(s, bearing_rad=s.bearing_rad + moved[s.side], ambiguity_rad=5.0 * SIGMA) for s in silhouettes()]
+        found = touch_silhouettes(STEREO, seen, DISTANCE_M, 0.003)
+        assert found is not None
+        pulls.append((found.circle.radius_m - 0.2) / float(np.sqrt(found.covariance[2, 2])))
+    assert 0.8 < float(np.std(pulls)) < 1.2
+    wrong = [replace(s, ambiguity_rad=5.0 * SIGMA) for s in silhouettes(off_px=2.0)]
+    found = touch_silhouettes(STEREO, wrong, DISTANCE_M, 0.003)
+    assert found is not None
+    assert len(found.used) == 3
+
+
 def fitted(
     monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]], end: LateralEnd | None
 ) -> RoundCircle:
