@@ -53,7 +53,7 @@ class Outcome:
 
 
 CASES = (
-    Case(script="site/site.py", quick="--quick --check", packages=RENDERER),
+    Case(script="site/site.py", quick="--quick --check", packages=RENDERER, long=True),
     Case(script="faces/faces.py", packages=RENDERER),
     Case(script="networks/networks.py", slow="", packages=RENDERER, long=True),
     Case(script="site/light.py", packages=RENDERER, long=True),

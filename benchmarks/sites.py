@@ -103,8 +103,13 @@ def run_site(site: Path, name: str, workers: int | None = None) -> SiteRun:
         seconds = time.perf_counter() - start
         if done.returncode != 0:
             raise SystemExit(f"{name}: the run ended with {done.returncode}:\n{done.stdout}\n{done.stderr}")
-        current = json.loads((out / "current.json").read_text(encoding="utf-8"))
-        visits = out / str(current["run"]) / "visits"
-        results = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(visits.glob("*.json"))}
+        return run_in(out, site, name, seconds)
+
+
+def run_in(out: Path, site: Path, name: str, seconds: float) -> SiteRun:
+    """Read what a run of a site left in its output folder."""
+    current = json.loads((out / "current.json").read_text(encoding="utf-8"))
+    visits = out / str(current["run"]) / "visits"
+    results = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(visits.glob("*.json"))}
     truth = json.loads((site / "truth.json").read_text(encoding="utf-8"))
     return SiteRun(name=name, truth=truth, results=results, seconds=seconds)

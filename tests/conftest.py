@@ -1,4 +1,4 @@
-"""Every rejection that any test makes is said in English, and none is shown without its words."""
+"""All tests share one cache; every rejection that any test makes is said in English, none without its words."""
 
 from __future__ import annotations
 
@@ -9,6 +9,15 @@ import pytest
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
 from asbuilt_bim.report.wording.reasons import words_of
+from tests.site_fixture import shared_cache
+
+
+@pytest.fixture(autouse=True, scope="session")
+def one_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Runs keep what they measure for the whole session, and never in the user's own cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ASBUILT_BIM_CACHE", str(shared_cache(tmp_path_factory)))
+        yield
 
 
 @pytest.fixture(autouse=True)

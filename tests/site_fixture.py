@@ -33,18 +33,26 @@ def contents() -> dict[str, Any]:
     return loaded
 
 
-@cache
-def _rig(folder: str) -> Path:
-    """Calibrate the sample's rig and keep it as a rig file."""
-    path = Path(folder) / "rig.yaml"
-    made = calibrate(read_project(site() / "project.yaml"), Cache(folder=None), lambda *_, **__: None)
-    write_rig(made.rig, path)
-    return path
+def of_the_session(factory: pytest.TempPathFactory) -> Path:
+    """A folder that all processes of one test session share, and no other session knows."""
+    own = factory.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+def shared_cache(factory: pytest.TempPathFactory) -> Path:
+    """The cache of the session: what any test measured with unchanged code, no other has to measure again."""
+    return of_the_session(factory) / "cache"
 
 
 def rig_file(factory: pytest.TempPathFactory) -> Path:
-    """The sample's rig, calibrated once."""
-    return _rig(str(factory.getbasetemp()))
+    """The sample's rig, calibrated once a session: a file is whole as soon as it is there."""
+    path = of_the_session(factory) / "rig.yaml"
+    if not path.exists():
+        made = calibrate(read_project(site() / "project.yaml"), Cache(folder=None), lambda *_, **__: None)
+        written = factory.mktemp("rig") / "rig.yaml"
+        write_rig(made.rig, written)
+        written.replace(path)
+    return path
 
 
 def small_project(folder: Path, rig: Path, stations: int = 1) -> dict[str, Any]:

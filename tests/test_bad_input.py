@@ -25,8 +25,7 @@ def run(project: Path, out: Path, *more: str) -> Result:
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ASBUILT_BIM_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+def wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "130")
 
 
@@ -35,6 +34,15 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project of one good station."""
     folder = tmp_path_factory.mktemp("good")
     return write(folder, small_project(folder, rig_file(tmp_path_factory)))
+
+
+@pytest.fixture(scope="module")
+def good_run(good: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What a run of the good project left."""
+    out = tmp_path_factory.mktemp("good_run") / "out"
+    result = run(good, out)
+    assert result.exit_code == 0, result.output
+    return out
 
 
 def copied(good: Path, folder: Path) -> tuple[Path, dict[str, Any]]:
@@ -55,7 +63,6 @@ def damaged(good: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Resul
         damage(folder / made["left"], folder / made["right"])
         stations.append(made)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ASBUILT_BIM_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
         patch.setenv("COLUMNS", "130")
         result = run(write(folder, project), folder / "out")
     return result, json.loads((folder / "out/result.json").read_text(encoding="utf-8"))
@@ -132,9 +139,10 @@ def test_a_survey_in_another_unit_is_named_as_that(good: Path, tmp_path: Path, f
     assert "markers.csv" in result.stderr or "survey" in result.stderr
 
 
-def test_a_survey_that_lacks_a_marker_in_view_leaves_that_marker_out(good: Path, tmp_path: Path) -> None:
-    whole, _ = copied(good, tmp_path / "whole")
-    used = _markers_used(run(whole / "project.yaml", whole / "out"), whole / "out")
+def test_a_survey_that_lacks_a_marker_in_view_leaves_that_marker_out(
+    good: Path, good_run: Path, tmp_path: Path
+) -> None:
+    used = _markers_used(good_run)
     folder, _ = copied(good, tmp_path / "p")
     _change_survey(folder, lambda row: None if row[0] == str(used[0]) else row)
     result = run(folder / "project.yaml", tmp_path / "out")
@@ -144,9 +152,8 @@ def test_a_survey_that_lacks_a_marker_in_view_leaves_that_marker_out(good: Path,
     assert any(f"marker {used[0]}" in r["what"] for r in document["rejections"])
 
 
-def test_too_few_markers_in_view_leave_the_station_out(good: Path, tmp_path: Path) -> None:
-    whole, _ = copied(good, tmp_path / "whole")
-    used = _markers_used(run(whole / "project.yaml", whole / "out"), whole / "out")
+def test_too_few_markers_in_view_leave_the_station_out(good: Path, good_run: Path, tmp_path: Path) -> None:
+    used = _markers_used(good_run)
     folder, _ = copied(good, tmp_path / "p")
     _change_survey(folder, lambda row: row if row[0] == str(used[0]) else None)
     result = run(folder / "project.yaml", tmp_path / "out", "--strict")
@@ -200,10 +207,10 @@ def without(good: Path, tmp_path: Path, *classes: str) -> Path:
 
 
 def test_a_disk_that_fills_half_way_leaves_the_earlier_result(
-    good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    good: Path, good_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    assert run(good, out).exit_code == 0
+    shutil.copytree(good_run, out)
     before = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
 
     def full(_sources: object, _report: object, folder: Path, **_: object) -> None:
@@ -238,8 +245,7 @@ def test_yaml_that_would_run_code_is_refused(good: Path, tmp_path: Path) -> None
     assert not marker.exists()
 
 
-def _markers_used(result: Result, out: Path) -> list[int]:
-    assert result.exit_code == 0, result.output
+def _markers_used(out: Path) -> list[int]:
     document = json.loads((out / "result.json").read_text(encoding="utf-8"))
     used: list[int] = document["stations"][0]["markers_used"]
     return used

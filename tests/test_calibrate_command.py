@@ -35,11 +35,6 @@ def photos(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ASBUILT_BIM_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
-
-
 def invoke(photos: Path, *arguments: object, board: str = BOARD) -> Result:
     patterns = ["--left", photos / "left_*.jpg", "--right", photos / "right_*.jpg", "--board", board]
     return CliRunner().invoke(app, ["calibrate", *map(str, patterns), *map(str, arguments)])

@@ -6,7 +6,7 @@ import ast
 import graphlib
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -79,18 +79,29 @@ HOUSES = [
 ]
 
 
-def modules() -> list[Path]:
-    return sorted(path for path in PACKAGE.rglob("*.py"))
+@cache
+def modules() -> tuple[Path, ...]:
+    return tuple(sorted(PACKAGE.rglob("*.py")))
 
 
-def imported(path: Path) -> Iterator[str]:
+@cache
+def parsed(path: Path) -> tuple[tuple[ast.Import | ast.ImportFrom, ...], str | None]:
+    """Every import anywhere in a file, and the file's docstring; parsing is what costs time."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return tuple(n for n in ast.walk(tree) if isinstance(n, (ast.Import, ast.ImportFrom))), ast.get_docstring(tree)
+
+
+@cache
+def imported(path: Path) -> tuple[str, ...]:
     """Every module that a file imports anywhere in it, type checking included."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    names: list[str] = []
+    for node in parsed(path)[0]:
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
+            names += (alias.name for alias in node.names)
+        else:
             assert node.level == 0, f"{path}: a relative import"
-            yield node.module or ""
+            names.append(node.module or "")
+    return tuple(names)
 
 
 def part(dotted: str) -> str:
@@ -104,7 +115,7 @@ def import_graph(root: Path, package: str) -> dict[str, set[str]]:
     graph: dict[str, set[str]] = {}
     for name, path in files.items():
         graph[name] = set()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in parsed(path)[0]:
             if isinstance(node, ast.ImportFrom):
                 both = {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
                 graph[name] |= (both & files.keys()) - {name}
@@ -181,7 +192,6 @@ def test_importing_the_package_is_light() -> None:
 
 def test_every_public_module_is_documented_and_exports_what_it_says() -> None:
     for path in modules():
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        assert path.stat().st_size == 0 or ast.get_docstring(tree), f"{path} has no docstring"
+        assert path.stat().st_size == 0 or parsed(path)[1], f"{path} has no docstring"
     for name in asbuilt_bim.__all__:
         assert getattr(asbuilt_bim, name) is not None, name

@@ -2,6 +2,7 @@
 
 python benchmarks/site/site.py --check --json figures.json      the sample and eight ray-cast sites, some forty minutes
 python benchmarks/site/site.py --quick                          the sample alone; lines with a small n are not judged
+python benchmarks/site/site.py --quick --run FOLDER             the same of a run that lies in this output folder
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from benchmarks.sites import REPORTING_SEEDS, SAMPLE, SiteRun, generated_site, run_site
+from benchmarks.sites import REPORTING_SEEDS, SAMPLE, SiteRun, generated_site, run_in, run_site
 from benchmarks.table import LEAST_N, Line, line, options, quantiles, report, told, unjudged
 
 VISIBLE = 0.5
@@ -210,16 +211,18 @@ def main() -> int:
     parser = options(__doc__ or "")
     parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the reporting ones (for development)")
     parser.add_argument("--no-sample", action="store_true", help="leave the shipped sample out")
+    parser.add_argument("--run", type=Path, metavar="FOLDER", help="the sample's run that lies there, not a new one")
     parser.add_argument("--workers", type=int, default=None)
     args = parser.parse_args()
     seeds = () if args.quick else tuple(args.seeds) if args.seeds is not None else REPORTING_SEEDS
-    runs = [] if args.no_sample else [run_site(SAMPLE, "sample", args.workers)]
+    runs = [] if args.no_sample or args.run else [run_site(SAMPLE, "sample", args.workers)]
+    runs += [run_in(args.run, SAMPLE, "sample", 0.0)] if args.run else []
     for seed in seeds:
         print(f"seed {seed} ...", file=sys.stderr)
         runs.append(run_site(generated_site(seed), f"seed {seed}", args.workers))
     areas, rows = area_lines(runs)
     lines = [*target_lines(runs), *areas, *element_lines(runs), *storey_lines(runs)]
-    lines += [told(f"seconds, {run.name}", f"{run.seconds:.0f}", 1) for run in runs]
+    lines += [told(f"seconds, {run.name}", f"{run.seconds:.0f}", 1) for run in runs if run.seconds]
     if args.quick:  # one site has too few cases to judge by: its figures are shown, only the wrong ones count
         lines = unjudged(lines, LEAST_N)
     worst = sorted(rows, key=lambda row: -abs(row["error"]))[:10]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import cv2
 import numpy as np
 
@@ -93,13 +91,6 @@ def sightings(
     return found
 
 
-@cache
-def _rays(side: int) -> FloatArray:
-    camera_of_side = RIG.left if side == 0 else RIG.right
-    x, y = np.meshgrid(*((np.arange(n * _FINER) + 0.5) / _FINER - 0.5 for n in SIZE))
-    return camera_of_side.rays(np.stack([x, y], axis=-1))
-
-
 def _printed(tag_id: int) -> FloatArray:
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
     black = cv2.aruco.generateImageMarker(dictionary, tag_id, 8 * _MODULE)
@@ -108,8 +99,8 @@ def _printed(tag_id: int) -> FloatArray:
 
 def picture(pair: list[tuple[int, FloatArray]], side: int, seed: int) -> ByteImage:
     """A grey wall and the pair's tags, mixed in light and stored through a tone curve."""
-    rays, camera_here = _rays(side), RIG.left if side == 0 else RIG.right
-    light = np.full(rays.shape[:2], 0.25, dtype=np.float32)
+    camera_here = RIG.left if side == 0 else RIG.right
+    light = np.full((SIZE[1] * _FINER, SIZE[0] * _FINER), 0.25, dtype=np.float32)
     for tag_id, left_from_tag in pair:
         pose = left_from_tag if side == 0 else RIG.right_from_left @ left_from_tag
         border = np.concatenate(
@@ -122,7 +113,9 @@ def picture(pair: list[tuple[int, FloatArray]], side: int, seed: int) -> ByteIma
         )
         box = slice(low[1], high[1]), slice(low[0], high[0])
         to_tag = inverse(pose)
-        directions, eye = rays[box] @ to_tag[:3, :3].T, to_tag[:3, 3]
+        finer = (np.arange(*ends) for ends in zip(low, high, strict=True))
+        rays = camera_here.rays(np.stack(np.meshgrid(*((n + 0.5) / _FINER - 0.5 for n in finer)), axis=-1))
+        directions, eye = rays @ to_tag[:3, :3].T, to_tag[:3, 3]
         on_tag = eye[:2] - directions[..., :2] * (eye[2] / directions[..., 2])[..., None]
         at = ((on_tag / (TAG.size_m / 8.0) + 5.0) * _MODULE - 0.5).astype(np.float32)
         inside = np.all((at > 0.0) & (at < 10 * _MODULE - 1.0), axis=-1)

@@ -17,8 +17,8 @@ from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.flow.check_places import PlacedBy
 from asbuilt_bim.flow.check_visit import check_stations
-from asbuilt_bim.flow.measure_visit import options_of, read_pair
-from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, StationPhotos, measure_station
+from asbuilt_bim.flow.measure_visit import Workplace, measure_stations, read_pair
+from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.project.photos import stations_of
@@ -26,8 +26,9 @@ from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
 from asbuilt_bim.report.wording.of_page.check_words import aspect_reasons, grade_words, verdict_words
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.scale.cache import Cache
 from tests.photo_damage import _rewrite
-from tests.site_fixture import contents, rig_file, site, small_project, write
+from tests.site_fixture import contents, rig_file, shared_cache, site, small_project, write
 
 TODAY = date(2026, 3, 20)
 
@@ -149,11 +150,12 @@ def test_the_day_is_that_of_the_photos_and_todays_only_where_they_tell_none(visi
     assert visit.day == date(2026, 3, 16)
 
 
-def test_a_check_says_of_a_station_what_its_measurement_would(project: Project, visit: CheckedVisit) -> None:
-    station = project.visits[0].stations[0]
-    pair = read_pair(station, project)
-    assert isinstance(pair, StationPhotos)
-    measured = measure_station(pair, read_rig(project.folder / "rig.yaml"), options_of(project))
+def test_a_check_says_of_a_station_what_its_measurement_would(
+    project: Project, visit: CheckedVisit, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    station, rig = project.visits[0].stations[0], read_rig(project.folder / "rig.yaml")
+    place = Workplace(workers=1, cache=Cache(folder=shared_cache(tmp_path_factory)))
+    measured = measure_stations([station], "measure", project, rig, place, lambda *_: None)[station.name]
     assert isinstance(measured, StationMeasurement)
     tags = next(one for one in by_name(visit, "G1").aspects if one.aspect == "tags")
     assert tags.values["tags"] == tuple(marker.marker_id for marker in measured.markers)

@@ -143,6 +143,7 @@ def test_measure_says_of_the_rig_what_run_says_and_says_it_before_the_areas(
     left, right = folder / "left.png", folder / "right.png"
     found = asbuilt_bim.measure_pair(left, right, folder / "rig.yaml", target=False)
     assert [one.code for one in found.rejections if one.subject.kind is SubjectKind.RIG] == [code]
+    monkeypatch.setattr("asbuilt_bim.terminal.measure_command.measure_pair", lambda *_, **__: found)
     done = measure(folder, "--no-target", out=f"rig-{state}")
     assert done.exit_code == 0
     assert words in " ".join(done.output.split())
@@ -238,11 +239,14 @@ def test_an_earlier_measurement_is_replaced_whole_and_strangers_files_stay(folde
 
 
 @pytest.mark.parametrize("name", ["measure.json", "overlay.jpg"])
-def test_a_file_of_somebody_elses_is_never_overwritten(folder: Path, name: str) -> None:
+def test_a_file_of_somebody_elses_is_never_overwritten(
+    folder: Path, found, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("asbuilt_bim.terminal.measure_command.measure_pair", lambda *_, **__: found)
     place = folder / f"taken-{name}"
     place.mkdir()
     (place / name).write_bytes(b"{}")
-    done = measure(folder, "--no-target", "--masks", str(folder / "clicks.json"), out=place.name)
+    done = measure(folder, "--no-target", out=place.name)
     assert done.exit_code == 1
     assert "choose another --out" in done.stderr
     assert [path.name for path in place.iterdir()] == [name]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shutil
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,23 +12,29 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
+from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about
-from asbuilt_bim.flow.measure_visit import Workplace, options_of, picture_name
+from asbuilt_bim.errors import MeasureError
+from asbuilt_bim.flow.measure_visit import Workplace, measure_stations, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
 from asbuilt_bim.flow.pipeline import RunResult, run_project
 from asbuilt_bim.flow.rig_check import MeasureAgain, Outcome, WatchedVisit, watch_rig
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.match.survey_trust import Shift
+from asbuilt_bim.measure.station import StationMeasurement, StationPhotos
+from asbuilt_bim.measure.station_faces import thumbnail
+from asbuilt_bim.measure.station_photos import read_station
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import result_document, write_result
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache
+from asbuilt_bim.scale.codec import plain_digest
 from tests.notes import codes, the
-from tests.site_fixture import contents, copy_station, rig_file, small_project, write
+from tests.site_fixture import contents, copy_station, rig_file, shared_cache, small_project, write
 
 
 class Heard:
@@ -53,7 +60,16 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Cache:
-    return Cache(folder=tmp_path_factory.mktemp("cache"))
+    """The session's: no other test measures the stations of the first visit under these names."""
+    return Cache(folder=shared_cache(tmp_path_factory))
+
+
+@pytest.fixture
+def own_cache(cache: Cache, result: RunResult, tmp_path: Path) -> Cache:
+    """What the session has measured, and a test may add to: where the measuring itself is stood in for."""
+    assert cache.folder is not None
+    shutil.copytree(cache.folder, tmp_path / "cache")
+    return Cache(folder=tmp_path / "cache")
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +77,17 @@ def heard() -> Heard:
     return Heard()
 
 
+def state_of(project: Project) -> dict[Path, tuple[bytes, int]]:
+    return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in project.sources}
+
+
 @pytest.fixture(scope="module")
-def result(project: Project, cache: Cache, heard: Heard) -> RunResult:
+def before(project: Project) -> dict[Path, tuple[bytes, int]]:
+    return state_of(project)
+
+
+@pytest.fixture(scope="module")
+def result(project: Project, before: object, cache: Cache, heard: Heard) -> RunResult:
     return run_project(project, Workplace(workers=2, cache=cache), heard)
 
 
@@ -119,40 +144,82 @@ def test_the_same_inputs_give_the_same_result_measured_again_or_taken_from_the_c
     again = run_project(project, Workplace(workers=1, cache=cache), Heard())
     assert again.from_cache == 4
     assert [result_document(r) for r in again.reports] == [result_document(r) for r in result.reports]
-    anew = run_project(replace(project, visits=project.visits[:1]), Workplace(workers=1), Heard())
-    assert anew.from_cache == 0
-    assert timeless(anew.reports[0]) == timeless(result.reports[0])  # one process, or a pool of two: to the last digit
+    (one, _) = project.visits[0].stations  # measured in one process, or in a pool of two: to the last digit
+    kept, anew = (
+        measure_stations([one], "measure", project, result.rig, Workplace(workers=1, cache=where), Heard())[one.name]
+        for where in (cache, Cache(folder=None))
+    )
+    assert isinstance(kept, StationMeasurement) and isinstance(anew, StationMeasurement)
+    assert kept.seconds != anew.seconds, "the clock tells that it was measured again"
+    assert plain_digest(replace(anew, seconds=kept.seconds), StationMeasurement) == plain_digest(
+        kept, StationMeasurement
+    )
 
 
-def test_another_option_is_measured_anew(project: Project, cache: Cache, result: RunResult) -> None:
+def measured_as(kept: StationMeasurement) -> Callable[..., StationMeasurement]:
+    """Stand in for the measuring of photos that show what a station showed: its picture alone is theirs."""
+
+    def measure(photos: StationPhotos, rig: StereoRig, *_: object, **__: object) -> StationMeasurement:
+        pair = read_station(photos, rig)
+        assert isinstance(pair, RectifiedPair)
+        left, right = photos.left.digest, photos.right.digest
+        return replace(kept, station=photos.name, thumbnail_jpeg=thumbnail(pair), left_digest=left, right_digest=right)
+
+    return measure
+
+
+def kept_of(project: Project, cache: Cache, result: RunResult, visit: int) -> StationMeasurement:
+    """Return the first station of a visit as it was measured."""
+    one = project.visits[visit].stations[0]
+    place = Workplace(workers=1, cache=cache)
+    kept = measure_stations([one], "measure", project, result.rig, place, Heard())[one.name]
+    assert isinstance(kept, StationMeasurement)
+    return kept
+
+
+def test_another_option_is_measured_anew(
+    project: Project, cache: Cache, result: RunResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[object] = []
+
+    def asked_for(_photos: object, _rig: object, options: object, **_: object) -> None:
+        asked.append(options)
+        raise MeasureError("not here")
+
+    monkeypatch.setattr("asbuilt_bim.flow.measure_visit.measure_station", asked_for)
     one = replace(project.visits[0], stations=project.visits[0].stations[:1])
     other = replace(project, visits=(one,), target=replace(project.target, diameter_m=None))
     assert options_of(other) != options_of(project)
     assert run_project(other, Workplace(workers=1, cache=cache), Heard()).from_cache == 0
+    assert asked == [options_of(other)]
+    same = replace(project, visits=(one,))
+    assert run_project(same, Workplace(workers=1, cache=cache), Heard()).from_cache == 1 and len(asked) == 1
 
 
 def test_an_error_of_the_programs_own_rejects_one_station_by_name(
-    project: Project, cache: Cache, result: RunResult, monkeypatch: pytest.MonkeyPatch
+    project: Project, own_cache: Cache, result: RunResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    place, kept = Workplace(workers=1, cache=own_cache), kept_of(project, own_cache, result, 0)
+
     def broken(*_: object, **__: object) -> None:
         raise IndexError("out of range")
 
     monkeypatch.setattr("asbuilt_bim.flow.measure_visit.measure_station", broken)
     bad, good = project.visits[0].stations
     visit = replace(project.visits[0], stations=(replace(bad, name="new to the cache"), good))
-    report = run_project(replace(project, visits=(visit,)), Workplace(workers=1, cache=cache), Heard()).reports[0]
+    report = run_project(replace(project, visits=(visit,)), place, Heard()).reports[0]
     (reason,) = [r for r in report.rejections if r.subject.at_station == "new to the cache"]
     assert (reason.code, reason.values) == (Reason.STATION_CRASHED, {"detail": "IndexError: out of range"})
     assert [record.name for record in report.stations] == [good.name]
-    monkeypatch.undo()  # mended: the failure was not kept
-    report = run_project(replace(project, visits=(visit,)), Workplace(workers=1, cache=cache), Heard()).reports[0]
+    monkeypatch.setattr("asbuilt_bim.flow.measure_visit.measure_station", measured_as(kept))
+    report = run_project(replace(project, visits=(visit,)), place, Heard()).reports[0]  # the failure was not kept
     assert {record.name for record in report.stations} == {"new to the cache", good.name}
 
 
-def test_sources_are_only_read(project: Project, result: RunResult, cache: Cache, tmp_path: Path) -> None:
-    before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in project.sources}
-    run_project(project, Workplace(workers=1, cache=cache), Heard())
-    assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in project.sources} == before
+def test_sources_are_only_read(
+    project: Project, before: dict[Path, tuple[bytes, int]], result: RunResult, tmp_path: Path
+) -> None:
+    assert state_of(project) == before
     assert sorted(path.name for path in project.folder.iterdir()) == sorted(
         ["design.ifc", "markers.csv", "photos", "project.yaml", "rig.yaml"]
     )
@@ -161,7 +228,7 @@ def test_sources_are_only_read(project: Project, result: RunResult, cache: Cache
 def test_a_station_left_out_of_an_earlier_visit_is_named_in_the_later_report(project: Project, cache: Cache) -> None:
     first, second = project.visits
     gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
-    visits = (replace(first, stations=(gone, *first.stations[1:])), second)
+    visits = (replace(first, stations=(gone, *first.stations[1:])), replace(second, stations=second.stations[:1]))
     reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
     note = the(reports[1].notes, Reason.STATIONS_NOT_USED)
     assert note.subject == about(SubjectKind.VISIT, first.date.isoformat())
@@ -198,12 +265,12 @@ def test_two_visits_that_have_each_others_photos_are_called_exchanged(project: P
 
 
 def test_where_the_cameras_clock_is_said_to_be_wrong_its_photos_count(
-    project: Project, cache: Cache, result: RunResult
+    project: Project, cache: Cache, result: RunResult, tmp_path: Path
 ) -> None:
+    write_result(result.reports[0], tmp_path / "first.json")
     later = replace(project.visits[1], date=project.visits[1].date.replace(year=2027), camera_clock_wrong=True)
-    report = run_project(
-        replace(project, visits=(project.visits[0], later)), Workplace(workers=1, cache=cache), Heard()
-    ).reports[1]
+    alone = replace(project, visits=(later,), history=(tmp_path / "first.json",))
+    (report,) = run_project(alone, Workplace(workers=1, cache=cache), Heard()).reports
     assert report.placed == result.reports[1].placed
     assert [e.state for e in report.elements] == [e.state for e in result.reports[1].elements]
 
@@ -246,8 +313,10 @@ def test_a_survey_that_lies_beside_the_design_decides_no_state(
 
 
 def test_last_visits_photos_saved_again_are_refused_at_the_later_visit_alone(
-    project: Project, cache: Cache, result: RunResult, tmp_path: Path
+    project: Project, own_cache: Cache, result: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    kept = kept_of(project, own_cache, result, 0)
+    monkeypatch.setattr("asbuilt_bim.flow.measure_visit.measure_station", measured_as(kept))
     first, second = project.visits
     twin, own = first.stations[0], second.stations[0]
     paths = {}
@@ -258,7 +327,7 @@ def test_last_visits_photos_saved_again_are_refused_at_the_later_visit_alone(
         cv2.imwrite(str(paths[side]), picture, [cv2.IMWRITE_JPEG_QUALITY, 88])  # as this leaves EXIF out
     again = replace(own, left=paths["left"], right=paths["right"])
     visits = (first, replace(second, stations=(again, *second.stations[1:])))
-    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=own_cache), Heard()).reports
     assert reports[0].placed == result.reports[0].placed, "the rightful one counts"
     assert own.name not in reports[1].placed
     (told,) = [r for r in reports[1].rejections if r.code is Reason.PHOTOS_SAVED_AGAIN]
@@ -266,8 +335,10 @@ def test_last_visits_photos_saved_again_are_refused_at_the_later_visit_alone(
 
 
 def test_a_copy_without_a_date_in_an_earlier_visit_costs_nothing_of_the_visit_whose_day_the_photos_say(
-    project: Project, cache: Cache, result: RunResult, tmp_path: Path
+    project: Project, own_cache: Cache, result: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    kept = kept_of(project, own_cache, result, 1)
+    monkeypatch.setattr("asbuilt_bim.flow.measure_visit.measure_station", measured_as(kept))
     first, second = project.visits
     own = second.stations[0]
     copies = []
@@ -278,7 +349,7 @@ def test_a_copy_without_a_date_in_an_earlier_visit_costs_nothing_of_the_visit_wh
         cv2.imwrite(str(copies[-1]), picture, [cv2.IMWRITE_JPEG_QUALITY, 88])  # as a messenger does: without EXIF
     copied = replace(own, name="copied", left=copies[0], right=copies[1])
     visits = (replace(first, stations=(*first.stations, copied)), second)
-    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=cache), Heard()).reports
+    reports = run_project(replace(project, visits=visits), Workplace(workers=1, cache=own_cache), Heard()).reports
     assert [report.placed for report in reports] == [report.placed for report in result.reports]
     (told,) = [r for r in reports[0].rejections if r.subject.name == "copied"]
     assert told.values == {"other": own.name, "other_visit": second.date.isoformat()}
@@ -307,7 +378,7 @@ def test_changes_against_an_earlier_run_call_no_element_new_that_an_export_gave_
     result: RunResult, project: Project, cache: Cache, tmp_path: Path
 ) -> None:
     _exported_again(project, tmp_path / "again.ifc")
-    other = replace(project, ifc=(tmp_path / "again.ifc",))
+    other = replace(project, ifc=(tmp_path / "again.ifc",), visits=project.visits[1:])
     when = datetime(2026, 3, 17, 12, 0, tzinfo=UTC)
     with open_output(tmp_path / "out", other.sources) as out:
         publish_run(out, result, project, when)
@@ -324,7 +395,8 @@ def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_id
 ) -> None:
     write_result(result.reports[0], tmp_path / "first.json")
     _exported_again(project, tmp_path / "again.ifc")
-    last = replace(project, visits=project.visits[1:], history=(tmp_path / "first.json",))
+    second = replace(project.visits[1], stations=project.visits[1].stations[:1])
+    last = replace(project, visits=(second,), history=(tmp_path / "first.json",))
     same, again = (
         run_project(replace(last, ifc=(path,)), Workplace(workers=1, cache=cache), Heard()).reports[0]
         for path in (project.ifc[0], tmp_path / "again.ifc")
@@ -338,7 +410,7 @@ def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_id
 def test_a_station_left_out_of_a_visit_under_history_is_named_in_every_later_report(
     project: Project, cache: Cache, tmp_path: Path
 ) -> None:
-    first, second = project.visits
+    first, second = project.visits[0], replace(project.visits[1], stations=project.visits[1].stations[:1])
     gone = replace(first.stations[0], left=first.stations[0].left.with_name("nowhere.jpg"))
     alone = replace(project, visits=(replace(first, stations=(gone, *first.stations[1:])),))
     place = Workplace(workers=1, cache=cache)

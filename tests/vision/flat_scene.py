@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.arrays import ByteImage, FloatArray, frozen
 
 CAMERA = RectifiedCamera(
     f_px=1050.0, cx_px=640.0, cy_px=480.0, baseline_m=0.25, width_px=1280, height_px=960, rectified_from_left=np.eye(3)
@@ -78,35 +79,57 @@ def printed(centre_m, picture, side_m, yaw_deg=0.0, pitch_deg=0.0) -> Flat:
 
 def picture(things: Sequence[Flat], shift_m: float, seed: int, ground: float = 140.0, noise: float = 2.0):
     """One photo, the camera moved `shift_m` to the right."""
+    empty, grain, photo = _ground(seed, ground, noise)
+    canvas, shown = empty.copy(), photo.copy()
+    for thing in things:
+        _draw(canvas, thing, shift_m)
+    for thing in things:
+        box = _box(thing, shift_m)
+        shown[box] = _shown(canvas[box], grain[box])
+    return shown
+
+
+@lru_cache(maxsize=2)  # 60 MB each
+def _ground(seed: int, ground: float, noise: float) -> tuple[FloatArray, FloatArray, ByteImage]:
+    """The light of a photo without a thing in it, the noise of its grey levels, and the photo: slow to draw."""
     rng = np.random.default_rng(seed)
     coarse = np.kron(rng.normal(ground, 12.0, (30, 40)), np.ones((32, 32)))
     canvas = light(np.clip(coarse, 20, 235))[..., None].repeat(3, axis=-1)
-    for thing in things:
-        _draw(canvas, thing, shift_m)
-    shown = 255.0 * canvas ** (1.0 / GAMMA) + rng.normal(0.0, noise, canvas.shape)
-    return np.clip(np.rint(shown), 0, 255).astype(np.uint8)
+    grain = rng.normal(0.0, noise, canvas.shape)
+    return canvas, grain, _shown(canvas, grain)
 
 
-def _draw(canvas: FloatArray, thing: Flat, shift_m: float) -> None:
-    samples = 5 if thing.reach_m < 0.4 else 2  # large things are only background
+def _shown(canvas: FloatArray, grain: FloatArray) -> ByteImage:
+    return np.clip(np.rint(255.0 * canvas ** (1.0 / GAMMA) + grain), 0, 255).astype(np.uint8)
+
+
+def _box(thing: Flat, shift_m: float) -> tuple[slice, slice]:
+    """The rows and columns that a thing may reach; empty where it is out of the picture."""
     centre = thing.centre_m - [shift_m, 0.0, 0.0]
     reach = 1.15 * CAMERA.f_px * thing.reach_m / centre[2] + 4
     middle = CAMERA.f_px * centre[:2] / centre[2] + [CAMERA.cx_px, CAMERA.cy_px]
     x0, y0 = np.maximum(np.floor(middle - reach), 0).astype(int)
     x1, y1 = np.minimum(np.ceil(middle + reach), [CAMERA.width_px, CAMERA.height_px]).astype(int)
-    if x1 <= x0 or y1 <= y0:
+    return slice(y0, max(y0, y1)), slice(x0, max(x0, x1))
+
+
+def _draw(canvas: FloatArray, thing: Flat, shift_m: float) -> None:
+    samples = 5 if thing.reach_m < 0.4 else 2  # large things are only background
+    centre = thing.centre_m - [shift_m, 0.0, 0.0]
+    rows, columns = _box(thing, shift_m)
+    old = canvas[rows, columns]
+    if not old.size:
         return
-    total = np.zeros((y1 - y0, x1 - x0, 3))
-    old = canvas[y0:y1, x0:x1]
+    total = np.zeros_like(old)
     normal = np.cross(thing.u, thing.v)
     for sub in np.ndindex(samples, samples):
         dy, dx = (np.array(sub) + 0.5) / samples - 0.5
-        x, y = np.meshgrid(np.arange(x0, x1) + dx, np.arange(y0, y1) + dy)
+        x, y = np.meshgrid(np.arange(columns.start, columns.stop) + dx, np.arange(rows.start, rows.stop) + dy)
         rays = np.stack([(x - CAMERA.cx_px) / CAMERA.f_px, (y - CAMERA.cy_px) / CAMERA.f_px, np.ones_like(x)], -1)
         met = rays * ((centre @ normal) / (rays @ normal))[..., None] - centre
         colour = thing.paint(np.stack([met @ thing.u, met @ thing.v], -1).reshape(-1, 2)).reshape(total.shape)
         total += np.where(np.isnan(colour), old, colour)
-    canvas[y0:y1, x0:x1] = total / samples**2
+    canvas[rows, columns] = total / samples**2
 
 
 def pair_of(things: Sequence[Flat], seed: int = 1, only: str = "both", **light_of_day: float) -> RectifiedPair:

@@ -83,8 +83,8 @@ def calibration_html(calibration: Calibration, checks: tuple[LengthCheck, ...] =
         frame_drawing("left", rig.left, fits[0], scale_px),
         frame_drawing("right", rig.right, fits[1], scale_px),
     ]
-    templates = environment()
-    templates.filters.update({"share": _share, "fixed": _fixed, "degrees": _degrees})
+    templates = environment().overlay()  # the other pages' stays as it is
+    templates.filters = {**templates.filters, "share": _share, "fixed": _fixed, "degrees": _degrees}
     template = templates.get_template("calibration.html.j2")
     return template.render(
         calibration=calibration,

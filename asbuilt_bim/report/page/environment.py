@@ -1,6 +1,7 @@
 """The pages' templates: everything escaped, nothing undefined."""
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -19,8 +20,9 @@ from asbuilt_bim.report.wording.of_page.picture_words import BLURRED_WORDS, pict
 TEMPLATES = Path(__file__).parent / "templates"
 
 
+@cache
 def environment() -> Environment:
-    """Make the template environment with the report's words as filters."""
+    """Make the template environment with the report's words as filters: once, since its templates are compiled."""
     made = Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,

@@ -144,7 +144,7 @@ def test_a_board_declared_other_than_printed_is_one_line_with_what_to_write(
 ) -> None:
     told = replace(printed, columns=change[0], rows=change[1])
     with pytest.raises(CalibrationError, match=says) as caught:
-        calibrate_stereo(pairs(printed, 6), told)
+        calibrate_stereo(pairs(printed, 3), told)
     assert f"Write columns: {printed.columns}, rows: {printed.rows}" in str(caught.value)
     assert "\n" not in str(caught.value) and not caught.value.rejections
 
