@@ -76,6 +76,7 @@ def _row(
     n, element, given = number + 1, row.element, row.override
     c = {heading: f"{column}{n}" for heading, column in _C.items()}
     unmeasured = f"(not measured here: {row.others} more)" if row.others else "(nothing measured here)"
+    unmeasured = "(no longer in the design)" if row.lost else unmeasured
     rate, whole = (_of_line(c, heading, lines) for heading in ("Rate", "Certified amount"))
     takes = row is line.rows[line.rounding_row]
     cells: dict[str, Cell] = {

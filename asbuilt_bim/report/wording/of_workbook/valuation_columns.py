@@ -58,6 +58,19 @@ BILL = (
     _column("Bill", "count", 6, "Lines of one cost schedule and currency are one bill, with its own sums."),
     _column("Currency", "text", 9, "Currency of rate and amounts."),
     _column("In pieces", "text", 8, "yes: only whole pieces count."),
+    _column(
+        "Design quantity",
+        "quantity",
+        11,
+        "What the line's walls and columns have in the design, in its unit; their volume in m3 where that says none.",
+    ),
+    _column(
+        "Contract per design",
+        "quantity",
+        11,
+        "How much of the contract stands for one of the design's. The next valuation is held to it: what the design "
+        "loses stays unpaid.",
+    ),
     _column("Key", "text", 26, "What the program knows the line by. Leave it as it is."),
 )
 

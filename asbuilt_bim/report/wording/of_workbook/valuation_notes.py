@@ -21,8 +21,51 @@ def _falls(note: Note) -> str:
 
 
 def _gone(note: Note) -> str:
-    text = "{item}: it was certified before and is no longer in the costs: its amount falls "
-    return filled(f"{text}{_was_now(note)}", note)
+    falls = f"Its amount falls {_was_now(note)}"
+    if note.values.get("replaced_by"):  # a result of before has no such value
+        text = "{item} ({unit}) was certified before. Its number stands for other work now: {replaced_by}. "
+        return filled(text, note) + falls
+    return filled("{item} was certified before, and is no longer in the costs. ", note) + falls
+
+
+def _quantity(note: Note, key: str) -> str:
+    """Write a quantity with as many decimals as its size asks for."""
+    value = float(str(note.values[key]))
+    decimals = 0 if value == round(value) or abs(value) >= 100.0 else 2 if abs(value) >= 1.0 else 6
+    return number(value, decimals)
+
+
+def _off(note: Note) -> str:
+    contract, design = _quantity(note, "contract"), _quantity(note, "design")
+    return filled(
+        f"{{item}}: contract {contract} {{unit}}, design about {design} {{unit}}. What photos show is paid as its part "
+        "of the contract quantity, so check quantity and unit, and what the line covers",
+        note,
+    )
+
+
+def _lost(note: Note) -> str:
+    named = f" ({filled('{elements:list}{more}', note)})" if note.values["elements"] else ""
+    amount, lost = number(float(str(note.values["amount"]))), _quantity(note, "quantity")
+    return filled(
+        f"{{item}}: {lost} {{unit}} of its contract, {amount} {{currency}}, stood for what is no longer in the design"
+        f"{named}. It stays unpaid, in a row of its own. Override that row for what stands, or correct the contract",
+        note,
+    )
+
+
+def _changed(note: Note) -> str:
+    values = note.values
+    told = ["text was '{text_was}'"] if "text_was" in values else []
+    if "rate_was" in values:
+        told.append(f"rate {rate(float(str(values['rate_was'])))}, now {rate(float(str(values['rate'])))}")
+    if "contract_was" in values:
+        told.append(f"contract quantity {_quantity(note, 'contract_was')}, now {_quantity(note, 'contract')} {{unit}}")
+    return filled(
+        f"{{item}} is otherwise than when it was signed: {', '.join(told)}. All that is certified of it follows what "
+        "it says now",
+        note,
+    )
 
 
 def _was_now(note: Note) -> str:
@@ -80,6 +123,9 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     "{elements:list}{more}. It counts from the next visit on; to let it count now, write an override",
     Reason.CERTIFIED_FALLS: _falls,
     Reason.CERTIFIED_LINE_GONE: _gone,
+    Reason.CERTIFIED_LINE_CHANGED: _changed,
+    Reason.CONTRACT_NOT_DESIGN: _off,
+    Reason.DESIGN_LOST_WORK: _lost,
     Reason.OVERRIDE_UNUSED: "the workbook's override of {element:name} for {subject.name} ({share:%}, {by:name}) has "
     "nothing to stand for any more",
     Reason.TERMS_KEPT: "retention and tax are the last workbook's, {retention:%} and {tax:%}. The project file says "
