@@ -41,6 +41,10 @@ from asbuilt_bim.storage.xlsx_file import XlsxCell, XlsxFile, XlsxSheet, read_xl
 MAX_TEXT = 500
 _AGAIN = "open it, let it calculate (Ctrl+Shift+F9) and save it"
 _LOST = "what was written into it would be lost"
+_DAMAGED = (
+    "put your signed copy of it in its place (quantities.signed-<time>.xlsx lie beside it), or the last one from a "
+    "folder of runs/"
+)
 Row = Mapping[str, XlsxCell]
 
 
@@ -61,7 +65,7 @@ def read_last_workbook(path: Path) -> LastWorkbook:
         WorkbookError: it can't be read, its sheets were taken apart, its formulas have no values, or what it certified
             doesn't follow from its own quantities and rates.
     """
-    book = read_xlsx(path, WorkbookError, (VALUATION, BILL, PARTS, VARIATIONS, CERTIFICATES))
+    book = read_xlsx(path, WorkbookError, (VALUATION, BILL, PARTS, VARIATIONS, CERTIFICATES), _DAMAGED)
     if FORMAT_NAME not in book.names:
         if BILL in book.all_sheets and any(_cells(book, BILL)):
             raise WorkbookError(f"{path}: the named cell {FORMAT_NAME} is gone, so {_LOST}; take an earlier copy of it")

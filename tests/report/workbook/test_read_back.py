@@ -162,6 +162,11 @@ def test_a_workbook_that_a_program_saved_without_calculating_is_refused(workbook
     assert "has no value" in refusal(workbook) and "Ctrl+Shift+F9" in refusal(workbook)
 
 
+def test_a_damaged_workbook_is_to_be_put_back_from_its_signed_copy_or_from_the_runs(workbook: Path) -> None:
+    workbook.write_text("no workbook", encoding="utf-8")
+    assert "signed copy" in refusal(workbook) and "runs/" in refusal(workbook) and "CSV" not in refusal(workbook)
+
+
 def test_a_workbook_without_a_bill_holds_nothing(tmp_path: Path) -> None:
     path = written(replace(sample_report(), cost_lines=()), tmp_path / "q.xlsx")
     assert read_last_workbook(path).inputs == ValuationInputs()

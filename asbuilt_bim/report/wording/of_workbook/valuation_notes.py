@@ -4,16 +4,27 @@ from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.template import Template, filled
-from asbuilt_bim.report.wording.values import number, percent, rate
+from asbuilt_bim.report.wording.values import number, percent, percent_said, rate
 
 _ITEM = "cost item {item}: "
 
 
 def _covers_nothing(note: Note) -> str:
-    why = (
-        "what it is to cover is nowhere in the IFC file" if note.values["said"] else "the table says no element for it"
-    )
-    return filled(f"{_ITEM}it covers nothing: {why}. Nothing of it is certified until a person says how much", note)
+    nothing = f"{_ITEM}it covers nothing: "
+    until = ". Nothing of it is certified until a person says how much"
+    if not note.values["said"]:
+        return filled(f"{nothing}the table says no element for it{until}", note)
+    if "column" not in note.values:
+        return filled(f"{nothing}no element is all that it says{until}", note)
+    meant = ". Did you mean '{meant}'?" if note.values["meant"] else "."
+    there = " There is: {known:list}{more}" if note.values["known"] else " The IFC file names none"
+    text = f"{nothing}no wall or column has the {{column}} '{{written}}'{meant}{there}"
+    return filled(text + until, note)
+
+
+def _unit_unknown(note: Note) -> str:
+    text = f"{_ITEM}its unit '{{unit}}' is no volume, area, length or number: it is shared out by the elements' volume"
+    return filled(text + (". Did you mean {meant}?" if note.values.get("meant") else ""), note)
 
 
 def _falls(note: Note) -> str:
@@ -83,7 +94,8 @@ def _rate(note: Note) -> str:
 
 def _contradicts(note: Note) -> str:
     values = note.values
-    seen, lower, upper, counted = (percent(float(str(values[k]))) for k in ("share", "lower", "upper", "counted"))
+    lower, upper = (percent(float(str(values[key]))) for key in ("lower", "upper"))
+    seen, counted = (percent_said(float(str(values[key]))) for key in ("share", "counted"))
     return filled(
         f"{{element:name}} ({{subject.name}}): {{by}} saw {seen} on {{day}}, photos say {lower} to {upper}. Where "
         f"observations count, {counted} does",
@@ -112,8 +124,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.COSTS_FORMULAS: "{subject.name} holds formulas: what they gave when it was last saved counts",
     Reason.COST_COVERS_NOTHING: _covers_nothing,
     Reason.COST_COVER_UNKNOWN: f"{_ITEM}not in the IFC file: {{elements:list}}{{more}}",
-    Reason.COST_UNIT_UNKNOWN: f"{_ITEM}its unit '{{unit}}' is no volume, area, length or number: it is shared out by "
-    "the elements' volume",
+    Reason.COST_UNIT_UNKNOWN: _unit_unknown,
     Reason.OBSERVATION_UNKNOWN: "{subject.name}: no wall or column, or more than one, is called {elements:quoted}"
     "{more}. Write the GlobalId",
     Reason.OBSERVATION_CONTRADICTS: _contradicts,
