@@ -250,6 +250,9 @@ class Reason(StrEnum):
     OBSERVATION_SHOWN = "observations shown, not counted"
     OBSERVATION_LATER = "observed after the visit"
     CERTIFIED_FALLS = "certified amount falls"
+    CERTIFIED_LINE_CHANGED = "certified line changed"  # its text, rate or contract quantity
+    CONTRACT_NOT_DESIGN = "contract quantity off the design"
+    DESIGN_LOST_WORK = "design lost certified work"
     CERTIFIED_LINE_GONE = "certified cost line gone"
     OVERRIDE_UNUSED = "override without its element"
     OVERRIDE_UNSIGNED = "override without reason or person"

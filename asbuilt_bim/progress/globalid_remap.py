@@ -96,6 +96,14 @@ def inputs_again(
             for one in inputs.overrides
         ),
         rates=tuple(replace(one, line=lines.get(one.line, one.line)) for one in inputs.rates),
+        paid=tuple(
+            replace(
+                one,
+                elements={ids.get(key, key): name for key, name in one.elements.items()},
+                quantities={ids.get(key, key): part for key, part in one.quantities.items()},
+            )
+            for one in inputs.paid
+        ),
     )
 
 

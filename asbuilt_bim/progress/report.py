@@ -175,6 +175,8 @@ class CostProgress:
     schedule: str = ""  # the cost schedule that it stands in
     others: int = 0  # building elements that it pays for, too, and that are not measured here
     parts: dict[str, float] = field(default_factory=dict)  # by GlobalId: an element's share of the planned quantity
+    design_quantity: float = 0.0  # of its measured elements, in its unit; of `other` measures their volume in m3
+    lost: float = 0.0  # share of the planned quantity that stood for what a signed design had, and this one has not
 
     @property
     def best_quantity_shown(self) -> float | None:

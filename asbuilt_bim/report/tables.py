@@ -1,10 +1,10 @@
 """The rows of every table, worked out once: csv, workbook and page only write them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 
-from asbuilt_bim.codes import PHOTO_FAULTS, SubjectKind
+from asbuilt_bim.codes import PHOTO_FAULTS, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.wording.notes import note_words
@@ -224,3 +224,27 @@ def faults_before(earlier: Sequence[ProgressReport], report: ProgressReport) -> 
 def lost_before(earlier: Sequence[ProgressReport]) -> tuple[tuple[date, StationRow], ...]:
     """Return the stations of earlier visits that count for nothing, by day."""
     return tuple((one.visit_date, row) for one in earlier for row in lost_stations(one))
+
+
+def still_in_doubt(report: ProgressReport, earlier: Sequence[ProgressReport]) -> list[ElementProgress]:
+    """Return the elements with what is in doubt of each: of one that this visit didn't show, by the last that did.
+
+    What photos disagreed about then is still paid for now. Its stations are named with their visit's day.
+    """
+    before = sorted((one for one in earlier if one.visit_date < report.visit_date), key=lambda one: one.visit_date)
+    seen: dict[str, tuple[ElementProgress, date]] = {}
+    for one in before:
+        seen |= {e.global_id: (e, one.visit_date) for e in one.elements if e.stations}
+    return [
+        _as_seen(element, *seen[element.global_id]) if not element.stations and element.global_id in seen else element
+        for element in report.elements
+    ]
+
+
+def _as_seen(now: ElementProgress, then: ElementProgress, day: date) -> ElementProgress:
+    """Return an element with what photos of an earlier day disagreed about."""
+    if not then.cells_conflict > 0.0:
+        return now
+    torn = tuple(note for note in then.notes if note.code is Reason.PHOTOS_DISAGREE)
+    stations = tuple(f"{name} of {day.isoformat()}" for name in then.stations)
+    return replace(now, cells_conflict=then.cells_conflict, notes=(*now.notes, *torn), stations=stations)

@@ -51,14 +51,18 @@ class XlsxFile:
         return rows[row][column] if row < len(rows) and column < len(rows[row]) else None
 
 
-def read_xlsx(path: Path, refusal: type[AsBuiltError], wanted: Collection[str] | None = None) -> XlsxFile:
+def read_xlsx(
+    path: Path, refusal: type[AsBuiltError], wanted: Collection[str] | None = None, advice: str = ""
+) -> XlsxFile:
     """Read the visible values of a workbook's sheets: those of the names `wanted`, else the first one.
+
+    `advice` says what to do about one that is damaged, or is no workbook.
 
     Raises:
         AsBuiltError: of the sort `refusal`: no workbook, damaged, with a password, too large, or with document types.
     """
     data = read_bytes(path, MAX_BYTES, refusal, str(path))
-    _inspect(data, path, refusal)
+    _inspect(data, path, refusal, advice)
     try:
         book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
         names = [name for name in book.sheetnames if hasattr(book[name], "iter_rows")]
@@ -71,16 +75,16 @@ def read_xlsx(path: Path, refusal: type[AsBuiltError], wanted: Collection[str] |
         raise
     except Exception as problem:  # openpyxl raises whatever a damaged part leads it into
         reason = " ".join(f"{type(problem).__name__}: {problem}".split())[:160]
-        raise refusal(f"{path}: the workbook is damaged ({reason}); {_OPEN}") from problem
+        raise refusal(f"{path}: the workbook is damaged ({reason}); {advice or _OPEN}") from problem
     return found
 
 
-def _inspect(data: bytes, path: Path, refusal: type[AsBuiltError]) -> None:
+def _inspect(data: bytes, path: Path, refusal: type[AsBuiltError], advice: str) -> None:
     """Look through the archive before anything is built from it."""
     if data.startswith(b"\xd0\xcf\x11\xe0"):
         raise refusal(f"{path}: is an old .xls, or has a password; save it as .xlsx without one")
     if not data.startswith(b"PK\x03\x04"):
-        raise refusal(f"{path}: is no .xlsx; save it as one, or as CSV (UTF-8) with the ending .csv")
+        raise refusal(f"{path}: is no .xlsx; {advice or 'save it as one, or as CSV (UTF-8) with the ending .csv'}")
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             parts = archive.infolist()
@@ -96,11 +100,11 @@ def _inspect(data: bytes, path: Path, refusal: type[AsBuiltError]) -> None:
                             f"{path}: {part.filename} holds a document type, which no workbook needs; {_OPEN}"
                         )
     except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as problem:
-        raise refusal(f"{path}: the workbook is damaged ({problem!s:.120}); {_OPEN}") from problem
+        raise refusal(f"{path}: the workbook is damaged ({problem!s:.120}); {advice or _OPEN}") from problem
     except Exception as problem:
         if isinstance(problem, AsBuiltError):
             raise
-        raise refusal(f"{path}: the workbook is damaged ({problem!s:.120}); {_OPEN}") from problem
+        raise refusal(f"{path}: the workbook is damaged ({problem!s:.120}); {advice or _OPEN}") from problem
 
 
 def _sheet(sheet: Any, archive: zipfile.ZipFile, path: Path, refusal: type[AsBuiltError]) -> XlsxSheet:

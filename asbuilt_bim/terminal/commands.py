@@ -42,6 +42,7 @@ from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import (
+    DesignFiles,
     calibration_lines,
     say_left_out_last,
     summary,
@@ -128,7 +129,12 @@ def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
             screen.say(line)
-    warn_of_design(", ".join(path.name for path in project.ifc), result.design.notes, screen)
+    files = DesignFiles(
+        ifc=", ".join(path.name for path in project.ifc),
+        costs=project.costs.name if project.costs else "",
+        schedule=project.schedule.name if project.schedule else "",
+    )
+    warn_of_design(files, result.design.notes, screen)
     incomplete, warnings = False, []
     for visit, report in zip(project.visits, result.reports, strict=True):
         incomplete |= warn_of_visit(visit, report, screen)

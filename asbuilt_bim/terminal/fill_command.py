@@ -39,9 +39,10 @@ def fill_command(path: Path, map_path: Path, source: Path, screen: Screen, when:
         backup = save_filled(filled, when)
         screen.say(f"{path}: {count} filled ({visit}). The workbook as it was: {backup}")
     if filled.stale:
+        lost, them = ("Their last values were", "them") if filled.stale > 1 else ("Its last value was", "it")
         screen.say(
-            f"{_count(filled.stale, 'formula')} depend on filled cells. Their last values were taken away; "
-            "the next program that opens the workbook calculates them."
+            f"{_count(filled.stale, 'formula')} {'depend' if filled.stale > 1 else 'depends'} on filled cells. {lost} "
+            f"taken away; the next program that opens the workbook calculates {them}."
         )
     return 0
 

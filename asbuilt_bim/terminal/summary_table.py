@@ -1,6 +1,7 @@
 """The end of a run on the terminal: storeys with completion and bounds, and which stations were left out."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -9,7 +10,7 @@ from rich.text import Text
 from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck
-from asbuilt_bim.codes import Note, SubjectKind
+from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.model import Visit
 from asbuilt_bim.report.page.calibration import area_words, verdict
@@ -33,6 +34,25 @@ from asbuilt_bim.terminal.screen import Screen
 TABLE_WIDTH, MORE_WIDTH = 116, 12
 """Columns that the table needs, and more for a state that isn't everywhere; a narrower terminal gets lines."""
 MAX_NOTES = 4
+_OF_COSTS = frozenset({Reason.NOT_IN_COST_LINES, Reason.COSTS_FORMULAS, Reason.COSTS_INSTEAD})
+"""Codes of notes on a costs table as a whole."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignFiles:
+    """The names of the files that a design was read from; "" where there is none."""
+
+    ifc: str
+    costs: str = ""
+    schedule: str = ""
+
+    def of(self, note: Note) -> str:
+        """Return the file that a note on the design is about."""
+        kind = note.subject.kind
+        if self.costs and (kind is SubjectKind.COST_LINE or note.code in _OF_COSTS):
+            return self.costs
+        of_schedule = kind is SubjectKind.SCHEDULE or note.code.name.startswith("SCHEDULE_")
+        return self.schedule if self.schedule and of_schedule else self.ifc
 
 
 def summary(report: ProgressReport, width: int) -> Table | str:
@@ -163,13 +183,20 @@ def say_left_out_last(visit: Visit, report: ProgressReport, screen: Screen) -> N
     )
 
 
-def warn_of_design(names: str, notes: Sequence[Note], screen: Screen) -> None:
-    """Say what of the design couldn't be used: it is missing from every number."""
-    alike = notes_alike(notes)
-    for one in alike[:MAX_NOTES]:
-        screen.warn(f"{names}: {plain(one.line)}")
-    if len(alike) > MAX_NOTES:
-        screen.warn(f"{names}: and {len(alike) - MAX_NOTES} more notes; asbuilt-bim inspect shows them all")
+def warn_of_design(files: DesignFiles, notes: Sequence[Note], screen: Screen) -> None:
+    """Say what of the design, its costs table or its schedule couldn't be used, each under its own file's name.
+
+    It is missing from every number.
+    """
+    by_file: dict[str, list[Note]] = {}
+    for note in notes:
+        by_file.setdefault(files.of(note), []).append(note)
+    for name, own in by_file.items():
+        alike = notes_alike(own)
+        for one in alike[:MAX_NOTES]:
+            screen.warn(f"{name}: {plain(one.line)}")
+        if (left := len(alike) - MAX_NOTES) > 0:
+            screen.warn(f"{name}: and {left} more {'note' if left == 1 else 'notes'}; report.html shows them all")
 
 
 def warn_of_faults(report: ProgressReport, screen: Screen) -> None:

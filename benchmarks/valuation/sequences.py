@@ -48,10 +48,13 @@ def signed(report: ProgressReport) -> ValuationInputs:
         Paid(
             line=line.line.global_id, identification=line.line.identification, text=line.line.name,
             unit=line.line.unit, rate=line.rate, quantity=line.quantity, amount=line.amount, bill=bill.number,
+            contract=0.0 if line.gone else line.line.planned_quantity, per_design=line.per_design,
+            elements={row.global_id: row.element.name for row in line.rows if row.element},
+            quantities={row.global_id: row.quantity for row in line.rows if row.element},
         )
         for bill in made
         for line in bill.lines
-        if line.quantity or line.amount
+        if line.quantity or line.amount or any(row.element for row in line.rows)
     )  # fmt: skip
     variations = {one.variation.number: one.certified for bill in made for one in bill.variations}
     certificates = (*inputs.certificates, one)

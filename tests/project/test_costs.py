@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from asbuilt_bim.bim.cost_units import meant_unit, sign_of
 from asbuilt_bim.bim.covers import Cover
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason
@@ -93,6 +94,8 @@ def test_what_covers_nothing_and_what_is_covered_twice_is_named(tmp_path: Path) 
     assert found.count(Reason.COST_PAID_TWICE) == 1
     assert found.count(Reason.COST_COVER_UNKNOWN) == 1
     assert found.count(Reason.COST_UNIT_UNKNOWN) == 1
+    wrong = next(note for note in design.notes if note.values.get("written") == "Level 99")
+    assert (wrong.values["column"], wrong.values["known"]) == ("storey", tuple(one.name for one in design.storeys))
     assert len(design.cost_lines) == 6
 
 
@@ -154,3 +157,16 @@ def test_the_table_in_the_docs_prices_the_samples_walls_and_columns_without_a_fa
     volume = sum(e.volume_m3 for e in plain.elements if e.global_id in design.cost_lines[1].elements)
     assert design.cost_lines[1].planned_quantity == pytest.approx(volume, abs=0.01)
     assert Reason.COST_COVERS_NOTHING not in codes(design.notes)
+
+
+@pytest.mark.parametrize(
+    ("unit", "meant"),
+    [("m33", "m3"), ("m22", "m2"), ("t", ""), ("h", ""), ("Std", ""), ("psch", ""), ("m3", ""), ("Stkk", "pcs")],
+)
+def test_a_mistyped_unit_is_told_with_the_one_it_may_mean_and_a_real_one_is_not(unit: str, meant: str) -> None:
+    assert meant_unit(unit) == meant
+
+
+def test_one_unit_has_one_sign_however_it_is_spelt() -> None:
+    assert {sign_of(unit) for unit in ("Stk", "St.", "pcs", "nr")} == {"pcs"}
+    assert (sign_of("cbm"), sign_of("t"), sign_of("km")) == ("m3", "t", "km")

@@ -9,7 +9,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import WORKBOOK
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Terms, ValuationInputs
+from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Paid, Terms, ValuationInputs
 from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook
 
@@ -47,11 +47,31 @@ def inputs_of(
     inputs = known or _first(project)
     if last is not None and last.inputs is not NO_INPUTS:
         inputs = last.inputs
+        if known is not None and known.certificates == inputs.certificates:  # nobody signed what stands there now
+            inputs = replace(inputs, paid=_as_signed(inputs.paid, known.paid))
     own = _first(project).terms
-    if known is not None and known.project_terms not in (None, own) and inputs.terms == known.terms:
+    named = own != Terms()  # a project file that names none takes none back
+    if named and known is not None and known.project_terms not in (None, own) and inputs.terms == known.terms:
         inputs = replace(inputs, terms=own)
     notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
     return replace(inputs, count_observations=counts, project_terms=own), notes
+
+
+def _as_signed(read: Sequence[Paid], known: Sequence[Paid]) -> tuple[Paid, ...]:
+    """Return what was certified, as an unsigned workbook holds it, with the contract and elements that were signed."""
+    by_line = {one.line: one for one in known}
+    return tuple(
+        replace(
+            one,
+            contract=then.contract,
+            per_design=then.per_design,
+            elements=then.elements,
+            quantities=then.quantities,
+        )
+        if (then := by_line.get(one.line))
+        else one
+        for one in read
+    )
 
 
 def _terms_kept(project: ValuationFile, kept: Terms) -> tuple[Note, ...]:

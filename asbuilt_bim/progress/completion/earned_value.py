@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from asbuilt_bim.bim.model import BimElement, CostLine
 from asbuilt_bim.progress.completion.rollup import weighted, with_unmeasured
@@ -28,11 +29,15 @@ def cost_progress(
     total = sum(weights)
     parts = {key: measured * weight / total for key, weight in zip(known, weights, strict=True)} if total > 0.0 else {}
     completion = with_unmeasured(seen, measured) if known else NOTHING_SEEN
-    return earned(line, completion, parts, {key: elements[key] for key in known})
+    made = earned(line, completion, parts, {key: elements[key] for key in known})
+    return replace(made, design_quantity=total / line.unit_scale if line.unit_scale > 0.0 else 0.0)
 
 
 def earned(
-    line: CostLine, completion: Completion, parts: Mapping[str, float], elements: Mapping[str, ElementProgress]
+    line: CostLine | CostProgress,
+    completion: Completion,
+    parts: Mapping[str, float],
+    elements: Mapping[str, ElementProgress],
 ) -> CostProgress:
     """Return what a completion earns of a cost line, in cents; from the shares as the result holds them.
 

@@ -7,8 +7,14 @@ from dataclasses import dataclass
 from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
 from asbuilt_bim.progress.money import cents, certified_quantity, total
 from asbuilt_bim.progress.report import NOTHING_SEEN, CostProgress, ElementProgress, ProgressReport
+from asbuilt_bim.progress.valuation.held import most_per_design, per_design
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Override, Paid, RateChange, Variation
+from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.progress.valuation.observed import Observed, observed_elements
+
+_LEAST_PART = 1e-9
+LOST = "(not in the design)"
+"""What stands in the place of a GlobalId where a row stands for what the design lost since it was signed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,11 +28,14 @@ class BillRow:
     override: Override | None
     share: float  # that counts
     others: int = 0  # elements that this row stands for, where it stands for what isn't measured
+    lost: bool = False  # it stands for what a signed design had, and this one has not
 
     @property
     def global_id(self) -> str:
-        """Return the element's GlobalId, "" for what isn't measured."""
-        return self.element.global_id if self.element else ""
+        """Return the element's GlobalId, "" for what isn't measured, `LOST` for what the design lost."""
+        if self.element:
+            return self.element.global_id
+        return LOST if self.lost else ""
 
     @property
     def certified(self) -> float:
@@ -55,6 +64,7 @@ class BillLine:
     paid: Paid | None
     gone: bool = False  # it was certified before, and isn't in the costs any more
     best: float | None = None
+    replaced_by: str = ""  # of a line that is gone: what its number stands for now
 
     @property
     def previous_quantity(self) -> float:
@@ -65,6 +75,11 @@ class BillLine:
     def previous(self) -> float:
         """Return what the last certificate held, in cents."""
         return self.paid.amount if self.paid else 0.0
+
+    @property
+    def per_design(self) -> float:
+        """Return how much of the contract may stand for one of the design's from now on; 0 where nobody knows."""
+        return 0.0 if self.gone else max(per_design(self.line), most_per_design(self.line, self.paid))
 
     @property
     def period(self) -> float:
@@ -181,24 +196,9 @@ def bills(report: ProgressReport) -> tuple[Bill, ...]:
             lines.append(_bill_line(number, place, line, elements, seen, report, paid.get(line.global_id)))
         for lost in _gone(inputs.paid, paid, place, len(groups)):
             number += 1
-            lines.append(_gone_line(number, place, lost, schedule, currency))
+            lines.append(_gone_line(number, (place, schedule, currency), lost, own))
         made.append(_bill(place, len(groups), schedule, currency, lines, report))
     return tuple(made)
-
-
-def paid_lines(lines: Sequence[CostProgress], paid: Sequence[Paid]) -> dict[str, Paid]:
-    """Return by the key of a line what was certified of it: by its key, else by an identification that is its own."""
-    by_key = {one.line: one for one in paid}
-    found = {line.global_id: by_key[line.global_id] for line in lines if line.global_id in by_key}
-    taken = {one.line for one in found.values()}
-    left = [one for one in paid if one.line not in taken and one.identification]
-    free = [line for line in lines if line.global_id not in found and line.identification]
-    for line in free:
-        same = [one for one in left if one.identification == line.identification]
-        alike = [one for one in free if one.identification == line.identification]
-        if len(same) == 1 == len(alike):
-            found[line.global_id] = same[0]
-    return found
 
 
 def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, count: int) -> list[Paid]:
@@ -208,8 +208,13 @@ def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, count: in
     return [one for one in lost if min(one.bill, count) == place]
 
 
-def _gone_line(number: int, place: int, paid: Paid, schedule: str, currency: str) -> BillLine:
-    """Return the line of what was certified and isn't in the costs any more: it is worth nothing now."""
+def _gone_line(number: int, bill: tuple[int, str, str], paid: Paid, own: Sequence[CostProgress]) -> BillLine:
+    """Return the line of what was certified and isn't in the costs any more: it is worth nothing now.
+
+    `bill` is its number, schedule and currency, `own` are its lines: one of the same item is other work.
+    """
+    place, schedule, currency = bill
+    same = (one for one in own if one.identification and one.identification == paid.identification)
     line = CostProgress(
         global_id=paid.line,
         name=paid.text,
@@ -239,6 +244,7 @@ def _gone_line(number: int, place: int, paid: Paid, schedule: str, currency: str
         amount=0.0,
         paid=paid,
         gone=True,
+        replaced_by=next((f"{one.name} ({one.unit})".strip() for one in same), ""),
     )
 
 
@@ -263,20 +269,10 @@ def _bill_line(
         if key in elements
     ]
     rows.sort(key=lambda row: (row.element.ifc_class, row.element.name, row.global_id) if row.element else ("",))
-    if left := unmeasured_part(line.parts):
-        override = by_element.get("")
-        share = whole_share(override.share, pieces=pieces, takes_off=off) if override else float(off)
-        rows.append(
-            BillRow(
-                element=None,
-                quantity=line.planned_quantity * left,
-                measured=float(off),
-                observed=None,
-                override=override,
-                share=share,
-                others=line.others,
-            )
-        )
+    left = unmeasured_part(line.parts)
+    for part, lost in ((left - line.lost, False), (line.lost, True)):
+        if part > _LEAST_PART:
+            rows.append(_unmeasured(line, part, by_element.get(LOST if lost else ""), off, lost=lost))
     sure = math.fsum(row.certified for row in rows)
     quantity = certified_quantity(sure, line.planned_quantity, pieces=pieces, up=off)
     return BillLine(
@@ -291,6 +287,21 @@ def _bill_line(
         amount=cents(quantity * rate),
         paid=paid,
         best=line.best_quantity_shown,
+    )
+
+
+def _unmeasured(line: CostProgress, part: float, override: Override | None, off: bool, *, lost: bool) -> BillRow:
+    """Return the row of a part of a line that no photo can show: it counts as not built, or as all taken off."""
+    pieces = line.measure == "count"
+    return BillRow(
+        element=None,
+        quantity=line.planned_quantity * part,
+        measured=float(off),
+        observed=None,
+        override=override,
+        share=whole_share(override.share, pieces=pieces, takes_off=off) if override else float(off),
+        others=0 if lost else line.others,
+        lost=lost,
     )
 
 

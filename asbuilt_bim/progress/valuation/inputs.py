@@ -74,6 +74,10 @@ class Paid:
     quantity: float
     amount: float
     bill: int = 1
+    contract: float = 0.0  # its contract quantity then; 0 in older results
+    per_design: float = 0.0  # the most of it that stood for one of the design's quantity; 0 where nobody knows
+    elements: dict[str, str] = field(default_factory=dict)  # by GlobalId: the names of those that it covered
+    quantities: dict[str, float] = field(default_factory=dict)  # by GlobalId: their parts of the contract quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,18 +3,28 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
-from asbuilt_bim.progress.report import ElementProgress, ProgressReport
-from asbuilt_bim.progress.valuation.bill import Bill, BillLine, bills
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
+from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
+from asbuilt_bim.progress.valuation.bill import Bill, bills
+from asbuilt_bim.progress.valuation.contract_notes import contract_notes, line_label, line_subject
+from asbuilt_bim.progress.valuation.held import held_line
 from asbuilt_bim.progress.valuation.inputs import ValuationInputs
+from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.progress.valuation.observed import observation_notes, observed_elements
 
+OF_MONEY = frozenset(
+    {
+        *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED),
+        *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE),
+    }
+)
+"""Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
 CODES = frozenset(
     {
         *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.OBSERVATION_LATER, Reason.CERTIFIED_FALLS),
         *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
         *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
-        Reason.TERMS_KEPT,
+        *(Reason.TERMS_KEPT, Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.CERTIFIED_LINE_CHANGED),
     }
 )
 """Codes of notes that are made anew whenever a workbook is."""
@@ -27,8 +37,16 @@ def with_valuation(report: ProgressReport, inputs: ValuationInputs | None, read:
     A report without cost lines, observations and certificates stays as it is.
     """
     report = replace(report, valuation=inputs, notes=tuple(note for note in report.notes if note.code not in CODES))
+    report = replace(report, cost_lines=_held(report, inputs)) if inputs else report
     notes = [*read, *valuation_notes(report)]
     return replace(report, notes=(*report.notes, *notes)) if notes else report
+
+
+def _held(report: ProgressReport, inputs: ValuationInputs) -> tuple[CostProgress, ...]:
+    """Return the cost lines, none with more of its contract on what was built than when it was signed."""
+    paid = paid_lines(report.cost_lines, inputs.paid)
+    elements = {element.global_id: element for element in report.elements}
+    return tuple(held_line(line, paid.get(line.global_id), elements) for line in report.cost_lines)
 
 
 def valuation_notes(report: ProgressReport) -> list[Note]:
@@ -41,6 +59,7 @@ def valuation_notes(report: ProgressReport) -> list[Note]:
     if inputs.count_observations:
         notes += _later(report, elements)
     for bill in made:
+        notes += list(contract_notes(bill))[:MOST]
         notes += list(_falls(bill))[:MOST]
     notes += list(_of_persons(made, inputs))[:MOST]
     later = [one for one in inputs.certificates if one.visit > report.visit_date]
@@ -67,9 +86,11 @@ def _later(report: ProgressReport, elements: Mapping[str, ElementProgress]) -> l
 def _falls(bill: Bill) -> Iterator[Note]:
     for line in bill.lines:
         if line.falls:
-            code = Reason.CERTIFIED_LINE_GONE if line.gone else Reason.CERTIFIED_FALLS
             values: Values = {"was": line.previous, "now": line.amount, "currency": bill.currency}
-            yield noted(code, _subject(line), item=_label(line), **values)
+            if line.gone:
+                values = {**values, "unit": line.line.unit, "replaced_by": line.replaced_by}
+            code = Reason.CERTIFIED_LINE_GONE if line.gone else Reason.CERTIFIED_FALLS
+            yield noted(code, line_subject(line), item=line_label(line), **values)
     for one in bill.variations:
         if one.certified < one.previous and one.amount >= 0.0:
             number = one.variation.number
@@ -95,23 +116,15 @@ def _of_persons(made: Sequence[Bill], inputs: ValuationInputs) -> Iterator[Note]
                     "why": change.why,
                     "currency": bill.currency,
                 }
-                yield noted(Reason.RATE_CHANGED, _subject(line), item=_label(line), **values)
+                yield noted(Reason.RATE_CHANGED, line_subject(line), item=line_label(line), **values)
             for row in line.rows:
                 if (given := row.override) is None:
                     continue
                 used.add(id(given))
                 if not (given.reason and given.by and given.day):
                     name = row.element.name if row.element else ""
-                    yield noted(Reason.OVERRIDE_UNSIGNED, _subject(line), item=_label(line), element=name)
+                    yield noted(Reason.OVERRIDE_UNSIGNED, line_subject(line), item=line_label(line), element=name)
     for one in inputs.overrides:
         if id(one) not in used:
             subject = about(SubjectKind.COST_LINE, one.line)
             yield noted(Reason.OVERRIDE_UNUSED, subject, element=one.element, share=one.share, by=one.by)
-
-
-def _subject(line: BillLine) -> Subject:
-    return about(SubjectKind.COST_LINE, line.line.global_id)
-
-
-def _label(line: BillLine) -> str:
-    return f"{line.line.identification} {line.line.name}".strip() or line.line.global_id

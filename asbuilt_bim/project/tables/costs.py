@@ -3,12 +3,14 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 
 from asbuilt_bim.bim.cost_notes import cost_notes
+from asbuilt_bim.bim.cost_units import meant_unit, measure_of, sign_of
 from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
-from asbuilt_bim.bim.model import COSTS_KEY, BimModel, CostLine, CostMeasure
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
+from asbuilt_bim.bim.model import COSTS_KEY, BimModel, CostLine
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Value, about, noted
 from asbuilt_bim.errors import CostError
 from asbuilt_bim.storage.table_file import TableFile, TableRow, number_in, read_table, refused_rows
 
@@ -28,21 +30,9 @@ COLUMNS = {
 """What a column may be called."""
 NEEDED = ("item", "unit", "quantity", "rate")
 MAX_LINES = 50_000
+_MOST_NAMED = 8
 MAX_NUMBER = 1e12
 MAX_TEXT, MAX_SELECTOR = 500, 2_000
-_UNITS: dict[str, tuple[CostMeasure, float]] = {
-    **dict.fromkeys(("m3", "m³", "cbm", "cum", "m^3"), ("volume", 1.0)),
-    **dict.fromkeys(("l", "ltr", "dm3", "dm³"), ("volume", 1e-3)),
-    **dict.fromkeys(("m2", "m²", "qm", "sqm", "m^2"), ("area", 1.0)),
-    **dict.fromkeys(("m", "lm", "lfm", "rm"), ("length", 1.0)),
-    "km": ("length", 1000.0),
-    "cm": ("length", 0.01),
-    "mm": ("length", 0.001),
-    **dict.fromkeys(("pcs", "pc", "piece", "pieces", "ea", "each", "no", "nr", "nos"), ("count", 1.0)),
-    **dict.fromkeys(("st", "stk", "stck", "stück", "stueck", "u"), ("count", 1.0)),
-}
-"""What a unit measures, and how many SI units or pieces it is; every other unit is `other`: t, h, lump sum."""
-_SIGNS = {"volume": "m3", "area": "m2", "length": "m", "count": "pcs"}
 _ID = re.compile(r"[^\s,;|]+")
 
 
@@ -128,13 +118,13 @@ def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
             faults.append(f"row {row.number}, {column}: {problem}")
     if not item:
         faults.append(f"row {row.number}: has no item; give each line its own")
-    measure, scale = _UNITS.get(unit.casefold().rstrip("."), ("other", 1.0))
+    measure, scale = measure_of(unit)
     return CostLine(
         global_id=f"{COSTS_KEY}{item}",
         name=row.text("text").strip()[:MAX_TEXT],
         identification=item,
         elements=(),
-        unit=_SIGNS[measure] if measure in _SIGNS and scale == 1.0 else unit,
+        unit=sign_of(unit),
         measure=measure,
         planned_quantity=numbers.get("quantity", 0.0),
         rate=numbers.get("rate", 0.0),
@@ -181,7 +171,7 @@ def with_costs(design: BimModel, table: CostsTable, covered: CoveredRows) -> Bim
             schedule=table.name,
         )
         lines.append(made)
-        notes += _cover_notes(made, cover, found)
+        notes += _cover_notes(made, cover, found, design)
     notes += cost_notes(lines)
     if without := len({e.global_id for e in design.elements}.difference(*(line.elements for line in lines))):
         values = {"count": without, "of": len(design.elements)}
@@ -204,7 +194,7 @@ def _of_cost(note: Note) -> bool:
     return note.subject.kind is SubjectKind.COST_LINE
 
 
-def _cover_notes(line: CostLine, cover: Cover, found: Covered) -> list[Note]:
+def _cover_notes(line: CostLine, cover: Cover, found: Covered, design: BimModel) -> list[Note]:
     subject, item = about(SubjectKind.COST_LINE, line.global_id), _label(line)
     notes: list[Note] = []
     if found.unknown:
@@ -213,10 +203,33 @@ def _cover_notes(line: CostLine, cover: Cover, found: Covered) -> list[Note]:
             noted(Reason.COST_COVER_UNKNOWN, subject, item=item, elements=tuple(unknown), count=len(found.unknown))
         )
     if not found.elements and not found.others:
-        notes.append(noted(Reason.COST_COVERS_NOTHING, subject, item=item, said=not cover.empty))
+        wrong = _unfit(cover, design) if cover.by_rule and not (cover.global_ids or cover.selector) else {}
+        notes.append(noted(Reason.COST_COVERS_NOTHING, subject, item=item, said=not cover.empty, **wrong))
     elif line.measure == "other":
-        notes.append(noted(Reason.COST_UNIT_UNKNOWN, subject, item=item, unit=line.unit, others=line.others))
+        meant = meant_unit(line.unit)
+        notes.append(
+            noted(Reason.COST_UNIT_UNKNOWN, subject, item=item, unit=line.unit, others=line.others, meant=meant)
+        )
     return notes
+
+
+def _unfit(cover: Cover, design: BimModel) -> dict[str, Value]:
+    """Return which cell of a rule names what the design has nothing of, and what there is, as values of a note."""
+    classes = {element.ifc_class for element in design.elements} | {"IfcWall", "IfcColumn"}
+    there = (
+        ("storey", cover.storey, [storey.name for storey in design.storeys]),
+        ("class", cover.ifc_class, sorted(classes)),
+        ("type", cover.type_name, sorted({element.type_name for element in design.elements} - {""})),
+    )
+    for column, written, names in there:
+        bare = {" ".join(name.split()).casefold(): name for name in names}
+        wanted = " ".join(written.split()).casefold()
+        if written and wanted not in bare:
+            alike = get_close_matches(wanted, bare, n=1)
+            meant = bare[alike[0]] if alike else ""
+            known: tuple[str, ...] = tuple(names[:_MOST_NAMED])
+            return {"column": column, "written": written, "meant": meant, "known": known, "count": len(names)}
+    return {}
 
 
 def _label(line: CostLine) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
 
+from asbuilt_bim.bim.cost_units import sign_of
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.fill.book import Book
 from asbuilt_bim.report.fill.keys import KeyIndex, Known, index_of, key_of
@@ -184,8 +185,8 @@ def _as_read(value: Quantity) -> Value:
 
 
 def _unit(text: str) -> str:
-    """Return a unit as people write it: m² is m2, Stk and pcs stay what they are."""
-    return text.strip().casefold().replace("²", "2").replace("³", "3").replace("^", "")
+    """Return a unit as it is compared: m² and qm are m2, Stk and pcs are one."""
+    return sign_of(text).strip().casefold().replace("²", "2").replace("³", "3").replace("^", "")
 
 
 def _shown(key: Hashable) -> str:

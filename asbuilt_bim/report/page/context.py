@@ -31,6 +31,7 @@ from asbuilt_bim.report.tables import (
     lost_stations,
     photographed_areas,
     station_of,
+    still_in_doubt,
     storey_names,
 )
 from asbuilt_bim.report.task_rows import late_rows, late_words, plan_words, task_rows, unclear_rows
@@ -116,7 +117,11 @@ def _to_look_at(report: ProgressReport, earlier: Sequence[ProgressReport]) -> Co
         "faults_before": before_words(faults_before(earlier, report)),
         "unmatched": [words_of(rejection) for rejection in report.unmatched],
         "faults": [words_of(fault) for fault in report.faults],
-        "look_at": (*doubts_alike(report.elements), *rejections_alike(_others(report)), *notes_alike(notes)),
+        "look_at": (
+            *doubts_alike(still_in_doubt(report, earlier)),
+            *rejections_alike(_others(report)),
+            *notes_alike(notes),
+        ),
     }
 
 

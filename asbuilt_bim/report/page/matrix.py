@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from asbuilt_bim.progress.completion.rollup import weighted
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
-from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.bill import Bill, bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
+from asbuilt_bim.progress.valuation.notes import OF_MONEY
 from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.page.trades import Trades, trades_of
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.money_words import period_words, rests_words, terms_words
 
 
@@ -54,6 +56,7 @@ class Due:
     terms: str  # in words: retention and tax, and which of them isn't set
     is_net: bool  # whether neither of them is in what is due
     persons: str  # in words: what of the work rests on persons, "" where nothing does
+    asked: tuple[str, ...]  # in words: what to look at of its lines before it is paid
 
 
 def matrix_of(report: ProgressReport, late: frozenset[str]) -> Matrix | None:
@@ -89,9 +92,16 @@ def money_due(report: ProgressReport) -> tuple[Due, ...]:
             terms=terms_words(inputs.terms),
             is_net=not (inputs.terms.retention or inputs.terms.tax),
             persons=rests_words(by_persons(bill), bill.cumulative.variations, bill.currency),
+            asked=_asked(report, bill),
         )
         for bill in made
     )
+
+
+def _asked(report: ProgressReport, bill: Bill) -> tuple[str, ...]:
+    """Return the notes on a bill's lines and variations that say why money rises or falls."""
+    own = {line.line.global_id for line in bill.lines} | {one.variation.number for one in bill.variations}
+    return tuple(note_words(note) for note in report.notes if note.code in OF_MONEY and note.subject.name in own)
 
 
 def _cells(

@@ -88,6 +88,15 @@ def together(station: str, code: Reason, faces: Sequence[tuple[str, Values]]) ->
     )
 
 
+def _of_other_colour(values: Values) -> Words:
+    told = "1 upright one isn't" if values["count"] == 1 else fill("{count} upright ones aren't", values)
+    return Words(
+        part="surfaces of another colour",
+        reason=f"{told} as grey as concrete (brick, timber?); the largest is at {fill('{x_px}, {y_px} px', values)}",
+        remedy="not measured; where one is concrete, name it: --masks of measure, or a network",
+    )
+
+
 FACES: Table = {
     Reason.DEPTH_WITHOUT_NETWORK: Words(
         reason="depth: {depth} needs a network that gives relative depth",
@@ -115,11 +124,7 @@ FACES: Table = {
         limit="{limit_m:.0f} m",
         remedy="photograph it from nearer, or with a wider baseline",
     ),
-    Reason.SURFACES_OF_OTHER_COLOUR: Words(
-        part="surfaces of another colour",
-        reason="{count} upright ones aren't as grey as concrete (brick, timber?); the largest is at {x_px}, {y_px} px",
-        remedy="not measured; where one is concrete, name it: --masks of measure, or a network",
-    ),
+    Reason.SURFACES_OF_OTHER_COLOUR: _of_other_colour,
     Reason.FACE_NARROW: Words(
         part="face {name}" + _FACE,
         reason=f"{_SEEN}: too narrow",

@@ -24,6 +24,11 @@ def percent(share: float | None) -> str:
     return f"{share * 100:.0f} %"
 
 
+def percent_said(share: float) -> str:
+    """Write a share that a person gave, to a tenth of a percent where it has one: `62.5 %`."""
+    return f"{round(share * 100.0, 1):g} %"
+
+
 def percent_certain(share: float) -> str:
     """Write a lower bound as whole percents, rounded down: a certificate may rest on it."""
     return f"{math.floor(share * 100 + 1e-9)} %"

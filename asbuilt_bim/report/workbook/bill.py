@@ -12,7 +12,7 @@ from asbuilt_bim.report.wording.of_workbook.columns import Column
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
-from asbuilt_bim.report.workbook.layout import BILL, HEAD, PARTS, letter, letter_of
+from asbuilt_bim.report.workbook.layout import BILL, HEAD, PARTS, PER_DESIGN, letter, letter_of
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
     Formula,
@@ -100,6 +100,8 @@ def _line(sheet: Worksheet, row: int, bill: Bill, line: BillLine, parts_rows: in
         "Bill": bill.number,
         "Currency": given.currency or NO_CURRENCY,
         "In pieces": "yes" if given.measure == "count" else "",
+        "Design quantity": given.design_quantity,
+        PER_DESIGN: line.per_design,
         "Key": given.global_id,
     }
     columns = _in_pieces(COLUMNS) if given.measure == "count" else COLUMNS

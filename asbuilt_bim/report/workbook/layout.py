@@ -6,6 +6,8 @@ from asbuilt_bim.report.wording.of_workbook.columns import Column
 
 VALUATION, BILL, PARTS = "Valuation", "Bill", "Cost by element"
 VARIATIONS, CERTIFICATES, OBSERVATIONS = "Variations", "Certificates", "Observations"
+PER_DESIGN = "Contract per design"
+"""The column of Bill that the next valuation is held to."""
 HEAD = 3
 """The row of the headings (from 0) of every sheet of the valuation; its title stands above."""
 SPARE_VARIATIONS = 12

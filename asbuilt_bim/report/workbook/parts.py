@@ -76,6 +76,7 @@ def _row(
     n, element, given = number + 1, row.element, row.override
     c = {heading: f"{column}{n}" for heading, column in _C.items()}
     unmeasured = f"(not measured here: {row.others} more)" if row.others else "(nothing measured here)"
+    unmeasured = "(no longer in the design)" if row.lost else unmeasured
     rate, whole = (_of_line(c, heading, lines) for heading in ("Rate", "Certified amount"))
     takes = row is line.rows[line.rounding_row]
     cells: dict[str, Cell] = {
@@ -88,7 +89,7 @@ def _row(
         "Quantity": row.quantity,
         "Certain": row.measured,
         "Best": element.completion.best_shown if element else None,
-        "Seen by a person": row.observed.share if row.observed else "",
+        "Seen by a person": row.observed.observation.share if row.observed else "",
         "Override": given.share if given else "",
         "Reason": given.reason if given else "",
         "By": given.by if given else "",
@@ -96,6 +97,7 @@ def _row(
         "Counts": Formula(_counts(c, line, counts), row.share),
         "Quantity certified": Formula(f"={c['Quantity']}*{c['Counts']}", row.certified),
         "Amount": Formula(_rounded(c, whole, parts) if takes else f"={c['Before the line']}", money[1]),
+        "Beside photos": row.observed.share if row.observed else "",
         "Before the line": Formula(f"=ROUND({c['Quantity certified']}*{rate},2)", money[0]),
         "GlobalId": row.global_id,
         "Cost line": line.line.name,
@@ -125,7 +127,7 @@ def _rounded(c: dict[str, str], whole: str, parts: int) -> str:
 
 def _counts(c: dict[str, str], line: BillLine, counts: bool) -> str:
     """Return the formula of what counts: an override, else (where it counts) what a person saw, else certain."""
-    seen = c["Seen by a person"]
+    seen = c["Beside photos"]
     rest = f"IF(ISNUMBER({seen}),{seen},{c['Certain']})" if counts else c["Certain"]
     share = f"IF(ISNUMBER({c['Override']}),MIN(1,MAX(0,{c['Override']})),{rest})"
     if line.line.measure != "count":

@@ -12,7 +12,7 @@ from pathlib import Path
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import WorkbookError
 from asbuilt_bim.progress.money import cents, certified_quantity, total
-from asbuilt_bim.progress.valuation.bill import whole_share
+from asbuilt_bim.progress.valuation.bill import LOST, whole_share
 from asbuilt_bim.progress.valuation.inputs import (
     NO_INPUTS,
     BillTotals,
@@ -31,6 +31,7 @@ from asbuilt_bim.report.workbook.layout import (
     FORMAT,
     FORMAT_NAME,
     PARTS,
+    PER_DESIGN,
     VALUATION,
     VARIATIONS,
     sum_name,
@@ -40,6 +41,10 @@ from asbuilt_bim.storage.xlsx_file import XlsxCell, XlsxFile, XlsxSheet, read_xl
 MAX_TEXT = 500
 _AGAIN = "open it, let it calculate (Ctrl+Shift+F9) and save it"
 _LOST = "what was written into it would be lost"
+_DAMAGED = (
+    "put your signed copy of it in its place (quantities.signed-<time>.xlsx lie beside it), or the last one from a "
+    "folder of runs/"
+)
 Row = Mapping[str, XlsxCell]
 
 
@@ -60,7 +65,7 @@ def read_last_workbook(path: Path) -> LastWorkbook:
         WorkbookError: it can't be read, its sheets were taken apart, its formulas have no values, or what it certified
             doesn't follow from its own quantities and rates.
     """
-    book = read_xlsx(path, WorkbookError, (VALUATION, BILL, PARTS, VARIATIONS, CERTIFICATES))
+    book = read_xlsx(path, WorkbookError, (VALUATION, BILL, PARTS, VARIATIONS, CERTIFICATES), _DAMAGED)
     if FORMAT_NAME not in book.names:
         if BILL in book.all_sheets and any(_cells(book, BILL)):
             raise WorkbookError(f"{path}: the named cell {FORMAT_NAME} is gone, so {_LOST}; take an earlier copy of it")
@@ -71,10 +76,10 @@ def read_last_workbook(path: Path) -> LastWorkbook:
     parts = _rows(book, PARTS, "Override", path)
     more = [row for row in _rows(book, VARIATIONS, "Done", path) if _text(row, "No.") or _text(row, "Text")]
     signed = _signature(book, path)
-    bill = _Bill(path=path, lines=lines, signed=signed is not None)
     notes: list[Note] = []
     variations = _variations(more, notes)
     earlier = _certificates(book, path)
+    bill = _Bill(path=path, lines=lines, parts=parts if signed or earlier else (), signed=signed is not None)
     own = _certificate(book, signed, path) if signed else None
     inputs = ValuationInputs(
         terms=Terms(retention=_rate_of(book, "retention_rate", path), tax=_rate_of(book, "tax_rate", path)),
@@ -94,10 +99,11 @@ def read_last_workbook(path: Path) -> LastWorkbook:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Bill:
-    """The rows of the sheet Bill."""
+    """The rows of the sheet Bill; those of Cost by element where something was signed."""
 
     path: Path
     lines: Sequence[Row]
+    parts: Sequence[Row]
     signed: bool
 
     def paid(self) -> Iterator[Paid]:
@@ -117,7 +123,9 @@ class _Bill:
                     f"{self.path}: item {item}: the certified amount {amount:,.2f} isn't {quantity:g} x {rate:g}; "
                     f"{_AGAIN}. To certify another value, write an override on '{PARTS}'"
                 )
-            if quantity or amount:
+            own = [part for part in self.parts if part["No."] == row["No."] and part.get("Quantity") is not None]
+            shares = {key: part for part in own if (key := _text(part, "GlobalId")) not in ("", LOST)}
+            if quantity or amount or shares:
                 yield Paid(
                     line=_text(row, "Key"),
                     identification=_text(row, "Item"),
@@ -127,6 +135,10 @@ class _Bill:
                     quantity=quantity,
                     amount=cents(amount),
                     bill=int(_number(row, "Bill", self.path, item)),
+                    contract=_number(row, "Contract quantity", self.path, item) if self.parts else 0.0,
+                    per_design=(_plain(row.get(PER_DESIGN)) or 0.0) if self.parts else 0.0,
+                    elements={key: _text(part, "Element") for key, part in shares.items()},
+                    quantities={key: _number(part, "Quantity", self.path, item) for key, part in shares.items()},
                 )
 
 

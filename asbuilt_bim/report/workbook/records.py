@@ -19,6 +19,7 @@ from asbuilt_bim.report.wording.of_workbook.valuation_columns import (
     VARIATIONS,
     WHY_NOTHING,
 )
+from asbuilt_bim.report.wording.values import percent_said
 from asbuilt_bim.report.workbook.layout import HEAD, SPARE_VARIATIONS, letter
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
@@ -120,7 +121,9 @@ def write_observations(
         done, last = element.completion, counted.get(one.element)
         what = "not yet: after this visit" if one.day > report.visit_date else "an earlier one"
         if last is not None and last.observation is one:
-            what = f"{last.share:.0%}{', contradicted' if last.contradicts else ''}" if counts else "shown only"
+            what = (
+                f"{percent_said(last.share)}{', contradicted' if last.contradicts else ''}" if counts else "shown only"
+            )
         cells: list[Cell] = [element.name or one.element, storeys.get(element.storey, NO_STOREY), one.day, one.share]
         cells += [one.by, one.why, done.lower, done.best_shown, done.upper, element.last_seen or "", what, one.element]
         write_row(sheet, row, cells, OBSERVATIONS, styles)

@@ -9,12 +9,13 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, Sums
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
-from asbuilt_bim.progress.valuation.notes import CODES
+from asbuilt_bim.progress.valuation.notes import CODES, OF_MONEY
 from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
+from asbuilt_bim.report.tables import faults_before, still_in_doubt
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
-from asbuilt_bim.report.wording.of_page.fault_words import NOT_CLEAR, WRONG_BEFORE
+from asbuilt_bim.report.wording.of_page.fault_words import NOT_CLEAR, WRONG_BEFORE, before_words
 from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET, rests_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, in_doubt_words, persons_words
@@ -54,11 +55,11 @@ def write_valuation(
     made: Sequence[Bill],
     places: tuple[int, int],
     styles: Styles,
-    wrong_before: Sequence[str] = (),
+    earlier: Sequence[ProgressReport] = (),
 ) -> None:
     """Write the certificate; `places`: the row of the first sum in Bill, and how many rows Variations has.
 
-    `wrong_before` says what is known to be wrong with earlier visits.
+    What is wrong with `earlier` visits stands at the top, and what their photos left in doubt where one signs.
     """
     inputs = report.valuation or NO_INPUTS
     for index, width in enumerate(_WIDTHS):
@@ -80,7 +81,7 @@ def write_valuation(
         _name(book, name, row, 1)
         row += 1
     row = _doubts(sheet, row + 1, NOT_CLEAR, [str(words_of(fault)) for fault in report.faults], styles)
-    row = _doubts(sheet, row, WRONG_BEFORE, wrong_before, styles)
+    row = _doubts(sheet, row, WRONG_BEFORE, before_words(faults_before(earlier, report)), styles)
     for label, name, share in (
         ("Retention", "retention_rate", inputs.terms.retention),
         ("Tax", "tax_rate", inputs.terms.tax),
@@ -94,12 +95,12 @@ def write_valuation(
     for bill in made:
         row = _summary(book, sheet, row + 1, bill, places, styles)
     row = _signatures(book, sheet, row + 1, styles)
-    notes = [note_words(note) for note in report.notes if note.code in CODES]
+    notes = [note_words(note) for note in report.notes if note.code in CODES | OF_MONEY]
     rests = [rests_words(by_persons(bill), bill.cumulative.variations, bill.currency) for bill in made]
     persons = persons_words(
         [one for one in rests if one], len(inputs.overrides), len(inputs.rates), len(inputs.variations)
     )
-    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made), *persons, *notes], styles)
+    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made, report, earlier), *persons, *notes], styles)
     row = _paragraphs(sheet, row + 1, "How it is worked out", SIGNING_RULES, styles)
     write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
     write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")
@@ -123,11 +124,12 @@ def _none_before(made: Sequence[Bill]) -> str:
     return "none" if any(bill.previous.gross for bill in made) else FIRST
 
 
-def _in_doubt(made: Sequence[Bill]) -> list[str]:
+def _in_doubt(made: Sequence[Bill], report: ProgressReport, earlier: Sequence[ProgressReport]) -> list[str]:
     """Return what the page asks to look at of the elements that something is certified of."""
     rows = [row for bill in made for line in bill.lines for row in line.rows if row.certified]
-    paid = {row.global_id: row.element for row in rows if row.element is not None}
-    return [in_doubt_words(one) for one in doubts_alike(tuple(paid.values()))]
+    paid = {row.global_id for row in rows if row.element is not None}
+    asked = [one for one in still_in_doubt(report, earlier) if one.global_id in paid]
+    return [in_doubt_words(one) for one in doubts_alike(asked)]
 
 
 def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tuple[int, int], styles: Styles) -> int:

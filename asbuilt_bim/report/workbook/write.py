@@ -118,7 +118,7 @@ def _write_money(book: Workbook, report: ProgressReport, earlier: Sequence[Progr
         made,
         (first_sum, variations),
         styles,
-        before_words(faults_before(earlier, report)),
+        earlier,
     )
 
 

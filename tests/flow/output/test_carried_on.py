@@ -125,3 +125,9 @@ def test_a_signed_valuation_is_kept_by_that_name_and_a_changed_one_as_edited(tmp
         typed(tmp_path / "quantities.xlsx", {("", "signed_by"): who, ("", "retention_rate"): 0.05})
         kept = keep_edited(tmp_path, Path("quantities.xlsx"))
         assert kept is not None and kept.name.startswith(called)
+
+
+def test_a_project_file_that_no_longer_names_terms_releases_no_retention() -> None:
+    first, _ = inputs_of(PROJECT, None, None)
+    later, _ = inputs_of(ValuationFile(), None, with_valuation(sample_report(), first))
+    assert later.terms == first.terms != Terms()

@@ -136,7 +136,7 @@ Change = Callable[[Path], dict[tuple[str, str], str | float | date | None]]
         (lambda p: {**SIGNED, at(p, "Cost by element", "Counts", 5): 0.0123}, "its rows of 'Cost by element' come to"),
         (lambda p: {**SIGNED, at(p, "Variations", "Done", 0): 1.0}, "variation V1 isn't"),
         (lambda p: {**SIGNED, ("", "work_cumulative_1"): 1.0}, "'Valuation' says"),
-        (lambda p: {("Bill", "AC4"): "key"}, "lacks its headings"),
+        (lambda p: {at(p, "Bill", "Key", -1): "key"}, "lacks its headings"),
         (lambda p: {("Bill", "B4"): "Text"}, "two columns of one heading"),
         (lambda p: {at(p, "Bill", "Previous amount", 0): 5.0}, "its lines 5.00"),
     ],
@@ -160,6 +160,11 @@ def test_a_workbook_that_a_program_saved_without_calculating_is_refused(workbook
     book = openpyxl.load_workbook(workbook)
     book.save(workbook)
     assert "has no value" in refusal(workbook) and "Ctrl+Shift+F9" in refusal(workbook)
+
+
+def test_a_damaged_workbook_is_to_be_put_back_from_its_signed_copy_or_from_the_runs(workbook: Path) -> None:
+    workbook.write_text("no workbook", encoding="utf-8")
+    assert "signed copy" in refusal(workbook) and "runs/" in refusal(workbook) and "CSV" not in refusal(workbook)
 
 
 def test_a_workbook_without_a_bill_holds_nothing(tmp_path: Path) -> None:

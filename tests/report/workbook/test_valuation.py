@@ -6,7 +6,7 @@ import html
 import io
 import re
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta
 
 import openpyxl
 import pytest
@@ -18,6 +18,7 @@ from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.cost_rows import possible_of
 from asbuilt_bim.report.page.write import page_html
+from asbuilt_bim.report.tables import still_in_doubt
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
 from asbuilt_bim.report.wording.values import number
 from asbuilt_bim.report.workbook.write import workbook_bytes
@@ -143,9 +144,33 @@ def test_observations_stand_beside_what_photos_say() -> None:
         "not yet: after this visit",
     ]
     counted = book(with_valuation(report, ValuationInputs(count_observations=True)), values=True)["Observations"]
-    assert counted["K5"].value == "80%"
+    assert counted["K5"].value == "80 %"
     element = next(one for one in report.elements if one.global_id == global_id(1))
     assert counted["G5"].value == pytest.approx(element.completion.lower)
+
+
+def test_what_a_person_saw_stands_as_it_was_said_and_what_counts_of_it_beside_it() -> None:
+    base = sample_report()
+    element = max(base.elements, key=lambda one: one.completion.lower)
+    assert element.last_seen is not None and element.completion.lower > 0.375
+    seen = Observation(element=element.global_id, day=date(2026, 1, 1), share=0.375, by="Ann", why="tape")
+    report = with_valuation(replace(base, observations=(seen,)), ValuationInputs(count_observations=True))
+    sheet = book(report, values=True)["Cost by element"]
+    at = {cell.value: index for index, cell in enumerate(sheet[4])}
+    row = next(row for row in sheet.iter_rows(min_row=5) if row[at["GlobalId"]].value == element.global_id)
+    assert row[at["Seen by a person"]].value == 0.375
+    assert row[at["Beside photos"]].value == pytest.approx(element.completion.lower)
+
+
+def test_photos_that_disagreed_are_told_until_a_later_visit_shows_the_element_again() -> None:
+    first = sample_report()
+    torn = next(one for one in first.elements if one.cells_conflict > 0.0 and one.stations)
+    blind = tuple(replace(one, stations=(), cells_conflict=0.0, notes=()) for one in first.elements)
+    last = replace(first, visit_date=first.visit_date + timedelta(days=14), elements=blind)
+    (told,) = [one for one in still_in_doubt(last, (first,)) if one.global_id == torn.global_id]
+    assert told.cells_conflict > 0.0 and first.visit_date.isoformat() in told.stations[0]
+    shown = replace(last, elements=tuple(replace(one, stations=("B1",)) for one in blind))
+    assert not any(one.cells_conflict for one in still_in_doubt(shown, (first,)))
 
 
 def test_no_text_of_a_table_or_a_person_becomes_a_formula() -> None:

@@ -58,6 +58,19 @@ BILL = (
     _column("Bill", "count", 6, "Lines of one cost schedule and currency are one bill, with its own sums."),
     _column("Currency", "text", 9, "Currency of rate and amounts."),
     _column("In pieces", "text", 8, "yes: only whole pieces count."),
+    _column(
+        "Design quantity",
+        "quantity",
+        11,
+        "What the line's walls and columns have in the design, in its unit; their volume in m3 where that says none.",
+    ),
+    _column(
+        "Contract per design",
+        "quantity",
+        11,
+        "How much of the contract stands for one of the design's. The next valuation is held to it: what the design "
+        "loses stays unpaid.",
+    ),
     _column("Key", "text", 26, "What the program knows the line by. Leave it as it is."),
 )
 
@@ -84,7 +97,7 @@ COST_PARTS = (
         "if it was seen complete (not only as far as seen), else 0 %.",
     ),
     _column("Best", "percent", 9, "The best estimate of the element; unknown where less than half was seen."),
-    _column("Seen by a person", "percent", 10, "From the observations table. Beside the photos, never mixed in."),
+    _column("Seen by a person", "percent", 10, "From the observations table, as the person said it. Never mixed in."),
     _column("Override", "percent", 10, f"Write a percentage here to let it count instead. {_INPUT}"),
     _column("Reason", "text", 24, "Why you overrode it."),
     _column("By", "text", 12, "Who overrode it."),
@@ -97,6 +110,8 @@ COST_PARTS = (
     _column("Cost line", "text", 34, "The line's text."),
     _column("Currency", "text", 9, "Currency of the amount."),
     _column("Before the line", "money", 12, "= quantity certified x rate, to the cent, before the line is rounded."),
+    _column("Beside photos", "percent", 10, "What counts of what a person saw, where observations count: the larger of "
+            "it and certain; certain where photos of that day or later show less."),
 )  # fmt: skip
 
 VARIATIONS = (

@@ -4,16 +4,27 @@ from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.template import Template, filled
-from asbuilt_bim.report.wording.values import number, percent, rate
+from asbuilt_bim.report.wording.values import number, percent, percent_said, rate
 
 _ITEM = "cost item {item}: "
 
 
 def _covers_nothing(note: Note) -> str:
-    why = (
-        "what it is to cover is nowhere in the IFC file" if note.values["said"] else "the table says no element for it"
-    )
-    return filled(f"{_ITEM}it covers nothing: {why}. Nothing of it is certified until a person says how much", note)
+    nothing = f"{_ITEM}it covers nothing: "
+    until = ". Nothing of it is certified until a person says how much"
+    if not note.values["said"]:
+        return filled(f"{nothing}the table says no element for it{until}", note)
+    if "column" not in note.values:
+        return filled(f"{nothing}no element is all that it says{until}", note)
+    meant = ". Did you mean '{meant}'?" if note.values["meant"] else "."
+    there = " There is: {known:list}{more}" if note.values["known"] else " The IFC file names none"
+    text = f"{nothing}no wall or column has the {{column}} '{{written}}'{meant}{there}"
+    return filled(text + until, note)
+
+
+def _unit_unknown(note: Note) -> str:
+    text = f"{_ITEM}its unit '{{unit}}' is no volume, area, length or number: it is shared out by the elements' volume"
+    return filled(text + (". Did you mean {meant}?" if note.values.get("meant") else ""), note)
 
 
 def _falls(note: Note) -> str:
@@ -21,8 +32,51 @@ def _falls(note: Note) -> str:
 
 
 def _gone(note: Note) -> str:
-    text = "{item}: it was certified before and is no longer in the costs: its amount falls "
-    return filled(f"{text}{_was_now(note)}", note)
+    falls = f"Its amount falls {_was_now(note)}"
+    if note.values.get("replaced_by"):  # a result of before has no such value
+        text = "{item} ({unit}) was certified before. Its number stands for other work now: {replaced_by}. "
+        return filled(text, note) + falls
+    return filled("{item} was certified before, and is no longer in the costs. ", note) + falls
+
+
+def _quantity(note: Note, key: str) -> str:
+    """Write a quantity with as many decimals as its size asks for."""
+    value = float(str(note.values[key]))
+    decimals = 0 if value == round(value) or abs(value) >= 100.0 else 2 if abs(value) >= 1.0 else 6
+    return number(value, decimals)
+
+
+def _off(note: Note) -> str:
+    contract, design = _quantity(note, "contract"), _quantity(note, "design")
+    return filled(
+        f"{{item}}: contract {contract} {{unit}}, design about {design} {{unit}}. What photos show is paid as its part "
+        "of the contract quantity, so check quantity and unit, and what the line covers",
+        note,
+    )
+
+
+def _lost(note: Note) -> str:
+    named = f" ({filled('{elements:list}{more}', note)})" if note.values["elements"] else ""
+    amount, lost = number(float(str(note.values["amount"]))), _quantity(note, "quantity")
+    return filled(
+        f"{{item}}: {lost} {{unit}} of its contract, {amount} {{currency}}, stood for what is no longer in the design"
+        f"{named}. It stays unpaid, in a row of its own. Override that row for what stands, or correct the contract",
+        note,
+    )
+
+
+def _changed(note: Note) -> str:
+    values = note.values
+    told = ["text was '{text_was}'"] if "text_was" in values else []
+    if "rate_was" in values:
+        told.append(f"rate {rate(float(str(values['rate_was'])))}, now {rate(float(str(values['rate'])))}")
+    if "contract_was" in values:
+        told.append(f"contract quantity {_quantity(note, 'contract_was')}, now {_quantity(note, 'contract')} {{unit}}")
+    return filled(
+        f"{{item}} is otherwise than when it was signed: {', '.join(told)}. All that is certified of it follows what "
+        "it says now",
+        note,
+    )
 
 
 def _was_now(note: Note) -> str:
@@ -40,7 +94,8 @@ def _rate(note: Note) -> str:
 
 def _contradicts(note: Note) -> str:
     values = note.values
-    seen, lower, upper, counted = (percent(float(str(values[k]))) for k in ("share", "lower", "upper", "counted"))
+    lower, upper = (percent(float(str(values[key]))) for key in ("lower", "upper"))
+    seen, counted = (percent_said(float(str(values[key]))) for key in ("share", "counted"))
     return filled(
         f"{{element:name}} ({{subject.name}}): {{by}} saw {seen} on {{day}}, photos say {lower} to {upper}. Where "
         f"observations count, {counted} does",
@@ -69,8 +124,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.COSTS_FORMULAS: "{subject.name} holds formulas: what they gave when it was last saved counts",
     Reason.COST_COVERS_NOTHING: _covers_nothing,
     Reason.COST_COVER_UNKNOWN: f"{_ITEM}not in the IFC file: {{elements:list}}{{more}}",
-    Reason.COST_UNIT_UNKNOWN: f"{_ITEM}its unit '{{unit}}' is no volume, area, length or number: it is shared out by "
-    "the elements' volume",
+    Reason.COST_UNIT_UNKNOWN: _unit_unknown,
     Reason.OBSERVATION_UNKNOWN: "{subject.name}: no wall or column, or more than one, is called {elements:quoted}"
     "{more}. Write the GlobalId",
     Reason.OBSERVATION_CONTRADICTS: _contradicts,
@@ -80,6 +134,9 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     "{elements:list}{more}. It counts from the next visit on; to let it count now, write an override",
     Reason.CERTIFIED_FALLS: _falls,
     Reason.CERTIFIED_LINE_GONE: _gone,
+    Reason.CERTIFIED_LINE_CHANGED: _changed,
+    Reason.CONTRACT_NOT_DESIGN: _off,
+    Reason.DESIGN_LOST_WORK: _lost,
     Reason.OVERRIDE_UNUSED: "the workbook's override of {element:name} for {subject.name} ({share:%}, {by:name}) has "
     "nothing to stand for any more",
     Reason.TERMS_KEPT: "retention and tax are the last workbook's, {retention:%} and {tax:%}. The project file says "

@@ -1,0 +1,147 @@
+"""A contract is held to the design: what the design loses stays unpaid, and a quantity far off it is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from asbuilt_bim.bim.model import CostLine
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import LOST, Bill, bills
+from asbuilt_bim.progress.valuation.inputs import Override, ValuationInputs
+from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.report.wording.notes import note_words
+from benchmarks.valuation.made import FIRST, Seen, cost_line, made_report
+from benchmarks.valuation.sequences import NONE, WHOLE, signed
+
+LINE = cost_line("1.1", 0, 16.0, 245.0, ["a", "b", "c", "d"])
+PART = Seen(lower=0.57, best=0.6, upper=0.7)
+
+
+def report_of(
+    seen: dict[str, Seen], line: CostLine = LINE, inputs: ValuationInputs | None = None, each: float = 4.0
+) -> ProgressReport:
+    """Value a line whose elements, of those seen, have `each` of its unit in the design."""
+    there = replace(line, elements=tuple(key for key in line.elements if key in seen))
+    made = made_report(seen, [there], FIRST + timedelta(days=14), ValuationInputs())
+    lines = tuple(replace(one, design_quantity=each * len(there.elements)) for one in made.cost_lines)
+    return with_valuation(replace(made, cost_lines=lines), inputs or ValuationInputs())
+
+
+def only(report: ProgressReport) -> Bill:
+    (bill,) = bills(report)
+    return bill
+
+
+def codes(report: ProgressReport) -> list[Reason]:
+    return [note.code for note in report.notes]
+
+
+ALL = {"a": WHOLE, "b": WHOLE, "c": NONE, "d": PART}
+
+
+def test_a_wall_that_the_design_loses_raises_nothing_its_part_stays_unpaid_in_a_row_of_its_own_and_is_named() -> None:
+    before = report_of(ALL)
+    after = report_of({key: one for key, one in ALL.items() if key != "c"}, inputs=signed(before))
+    (line,) = only(after).lines
+    assert only(before).cumulative.work == only(after).cumulative.work > 0.0 == only(after).period.payable
+    (row,) = [row for row in line.rows if row.element is None]
+    assert (row.global_id, row.quantity, row.share) == (LOST, pytest.approx(4.0), 0.0)
+    assert line.line.best_quantity_shown is None and line.line.earned_lower == line.amount
+    (note,) = after.notes
+    words = note_words(note)
+    assert note.code is Reason.DESIGN_LOST_WORK and "4 m3 of its contract, 980.00 EUR" in words.replace("\u202f", "")
+    assert "Wall c" in words
+
+
+def test_a_wall_built_in_part_that_goes_takes_its_own_amount_and_the_others_keep_theirs() -> None:
+    before = report_of(ALL)
+    after = report_of({key: one for key, one in ALL.items() if key != "d"}, inputs=signed(before))
+    assert only(after).lines[0].quantity == 8.0 and only(after).period.work == pytest.approx(-0.57 * 4.0 * 245.0)
+    assert codes(after) == [Reason.DESIGN_LOST_WORK, Reason.CERTIFIED_FALLS]
+
+
+def test_walls_that_become_smaller_are_not_paid_more_for_it() -> None:
+    before = report_of(ALL)
+    after = report_of(ALL, inputs=signed(before), each=3.0)
+    assert only(after).lines[0].quantity == pytest.approx(0.75 * only(before).lines[0].quantity)
+    assert Reason.DESIGN_LOST_WORK in codes(after)
+
+
+def test_what_the_design_lost_stays_unpaid_in_all_later_valuations_and_when_outputs_are_made_again() -> None:
+    fewer = {key: one for key, one in ALL.items() if key != "c"}
+    second = report_of(fewer, inputs=signed(report_of(ALL)))
+    third = report_of(fewer, inputs=signed(second))
+    assert only(third).period.work == 0.0 and codes(third) == [Reason.DESIGN_LOST_WORK]
+    again = with_valuation(third, third.valuation)
+    assert (again.cost_lines, again.notes) == (third.cost_lines, third.notes)
+    back = report_of(ALL, inputs=signed(third))
+    assert only(back).period.work == 0.0 and codes(back) == []
+
+
+def test_where_the_contract_becomes_less_by_what_the_design_loses_nothing_is_lost() -> None:
+    less = replace(LINE, planned_quantity=12.0)
+    after = report_of({key: one for key, one in ALL.items() if key != "c"}, less, signed(report_of(ALL)))
+    assert after.cost_lines[0].lost == 0.0 and only(after).period.work == 0.0
+
+
+def test_a_person_may_certify_what_the_design_lost_on_its_row() -> None:
+    fewer = {key: one for key, one in ALL.items() if key != "c"}
+    said = Override(line=LINE.global_id, element=LOST, share=0.5, reason="stands", by="B", day=FIRST)
+    after = report_of(fewer, inputs=replace(signed(report_of(ALL)), overrides=(said,)))
+    assert only(after).period.work == 2.0 * 245.0 and Reason.OVERRIDE_UNUSED not in codes(after)
+
+
+def test_a_result_of_before_the_design_was_kept_is_held_to_what_its_elements_had() -> None:
+    known = signed(report_of(ALL))
+    old = replace(known, paid=tuple(replace(one, per_design=0.0) for one in known.paid))
+    after = report_of({key: one for key, one in ALL.items() if key != "c"}, inputs=old)
+    assert only(after).period.work == 0.0 and codes(after) == [Reason.DESIGN_LOST_WORK]
+
+
+def test_without_a_signed_valuation_the_contract_is_shared_out_among_what_there_is() -> None:
+    assert report_of({"a": WHOLE, "b": WHOLE}, each=8.0).cost_lines[0].lost == 0.0
+
+
+@pytest.mark.parametrize("contract", [160.0, 8.0])
+def test_a_contract_quantity_far_off_the_designs_is_named_with_both(contract: float) -> None:
+    report = report_of(ALL, replace(LINE, planned_quantity=contract))
+    (note,) = report.notes
+    assert note.code is Reason.CONTRACT_NOT_DESIGN
+    assert f"contract {contract:g} m3, design about 16 m3" in note_words(note)
+
+
+def test_waste_and_what_a_line_pays_for_besides_are_no_reason_to_warn() -> None:
+    assert codes(report_of(ALL, replace(LINE, planned_quantity=17.5))) == []
+    assert codes(report_of(ALL, replace(LINE, planned_quantity=160.0, others=3))) == []
+    assert codes(report_of(ALL, replace(cost_line("1", 4, 1.0, 9.0, list("abcd"))))) == []  # of no unit that a wall has
+
+
+def test_what_was_certified_in_another_unit_is_of_another_line_and_keeps_a_row_of_its_own() -> None:
+    pieces = cost_line("1.3", 3, 4.0, 180.0, ["a", "b"])
+    before = signed(report_of({"a": WHOLE, "b": NONE}, pieces, each=2.0))
+    volume = replace(cost_line("1.3", 0, 8.0, 265.0, ["a", "b"]), name="Columns, concrete")
+    after = report_of({"a": WHOLE, "b": NONE}, volume, before)
+    new, gone = only(after).lines
+    assert (new.previous, new.previous_quantity, new.line.unit) == (0.0, 0.0, "m3")
+    assert gone.gone and (gone.previous_quantity, gone.line.unit, gone.amount) == (2.0, "pcs", 0.0)
+    words = [note_words(note) for note in after.notes if note.code is Reason.CERTIFIED_LINE_GONE]
+    assert "stands for other work now: Columns, concrete (m3)" in words[0]
+
+
+def test_another_tables_line_of_the_same_number_is_the_same_only_with_the_same_text() -> None:
+    before = signed(report_of(ALL))
+    same = replace(LINE, global_id="costs:other")
+    assert [line.gone for line in only(report_of(ALL, same, before)).lines] == [False]
+    assert [line.gone for line in only(report_of(ALL, replace(same, name="Slabs"), before)).lines] == [False, True]
+
+
+def test_a_line_that_is_otherwise_than_when_it_was_signed_is_named_with_what_was() -> None:
+    braces = replace(LINE, name="Walls {x}")
+    other = replace(LINE, name="Walls, C35/45", rate=300.0, planned_quantity=17.0)
+    after = report_of(ALL, other, signed(report_of(ALL, braces)))
+    (words,) = [note_words(note) for note in after.notes if note.code is Reason.CERTIFIED_LINE_CHANGED]
+    assert "text was 'Walls {x}', rate 245.00, now 300.00, contract quantity 16, now 17 m3" in words
