@@ -119,7 +119,7 @@ def _wherever_they_lie(
 
 
 def unsettled(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> BoolArray:
-    """Say of every cell by its number, as `CellSamples.cell` has it, whether what looks built in it doesn't count so."""
+    """Say of every cell by its number (`CellSamples.cell`) whether what looks built in it doesn't count so."""
     real = element_cells(element).weight.ravel() > 0.0
     found = np.zeros(real.size, dtype=bool)
     found[real] = cell_states(element, surfaces, options).unsettled
