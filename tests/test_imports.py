@@ -37,7 +37,7 @@ PURE = ["geometry", "camera", "bim", "vision", "register", "match", "progress", 
 """Parts that never ask for the time; measure takes its clock as an argument."""
 CONFINED = {
     "ifcopenshell": ["ifc/"],
-    "onnxruntime": ["vision/networks"],
+    "onnxruntime": ["vision/networks/runtime.py"],
     "shapely": ["geometry/polygon.py", "bim/exposure.py"],
     "xlsxwriter": ["report/workbook/"],
     "jinja2": ["report/page/"],

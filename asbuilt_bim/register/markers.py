@@ -94,7 +94,8 @@ def _sighted(
     for sighting in station.markers:
         marker = surveyed.get(sighting.marker_id)
         if marker is None:
-            notes.append(_unknown(station.station, sighting.marker_id))
+            if survey:  # without one, prints tie stations to each other, and nothing is amiss
+                notes.append(_unknown(station.station, sighting.marker_id))
             continue
         if len(marker.corners_m) != len(sighting.left_px):
             continue  # its centre alone: of use where the visit is placed together

@@ -80,7 +80,7 @@ def _collect(error: BaseException, path: str, problems: Problems) -> None:
         for key in sorted(error.extra_fields, key=str):
             near = _nearest(key, known)
             hint = f"; did you mean {near}?" if near else f"; known here: {', '.join(sorted(known))}"
-            if isinstance(key, int):  # {diameter_m: 0,30}
+            if isinstance(key, int) or str(key).isdecimal():  # {diameter_m: 0,30}, {square_m: 0,08}
                 hint = "; a decimal comma? write a point"
             meant = f"{path}.{near}".lstrip(".") if near else ""
             problems.found.append(Problem(path=f"{path}.{key}".lstrip("."), text=f"unknown key{hint}", meant=meant))

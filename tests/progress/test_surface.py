@@ -338,6 +338,14 @@ def test_what_was_seen_built_on_one_side_and_open_on_the_other_is_not_built_when
     assert only(later).cells_built <= only(first).cells_built
 
 
+def test_what_hung_in_the_air_is_not_seen_begun_by_a_later_visit_that_sees_nothing() -> None:
+    in_the_air, hoarding = box(0, 0, 1.7, 3.0, 0.25, 0.9), box(-2, -2.0, 0, 7, 0.05, 4)
+    first, surfaces = visit(see([in_the_air, BACKDROP]))
+    assert surfaces["W-0"].built_area_m2 > 1.0 and only(first).cells_built == 0.0
+    later, _ = visit(see([hoarding]), history=remember(EMPTY_HISTORY, first), day=date(2026, 3, 16))
+    assert only(later).cells_built == 0.0 and only(later).first_built is None
+
+
 def test_history_reaches_a_face_of_the_revised_model_in_the_same_place() -> None:
     first, _ = visit(see([WALL, BACKDROP], 2.8))
     history = remember(EMPTY_HISTORY, first)

@@ -114,6 +114,14 @@ def test_an_id_that_the_survey_lacks_is_named_and_the_station_kept() -> None:
     assert placement.rejections[0].code is Reason.MARKER_NOT_SURVEYED
 
 
+def test_where_nothing_is_surveyed_no_marker_is_said_to_be_lacking() -> None:
+    """They tie the stations to each other: to take them down would harm."""
+    station, _ = site(3)
+    placement = register((station,), [], RegisterOptions())
+    assert Reason.MARKER_NOT_SURVEYED not in {one.code for one in placement.rejections}
+    assert [one.code for one in placement.rejections] == [Reason.MARKERS_TOO_FEW]
+
+
 def test_markers_close_together_and_far_away_are_too_uncertain() -> None:
     pose = looking_north()
     station, survey = site(2)

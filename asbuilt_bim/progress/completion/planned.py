@@ -9,8 +9,10 @@ from typing import Literal
 from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
+from asbuilt_bim.progress.completion.element import is_unfinished
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
-from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, ShownState, TaskProgress
+from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, TaskProgress
 
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
 """What is known of a task: all its elements, some of them, that nothing of it stands, or nothing."""
@@ -119,23 +121,33 @@ def days_behind(
     return best, max(seen, least) if seen else least, most
 
 
-def late_elements(
-    report: ProgressReport, states: Sequence[ShownState] = ("part", "not started")
-) -> tuple[LateElement, ...]:
-    """Return the elements in some states after the latest planned finish of their tasks, the longest due first."""
-    due = _due(report.tasks)
-    those = ((e, *due[e.global_id]) for e in report.elements if e.global_id in due and e.shown_state in states)
-    found = [
-        LateElement(element=element, task=task, due=finish.date(), late_days=days)
-        for element, finish, task in those
-        if (days := days_past(finish, report.visit_date))
-    ]
-    return tuple(sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id)))
+def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
+    """Return the elements sure not to be complete after the latest planned finish of their tasks, longest due first."""
+    return tuple(one for one in _overdue(report) if _is_late(one.element))
 
 
 def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
-    """Return the elements that should stand and were seen too little to say: complete as far as seen ones, too."""
-    return late_elements(report, ("unknown", "complete as far as seen"))
+    """Return the elements that should stand and were seen too little to say whether they do.
+
+    They are unknown, complete as far as seen, or in part with bounds that reach up to complete.
+    """
+    unclear = ("unknown", "complete as far as seen", "part", "not started")
+    return tuple(one for one in _overdue(report) if one.element.shown_state in unclear and not _is_late(one.element))
+
+
+def _is_late(element: ElementProgress) -> bool:
+    return is_unfinished(element.state, element.completion, ProgressOptions())
+
+
+def _overdue(report: ProgressReport) -> Sequence[LateElement]:
+    """Return every element whose tasks should be finished, whatever its state, the longest due first."""
+    found = []
+    due, known = _due(report.tasks), {element.global_id: element for element in report.elements}
+    for key in due.keys() & known.keys():
+        finish, task = due[key]
+        if days := days_past(finish, report.visit_date):
+            found.append(LateElement(element=known[key], task=task, due=finish.date(), late_days=days))
+    return sorted(found, key=lambda one: (-one.late_days, one.element.name, one.element.global_id))
 
 
 def calendar_of(report: ProgressReport) -> WorkCalendar:

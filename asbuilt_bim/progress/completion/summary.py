@@ -11,7 +11,7 @@ from asbuilt_bim.match.displaced import Displaced
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.progress.completion.earned_value import cost_progress
-from asbuilt_bim.progress.completion.element import progress_of
+from asbuilt_bim.progress.completion.element import is_unfinished, progress_of
 from asbuilt_bim.progress.completion.forecast import forecast
 from asbuilt_bim.progress.completion.moments import days_past, late_days
 from asbuilt_bim.progress.completion.planned import days_behind, planned_share
@@ -122,7 +122,7 @@ def task_progress(
         schedule_finish=task.schedule_finish,
         actual_start=_first(element.first_built for element in members),
         actual_finish=_last(element.complete_on for element in members) if complete else None,
-        late=_late(task, members, complete, visit_date),
+        late=_late(task, members, complete, visit_date, options),
         identification=task.identification,
         outline=task.outline,
         links=task.links,
@@ -150,9 +150,11 @@ def _last(days: Iterable[date | None]) -> date | None:
     return max((day for day in days if day is not None), default=None)
 
 
-def _late(task: Task, members: Sequence[ElementProgress], complete: bool, visit_date: date) -> bool | None:
+def _late(
+    task: Task, members: Sequence[ElementProgress], complete: bool, visit_date: date, options: ProgressOptions
+) -> bool | None:
     if task.schedule_finish is None or not members:
         return None
     if complete or not days_past(task.schedule_finish, visit_date):
         return False
-    return True if any(element.state in ("part", "not started") for element in members) else None
+    return True if any(is_unfinished(one.state, one.completion, options) for one in members) else None

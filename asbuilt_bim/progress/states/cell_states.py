@@ -27,11 +27,13 @@ class CellStates:
 
     `least` and `most` are the shares of each cell that are built at least and at most. A built cell has 1 and 1, an
     open one 0 and 0, an unknown one 0 and 1. Where a pour line may run through the cell they lie between.
+    `unsettled` are those that a side says is built and that don't count so: in conflict, outvoted, or in the air.
     """
 
     built: BoolArray
     open: BoolArray
     conflict: BoolArray
+    unsettled: BoolArray
     least: FloatArray
     most: FloatArray
     height: FloatArray
@@ -62,7 +64,7 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     height = np.tile((np.arange(cells.shape[1]) + 0.5) / cells.shape[1], cells.shape[0])[real]
     no = np.zeros(int(real.sum()), dtype=bool)
     if not any(surface.built_uv_m or surface.open_uv_m for surface in surfaces):
-        return CellStates(built=no, open=no, conflict=no, least=0.0 * no, most=1.0 - no, height=height)
+        return CellStates(built=no, open=no, conflict=no, unsettled=no, least=0.0 * no, most=1.0 - no, height=height)
     counts = _counts(element, cells, surfaces, options)[:, :, real]
     total, built, opened, was_open = counts
     decided = built + opened
@@ -80,11 +82,15 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     is_open = np.where(both, (sums[1] < sums[2]) & ~conflict, any_open)
     is_built &= ~_hanging(cells, is_built, is_open)
     if conflict.sum() > np.sum(is_built | is_open):
+        torn = conflict | is_built | is_open
         return CellStates(
-            built=no, open=no, conflict=conflict | is_built | is_open, least=0.0 * no, most=1.0 - no, height=height
+            built=no, open=no, conflict=torn, unsettled=torn, least=0.0 * no, most=1.0 - no, height=height
         )
     least, most = _bounds(element, cells, (is_built, is_open), sums, options)
-    found = CellStates(built=is_built, open=is_open, conflict=conflict, least=least, most=most, height=height)
+    doubted = conflict | (any_built & ~is_built)
+    found = CellStates(
+        built=is_built, open=is_open, conflict=conflict, unsettled=doubted, least=least, most=most, height=height
+    )
     doubtful = any(surface.border_m for surface in surfaces)
     return _wherever_they_lie(found, element, surfaces, options) if doubtful else found
 
@@ -112,11 +118,11 @@ def _wherever_they_lie(
     return replace(found, least=least, most=most)
 
 
-def in_conflict(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> BoolArray:
-    """Say of every cell by its number, as `CellSamples.cell` has it, whether its sides contradict one another."""
+def unsettled(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> BoolArray:
+    """Say of every cell by its number (`CellSamples.cell`) whether what looks built in it doesn't count so."""
     real = element_cells(element).weight.ravel() > 0.0
     found = np.zeros(real.size, dtype=bool)
-    found[real] = cell_states(element, surfaces, options).conflict
+    found[real] = cell_states(element, surfaces, options).unsettled
     return found
 
 

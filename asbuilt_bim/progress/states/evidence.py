@@ -25,7 +25,7 @@ AROUND_PX = 7
 
 FRAME = 0.02
 """Of the width, which a lens's distortion bends a rectified photo's border in. What stands so far left that the right
-photo doesn't show it can only be taken for something farther, by a look that doesn't ask how sure it is."""
+photo doesn't show it can only be matched with something farther: there "farther" says nothing of it."""
 
 
 NO_TINTS = frozen(np.zeros((0, 2)))
@@ -165,7 +165,8 @@ def judge(
         elsewhere = np.zeros(len(asked)) if view.doubt is None else view.doubt.reach_m(points_m[asked])
         tolerance = options.building_tolerance_m + elsewhere
         pose_sigma = point_sigma_m(view.pose, points_m[asked], normals[asked])
-        look = partial(_look, view, points[asked], facing[asked], pixels[asked], pose_sigma, tolerance, options)
+        both = _on_both(view, points[asked], pixels[asked])
+        look = partial(_look, view, points[asked], facing[asked], pixels[asked], both, pose_sigma, tolerance, options)
         found = look(view.disparity_px, view.sigma_px)
         verdict[asked], offset[asked], common[asked] = found.verdict, found.offset_m, found.common_m
         blurred = options.sigmas * found.common_m + elsewhere > options.max_blur_m
@@ -175,7 +176,7 @@ def judge(
         drop[asked] = np.maximum(steepness, 0.0) * (tolerance + options.sigmas * found.sigma_m)
         if view.occluder_free_px is not None:
             past = look(view.occluder_free_px, np.full_like(view.occluder_free_px, OCCLUDER_FREE_SIGMA_PX))
-            through[asked] = (past.verdict == Verdict.BEHIND) & _on_both(view, points[asked], pixels[asked])
+            through[asked] = past.verdict == Verdict.BEHIND
         if view.colour is not None and view.picture is not None:
             tinted[asked] = ~view.picture.fits(view.colour.palette.with_tints(tints), pixels[asked])
     return Evidence(verdict=verdict, offset_m=offset, common_m=common, drop_m=drop, tinted=tinted, through=through)
@@ -216,6 +217,7 @@ def _look(
     points: FloatArray,
     facing: FloatArray,
     pixels: FloatArray,
+    both: BoolArray,
     pose_sigma: FloatArray,
     tolerance_m: FloatArray,
     options: ProgressOptions,
@@ -238,4 +240,5 @@ def _look(
     verdict[off < -allowed] = Verdict.BEHIND
     verdict[off > allowed] = Verdict.BEFORE
     verdict[~np.isfinite(measured) | (along >= 0.0)] = Verdict.NOT_MEASURED
+    verdict[(verdict == Verdict.BEHIND) & ~both] = Verdict.NOT_MEASURED
     return _Look(verdict=verdict, sigma_m=sigma, offset_m=off / px_per_m, common_m=common)

@@ -48,9 +48,31 @@ def _ambiguous(values: Values) -> Words:
     )
 
 
+def _not_found(values: Values) -> Words:
+    """Say whether too little fits, or all of it and still too little to be no chance."""
+    more = "show more walls and columns that are built as designed, at an angle to each other, or markers"
+    if values["fits"] == values["faces"]:
+        return Words(
+            reason=fill(
+                "all its {faces} measured faces fit the design near its rough place, but so few faces, or so "
+                "loose a fit, may be chance",
+                values,
+            ),
+            remedy=f"{more}; or give its rough place more closely (near)",
+        )
+    return Words(
+        reason=fill(
+            "near its rough place nothing in the design fits well enough: at best {fits} of {faces} measured faces do",
+            values,
+        ),
+        remedy=f"check the rough place, its storey and its bearing; {more}",
+    )
+
+
 PLACES: Table = {
     Reason.MARKER_NOT_SURVEYED: Words(
-        reason="the survey has no such marker", remedy="add its four corners to the survey, or take the print down"
+        reason="the survey has no such marker",
+        remedy="survey its four corners, or leave it: it ties the stations that see it to each other",
     ),
     Reason.MARKER_CONTRADICTS: _marker,
     Reason.MARKER_FAR: Words(
@@ -120,12 +142,7 @@ PLACES: Table = {
         limit="at least 2, at an angle",
         remedy="show a corner, a column, or two walls at an angle",
     ),
-    Reason.DESIGN_NOT_FOUND: Words(
-        reason="near its rough place nothing in the design fits well enough: {fits} of {faces} measured faces do at "
-        "best",
-        remedy="check the rough place, its storey and its bearing; show more walls and columns that are built as "
-        "designed, at an angle to each other, or markers",
-    ),
+    Reason.DESIGN_NOT_FOUND: _not_found,
     Reason.DESIGN_AMBIGUOUS: _ambiguous,
     Reason.DESIGN_HEIGHT_OPEN: Words(
         reason="its height over the design stays open: feet and heads of its {faces} faces don't agree on one",

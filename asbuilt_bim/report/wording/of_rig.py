@@ -88,14 +88,18 @@ def _moved(values: Values) -> Words:
 
 def _undetermined(values: Values) -> Words:
     """Say what leaves a rig open, with advice for the rig that it is; results of before don't say which."""
-    remedy = "take stations with near and far things all over the frame"
+    remedy = "trust no area to better than that; take stations with near and far things all over the frame"
     if values.get("lens_known") is False:
         remedy += ". A rig file of another program doesn't say how well its lenses are known: calibrate the rig with "
         remedy += "asbuilt-bim calibrate"
+    effect = _number(values, "area_effect")
+    off = f"{100 * abs(effect):.1f} % too {'large' if effect > 0.0 else 'small'}"
+    off = off if abs(effect) < MEANINGLESS else "wrong by as much as itself"
     return Words(
         part=_part(values),
-        reason="the photos say too little of how the rig stands (it was used all the same): by "
-        f"{values['matches']} matches {effect_text(values)}; an area may be off by more than the limit",
+        reason="the photos say too little of how the rig stands (it was used all the same): by their "
+        f"{values['matches']} matches an area at {_number(values, 'area_distance_m'):g} m would be {off}, but "
+        "they can't tell that closely enough",
         value=fill("± {area_sigma:.1%}", values),
         limit=_share_limit(values),
         remedy=remedy,

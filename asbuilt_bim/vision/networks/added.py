@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import onnxruntime
-
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.storage.strict_yaml import yaml_text
 from asbuilt_bim.vision.networks.card import NetworkCard
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
 from asbuilt_bim.vision.networks.presets import Preset
+from asbuilt_bim.vision.networks.runtime import new_session
 
 HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/network-1.json\n"
 _SIDES = 16, 4096
@@ -40,11 +39,8 @@ def card_of_file(preset: Preset, path: Path) -> NetworkCard:
         NetworkError: it is no ONNX file, or hasn't the inputs and outputs that this network is published with.
     """
     check_onnx_file(path)
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1
-    options.log_severity_level = 4
     try:
-        session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        session = new_session(path)
     except Exception as problem:  # onnxruntime raises a dozen types of its own
         raise NetworkError(f"network {path}: can't be loaded: {' '.join(str(problem).split())[:200]}") from problem
     inputs = {one.name: list(one.shape) for one in session.get_inputs()}

@@ -7,13 +7,13 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 from numpy.typing import NDArray
 
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.vision.networks.card import ROLES, NetworkCard
 from asbuilt_bim.vision.networks.geometry_input import CHANNELS
 from asbuilt_bim.vision.networks.onnx_file import check_onnx_file
+from asbuilt_bim.vision.networks.runtime import new_session, onnxruntime
 
 MAX_MEMORY_BYTES = 2_000_000_000
 """What all networks of a process may take together; two stations at a time fit an ordinary office computer."""
@@ -85,13 +85,8 @@ def open_network(card: NetworkCard, path: Path) -> Network:
     """
     check_onnx_file(path)
     bounded = _bound_memory()
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1  # the processes are the parallelism
-    options.log_severity_level = 4  # its complaints come as exceptions, in our words
-    if bounded:
-        options.add_session_config_entry("session.use_env_allocators", "1")
     try:
-        session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        session = new_session(path, env_allocators=bounded)
     except Exception as problem:  # see above
         raise NetworkError(f"network {path}: {_reason(problem)}") from problem
     wanted = 2 if card.task == "stereo" or card.geometry is not None else 1

@@ -5,9 +5,12 @@ from datetime import date, datetime
 
 import pytest
 
+from asbuilt_bim.bim.model import Task
 from asbuilt_bim.bim.schedule import EVERY_DAY, WorkCalendar, weekday
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.completion.planned import days_behind, due_but_unknown, late_elements, planned_share, verdict
+from asbuilt_bim.progress.completion.summary import task_progress
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, TaskProgress
 from asbuilt_bim.report.wording.notes import note_words
 from tests.report.sample_report import sample_report
@@ -152,3 +155,31 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     far = tuple(replace(e, state="complete", as_far_as_seen=True) for e in report.elements)
     assert {one.element.global_id for one in due_but_unknown(replace(report, elements=far))} >= ids
     assert late_elements(unseen) == ()
+
+
+def test_what_may_be_complete_by_its_bounds_is_not_called_late_but_should_stand() -> None:
+    report = sample_report()
+    ids = {one.element.global_id for one in late_elements(report)}
+    for upper, late in ((0.96, ids), (0.97, set()), (0.991, set())):
+        bounds = done(0.7, 0.06, upper)
+        elements = tuple(replace(e, state="part", completion=bounds) for e in report.elements)
+        glimpsed = replace(report, elements=elements)
+        assert {one.element.global_id for one in late_elements(glimpsed)} >= late
+        assert bool(late_elements(glimpsed)) is bool(late)
+        assert bool(due_but_unknown(glimpsed)) is not bool(late)
+
+
+@pytest.mark.parametrize(("upper", "late"), [(0.96, True), (0.991, None)])
+def test_a_task_is_late_by_what_is_sure_not_to_be_complete(upper: float, late: bool | None) -> None:
+    elements = {
+        e.global_id: replace(e, state="part", completion=done(0.7, 0.06, upper)) for e in sample_report().elements
+    }
+    made = Task(
+        global_id="T",
+        name="Walls",
+        identification="",
+        elements=tuple(elements),
+        schedule_start=START,
+        schedule_finish=FINISH,
+    )
+    assert task_progress(made, elements, {}, date(2026, 3, 16), ProgressOptions()).late is late

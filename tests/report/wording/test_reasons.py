@@ -112,6 +112,17 @@ def test_a_sentence_reads_as_one_line_with_value_limit_and_remedy() -> None:
     )
 
 
+def test_where_all_of_it_fits_the_design_and_may_be_chance_that_is_what_is_said() -> None:
+    def told(fits: int) -> str:
+        subject = Subject(kind=SubjectKind.STATION, name="G2")
+        return str(
+            words_of(Rejection(code=Reason.DESIGN_NOT_FOUND, subject=subject, values={"faces": 3, "fits": fits}))
+        )
+
+    assert "all its 3 measured faces fit" in told(3) and "may be chance" in told(3) and "nothing" not in told(3)
+    assert "at best 2 of 3 measured faces do" in told(2)
+
+
 def reads_words(tree: ast.AST) -> Iterator[int]:
     """Yield the lines that look into a rejection's words: `x.reason.startswith(...)`, `"knocked" in x.reason`."""
     for node in ast.walk(tree):

@@ -267,6 +267,6 @@ def test_a_rig_left_open_is_told_in_a_whole_sentence_with_advice_for_the_rig_tha
     assert doubt is not None
     words = str(words_of(doubt))
     assert re.search(
-        r"an area may be off by more than the limit \(± \d+\.\d %, limit 2 %\); take stations with near", words
+        r"too (large|small), but they can't tell that closely enough \(± \d+\.\d %, limit 2 %\); trust no area", words
     )
     assert ("another program" in words) == (not of_boards)
