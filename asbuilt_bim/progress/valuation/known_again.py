@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from asbuilt_bim.bim.cost_units import sign_of
 from asbuilt_bim.progress.report import CostProgress
 from asbuilt_bim.progress.valuation.inputs import Paid
 
@@ -19,7 +20,7 @@ def paid_lines(lines: Sequence[CostProgress], paid: Sequence[Paid]) -> dict[str,
     found = {
         line.global_id: by_key[line.global_id]
         for line in lines
-        if line.global_id in by_key and _alike(line.unit, by_key[line.global_id].unit)
+        if line.global_id in by_key and _one_unit(line, by_key[line.global_id])
     }
     taken = {one.line for one in found.values()}
     left = [one for one in paid if one.line not in taken and one.identification]
@@ -27,11 +28,15 @@ def paid_lines(lines: Sequence[CostProgress], paid: Sequence[Paid]) -> dict[str,
     for line in free:
         same = [one for one in left if one.identification == line.identification]
         alike = [one for one in free if one.identification == line.identification]
-        if len(same) == 1 == len(alike) and _alike(line.unit, same[0].unit) and _alike(line.name, same[0].text):
+        if len(same) == 1 == len(alike) and _one_unit(line, same[0]) and _alike(line.name, same[0].text):
             found[line.global_id] = same[0]
     return found
 
 
+def _one_unit(line: CostProgress, paid: Paid) -> bool:
+    return _alike(sign_of(line.unit), sign_of(paid.unit))
+
+
 def _alike(one: str, other: str) -> bool:
-    """Say whether two texts or units are the same but for blanks and capitals."""
+    """Say whether two texts are the same but for blanks and capitals."""
     return "".join(one.split()).casefold()[:_COMPARED] == "".join(other.split()).casefold()[:_COMPARED]

@@ -132,6 +132,13 @@ def test_what_was_certified_in_another_unit_is_of_another_line_and_keeps_a_row_o
     assert "stands for other work now: Columns, concrete (m3)" in words[0]
 
 
+def test_a_unit_spelt_another_way_is_of_the_same_line() -> None:
+    before = report_of(ALL)
+    bill = only(report_of(ALL, replace(LINE, unit="m³"), signed(before)))
+    assert [line.gone for line in bill.lines] == [False]
+    assert bill.period.work == 0.0 < bill.cumulative.work
+
+
 def test_another_tables_line_of_the_same_number_is_the_same_only_with_the_same_text() -> None:
     before = signed(report_of(ALL))
     same = replace(LINE, global_id="costs:other")
