@@ -1,7 +1,7 @@
 """All mistakes of a project file in one message, by line: also those that only what is right shows to be wrong."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ def further_mistakes(
     removed: set[str] = set()
     wrong = [problem.path for problem in found]
     for _ in range(_ROUNDS):
-        removed |= {_there(value, where) for where in wrong}
+        removed |= {_there(value, where, removed) for where in wrong}
         removed.discard("")
         kept: dict[str, list[int]] = {}
         rest = _without(value, "", removed, kept)
@@ -77,9 +77,9 @@ def further_mistakes(
     return []
 
 
-def _there(value: object, where: str) -> str:
-    """Return a place of a file, or what holds it where there is no such place; "" for the whole file."""
-    while where and not _found(value, where)[0]:
+def _there(value: object, where: str, removed: Container[str]) -> str:
+    """Return a place of a file, or what holds it where it isn't there or was left out; "" for the whole file."""
+    while where and (where in removed or not _found(value, where)[0]):
         cut = max(where.rfind("."), where.rfind("["))
         where = where[:cut] if cut > 0 else ""
     return where

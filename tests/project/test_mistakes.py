@@ -48,6 +48,15 @@ def test_a_wrong_key_hides_no_missing_file_and_no_station_that_is_there_twice(tm
     ]
 
 
+def test_a_wrong_value_that_something_else_cannot_be_without_hides_no_missing_file(tmp_path: Path) -> None:
+    boards = (
+        'boards: {kind: charuco, columns: 9, rows: 7, square_m: 80, marker_m: 0.06, left: "l*.jpg", right: "r*.jpg"}'
+    )
+    rows = named(tmp_path, ("file: rig.yaml", boards), ("design.ifc", "desing.ifc"))
+    assert rows[0] == "line 4: ifc: there is no desing.ifc (design.ifc lies there: is it that?)"
+    assert rows[1].startswith("line 5: rig.boards.square_m: expected 0.002 to 1 m")
+
+
 def test_places_are_those_of_the_file_also_after_a_station_that_cannot_be_read(tmp_path: Path) -> None:
     rows = named(tmp_path, ("left: A1_left", "lft: A1_left"), ("name: A3", "name: A2"))
     assert rows[0].startswith("line 10: visits[0].stations[0].lft: unknown key")
