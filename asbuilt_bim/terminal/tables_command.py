@@ -17,6 +17,8 @@ def tables_command(source: Path, out: Path, screen: Screen, *, form: str, replac
     Raises:
         AsBuiltError: there is no result, or the tables can't be written.
     """
+    if not source.exists():
+        raise ResultError(f"{source}: no such folder; name the --out folder of a run, or a result.json")
     if source.is_dir():
         current = read_current(source)
         if current is None:

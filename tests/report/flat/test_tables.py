@@ -185,3 +185,9 @@ def test_the_command_writes_tables_once_and_again_only_where_told(tmp_path: Path
     assert CliRunner().invoke(app, [*words, "--replace"]).exit_code == 0
     days = {row["visit_date"] for row in read(tmp_path / "out", "tasks")}
     assert days == {date(2026, 3, 16).isoformat()}
+
+
+def test_a_folder_that_is_not_there_is_said_to_be_none(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["tables", str(tmp_path / "nowhere"), "--out", str(tmp_path / "out")])
+    assert found.exit_code == 1
+    assert "no such folder; name the --out folder of a run" in " ".join(found.output.split())
