@@ -24,7 +24,7 @@ def percent(share: float | None) -> str:
     return f"{share * 100:.0f} %"
 
 
-def percent_said(share: float) -> str:
+def percent_to_a_tenth(share: float) -> str:
     """Write a share that a person gave, to a tenth of a percent where it has one: `62.5 %`."""
     return f"{round(share * 100.0, 1):g} %"
 

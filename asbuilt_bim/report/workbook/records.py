@@ -19,7 +19,7 @@ from asbuilt_bim.report.wording.of_workbook.valuation_columns import (
     VARIATIONS,
     WHY_NOTHING,
 )
-from asbuilt_bim.report.wording.values import percent_said
+from asbuilt_bim.report.wording.values import percent_to_a_tenth
 from asbuilt_bim.report.workbook.layout import HEAD, SPARE_VARIATIONS, letter
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
@@ -122,7 +122,9 @@ def write_observations(
         what = "not yet: after this visit" if one.day > report.visit_date else "an earlier one"
         if last is not None and last.observation is one:
             what = (
-                f"{percent_said(last.share)}{', contradicted' if last.contradicts else ''}" if counts else "shown only"
+                f"{percent_to_a_tenth(last.share)}{', contradicted' if last.contradicts else ''}"
+                if counts
+                else "shown only"
             )
         cells: list[Cell] = [element.name or one.element, storeys.get(element.storey, NO_STOREY), one.day, one.share]
         cells += [one.by, one.why, done.lower, done.best_shown, done.upper, element.last_seen or "", what, one.element]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.template import Template, filled
-from asbuilt_bim.report.wording.values import number, percent, percent_said, rate
+from asbuilt_bim.report.wording.values import number, percent, percent_to_a_tenth, rate
 
 _ITEM = "cost item {item}: "
 
@@ -95,7 +95,7 @@ def _rate(note: Note) -> str:
 def _contradicts(note: Note) -> str:
     values = note.values
     lower, upper = (percent(float(str(values[key]))) for key in ("lower", "upper"))
-    seen, counted = (percent_said(float(str(values[key]))) for key in ("share", "counted"))
+    seen, counted = (percent_to_a_tenth(float(str(values[key]))) for key in ("share", "counted"))
     return filled(
         f"{{element:name}} ({{subject.name}}): {{by}} saw {seen} on {{day}}, photos say {lower} to {upper}. Where "
         f"observations count, {counted} does",
