@@ -26,7 +26,7 @@ from asbuilt_bim.measure.planes.face_hypotheses import (
 from asbuilt_bim.measure.round.column import fit_round_column, round_face
 from asbuilt_bim.measure.sigma.area import rig_parts
 from asbuilt_bim.measure.workbench import Workbench, workbench
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.scene.read import Scene
 
 
@@ -89,7 +89,13 @@ def settled_faces(bench: Workbench, instances: Sequence[Instance]) -> tuple[list
         )
         for hypothesis, q, covariance in zip(hypotheses, found.q_px, found.covariance, strict=True)
         if hypothesis.outline is not None
+        and (instances[hypothesis.instance].source is InstanceSource.GIVEN or not lies(q, found.down))
     ], found.down
+
+
+def lies(q: FloatArray, down: FloatArray) -> bool:
+    """Say whether a plane q (3,) lies rather than stands: ground and soffits look upright from afar, by few pixels."""
+    return bool(abs(q @ down) > np.cos(np.pi / 4.0) * np.linalg.norm(q))
 
 
 def _start(hypotheses: Sequence[FaceHypothesis]) -> FloatArray:

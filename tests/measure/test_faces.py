@@ -17,11 +17,13 @@ from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.transform import rigid
+from asbuilt_bim.measure import station_faces
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.outline.ends import model
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
-from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, _judge, measure_faces, thumbnail
+from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, _judge, lies, measure_faces, thumbnail
 from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.scene.sky import find_sky
@@ -39,10 +41,11 @@ def rig_of(pair: RectifiedPair) -> StereoRig:
     )
 
 
-def measured(pair: RectifiedPair) -> StationFaces:
+def measured(pair: RectifiedPair, source: InstanceSource = InstanceSource.GEOMETRY) -> StationFaces:
     depth = depth_map(pair, SemiGlobalMatcher())
     scene = read_scene(pair, depth)
     instances, sky = segment_scene(pair, scene), find_sky(pair, depth)
+    instances = [replace(one, source=source) for one in instances]
     return measure_faces(pair, scene, instances, rig_of(pair), FaceOptions(), sky=sky)
 
 
@@ -203,6 +206,23 @@ def test_a_face_with_corners_that_no_pixel_shows_is_named_by_the_box_of_the_othe
     rejections: list[Rejection] = []
     _judge(replace(face, outline_px=(ring,)), [], rejections, FaceOptions(most_sigma_share=1e-6))
     assert rejections[0].values.get("box_px") == box
+
+
+@pytest.mark.parametrize(("lean_deg", "lying"), [(0.0, False), (40.0, False), (50.0, True), (90.0, True)])
+def test_a_plane_that_leans_by_over_half_a_right_angle_lies(lean_deg: float, lying: bool) -> None:
+    lean = np.radians(lean_deg)
+    for up in (-1.0, 1.0):
+        q = 30.0 * np.array([0.0, up * np.sin(lean), np.cos(lean)])
+        assert lies(q, np.array([0.0, 1.0, 0.0])) is lying
+
+
+def test_ground_is_no_wall_unless_somebody_drew_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a real slope four of seven "walls" lay by 50 to 64 degrees: from 6 cm of base they had looked upright."""
+    monkeypatch.setattr(station_faces, "lies", lambda q, down: True)
+    found = measured(site()[1])
+    assert not [face for face in found.faces if isinstance(face.frame, PlaneFrame)]
+    drawn = measured(site()[1], InstanceSource.GIVEN)
+    assert [face for face in drawn.faces if isinstance(face.frame, PlaneFrame)]
 
 
 def test_the_thumbnail_is_a_jpeg_without_exif() -> None:
