@@ -188,7 +188,7 @@ def _region_lines(regions: list[RegionCase]) -> list[Line]:
         line("upright planar regions of 0.5 m2 and 60 px: found", f"{found} of {n}", f">= {FOUND:.0%}", n,
              found >= FOUND * n, FEWEST_REGIONS),
         line("  measured", f"{got} of {n}", f">= {MEASURED:.0%}", n, got >= MEASURED * n, FEWEST_REGIONS),
-        line("  sigma of those areas, median", f"{usual:.1%}", f"<= {SIGMA_SHARE:.0%}", len(sigma),
+        line("  sigma of those areas, median", f"{usual:.1%}" if sigma else "none", f"<= {SIGMA_SHARE:.0%}", len(sigma),
              usual <= SIGMA_SHARE, least_n=1),
     ]  # fmt: skip
 
