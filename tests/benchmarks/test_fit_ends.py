@@ -50,9 +50,16 @@ def test_no_scene_has_a_part_in_the_weights_that_judge_it() -> None:
 
 
 def test_above_the_limit_hardly_a_face_is_false() -> None:
+    chances = np.linspace(0.99, 0.51, 97)
+    whole = np.ones(97, dtype=bool)
+    whole[20:] = False
+    assert limit_of(chances, whole) == pytest.approx(chances[20])  # the first false one is no proof
+    whole[20:] = True
+    whole[30] = False  # one in 97 says nothing against one in a hundred
+    assert limit_of(chances, whole) == pytest.approx(0.51)
+    whole[[31, 32, 33]] = False
+    assert limit_of(chances, whole) == pytest.approx(chances[30])
     chances = np.array([0.99, 0.95, 0.9, 0.8, 0.7, 0.6, 0.4])
-    whole = np.array([True, True, True, False, True, True, True])
-    assert limit_of(chances, whole) == pytest.approx(0.9)
     assert limit_of(chances, np.ones(7, dtype=bool)) == pytest.approx(0.6)  # likelier whole than not
     assert limit_of(chances, np.zeros(7, dtype=bool)) == 1.0
     assert MOST_FALSE == 0.01

@@ -315,7 +315,7 @@ def test_an_edge_is_found_to_hundredths_and_shows_its_own_disparity() -> None:
     both = gradients(left, right, np.ones(left.shape, dtype=bool))
     line = Line(start=np.array([103.0, 20.0]), stop=np.array([103.0, 130.0]))
     line = line if line.normal[0] > 0 else Line(start=line.stop, stop=line.start)
-    fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 5.0, 3.0, 0.0)
+    fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 0.0)
     assert fit is not None
     assert 0.5 * (fit.line.start[0] + fit.line.stop[0]) == pytest.approx(100.37, abs=0.03)
     assert fit.disparity_miss_px == pytest.approx(0.25, abs=0.04)
@@ -326,7 +326,7 @@ def test_the_backgrounds_own_edge_is_no_edge_of_the_face() -> None:
     left, right = step_pictures(100.0, 5.0)  # far behind a face of disparity 20
     both = gradients(left, right, np.ones(left.shape, dtype=bool))
     line = Line(start=np.array([101.0, 130.0]), stop=np.array([101.0, 20.0]))
-    fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 5.0, 3.0, 0.0)
+    fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 0.0)
     assert fit is None or fit.strength < 0.2
 
 

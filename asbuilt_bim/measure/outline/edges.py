@@ -6,18 +6,23 @@ and the background's edges don't.
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
+from pathlib import Path
 
 import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
-from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, robust_sigma, tukey
+from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, tukey
 from asbuilt_bim.vision.stereo.warp import sample
 
+DATA = Path(__file__).with_suffix(".json")
+REACH_PX = 9.0
+"""How far off a line its edge is looked for: as far as the model was fitted."""
 STEP_PX = 0.25
 """Profile step: a quarter of the sensor's own blur."""
 EDGE_FLOOR_PX = 0.12
@@ -29,7 +34,6 @@ SHORT_TUKEY = partial(tukey, reach=3.0)
 FEW_PROFILES = np.array([1e-3, 0.0])
 """What holds the line's slope where few profiles are left, as a share of all of them."""
 MOST_SAMPLES = 400
-TURN_STEPS = 13
 TURNED_SIGN = 0.7
 """What an edge counts that is dark to light in one photo and light to dark in the other: chance makes such ones too."""
 SHARE_GREY = 2.0
@@ -37,6 +41,9 @@ SHARE_GREY = 2.0
 CREST_STEPS = 13
 """An edge's profile is some 3 px wide after the sensor's and our own blur."""
 CREST_PX = 0.5 * (CREST_STEPS - 1) * STEP_PX
+RARE = 0.01
+"""A line that is the edge in fewer cases than that is no part of sigma."""
+WIDE_PX = REACH_PX + 2.0 * CREST_PX
 SHARED_PX = 3.0
 """Neighbouring profiles share texture over about so much."""
 
@@ -123,57 +130,109 @@ def pixel_plane(q_px: FloatArray, camera: RectifiedCamera) -> FloatArray:
     return np.array([slope[0], slope[1], q_px[2] - slope[0] * camera.cx_px - slope[1] * camera.cy_px])
 
 
-def find_edge(
-    both: Gradients,
-    line: Line,
-    disparity: FloatArray,
-    texture_grey: float,
-    reach_px: float,
-    prior_px: float,
-    least_strength: float,
-    alone: bool = False,
-    squeezed: bool = False,
-) -> EdgeFit | None:
-    """Find the edge near `line`, at most `reach_px` off it; None where less than `least_strength` of it votes for one.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EdgeModel:
+    """What a line's own evidence and its distance from where it was looked for say, as edges.json holds it.
 
-    `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
-    face: an edge must stand out of it. `prior_px` is how well the line was known before. `alone`: ask the left photo
-    only, where the right one may have a background behind the edge that looks like the face. `squeezed`: the face turns
-    away towards its edge, and its grain stands there in lines along the edge.
+    `clear` nats is what a line that shows plainly has over one that doesn't, and `faint` the score that gives most of
+    it: how plainly says nothing more, since other things' edges show plainly, too. Half of the edges lie within
+    `spread_px` of the line that was looked for, and far ones are no rarity (Cauchy).
     """
+
+    clear: float
+    faint: float
+    spread_px: float
+
+    def odds(self, score: FloatArray, off_px: FloatArray) -> FloatArray:
+        """Return the log odds of lines with these scores, this far off, up to what all have in common."""
+        odds: FloatArray = self.clear * -np.expm1(-score / self.faint) - np.log1p(np.square(off_px / self.spread_px))
+        return odds
+
+
+@lru_cache(maxsize=1)
+def model() -> EdgeModel:
+    """Read the fitted model that lies in the package."""
+    held = json.loads(DATA.read_text(encoding="utf-8"))
+    return EdgeModel(**{name: held[name] for name in ("clear", "faint", "spread_px")})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Profiles:
+    """What both photos show across a line: gradients (S, T) and how far each place votes for an edge, 0..1 (S, T).
+
+    `along` (S,) and `across` (T,) px are the profiles' places on the line and the places off it. `paired` (S, T) says
+    where there is a right photo.
+    """
+
+    left: FloatArray
+    right: FloatArray
+    paired: BoolArray
+    votes: FloatArray
+    along: FloatArray
+    across: FloatArray
+    length_px: float
+
+    def scores(self) -> tuple[FloatArray, FloatArray]:
+        """Return per place across the share of profiles that vote for a line there (T,), and its score in nats (T,).
+
+        Chance is what the lines here have in common (the median): grain of concrete votes, too. Profiles that are
+        independent vote like coins: a score is their number times the divergence of a line's share from chance's.
+        """
+        share = self.votes.mean(axis=0)
+        within = np.abs(self.across) <= REACH_PX
+        return share, self.length_px / SHARED_PX * _divergence(share, median(share[within]))
+
+
+def profiles(both: Gradients, line: Line, disparity: FloatArray | None, texture_grey: float) -> Profiles | None:
+    """Read both photos across a line, the left one alone without a `disparity`; None for less than 8 px of line."""
     length = line.length_px
     if length < 8.0:
         return None
     trim = min(4.0, 0.15 * length)
     along = np.linspace(trim, length - trim, int(np.clip(length - 2 * trim, 8, MOST_SAMPLES)))
-    half_turn = min(3.0, 0.12 * length)
-    wide = reach_px + half_turn + 1.5
-    across = np.arange(-np.ceil(wide / STEP_PX), np.ceil(wide / STEP_PX) + 1) * STEP_PX
-    left, right, paired = _profiles(both, line, None if alone else disparity, along, across)
+    across = np.arange(-np.ceil(WIDE_PX / STEP_PX), np.ceil(WIDE_PX / STEP_PX) + 1) * STEP_PX
+    left, right, paired = _profiles(both, line, disparity, along, across)
     votes = _votes(left, np.where(paired, right, left), texture_grey)
-    best = _strongest(votes, along, across, length, reach_px, half_turn, prior_px, squeezed)
-    if best is None or best.strength < least_strength:
+    return Profiles(
+        left=left, right=right, paired=paired, votes=votes, along=along, across=across, length_px=length
+    )  # fmt: skip
+
+
+def find_edge(
+    both: Gradients,
+    line: Line,
+    disparity: FloatArray,
+    texture_grey: float,
+    least_strength: float,
+    alone: bool = False,
+) -> EdgeFit | None:
+    """Find the likeliest edge along `line`; None where less than `least_strength` of it votes for one.
+
+    `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
+    face: an edge must stand out of it. `alone`: ask the left photo only, where the right one may have a background
+    behind the edge that looks like the face.
+    """
+    read = profiles(both, line, None if alone else disparity, texture_grey)
+    best = _likeliest(read) if read is not None else None
+    if read is None or best is None or best.strength < least_strength:
         return None
-    offset, turn, strength = best.offset_px, best.turn, best.strength
-    centre = offset + turn * (along - 0.5 * length)
-    fit_left = _subpixel(left, votes, across, along, centre, length)
+    fit_left = _subpixel(read, read.left, best.offset_px)
     if fit_left is None:
         return None
     shift, slope, sigma, contrast = fit_left
     miss, miss_sigma = np.nan, np.inf
     nx = float(line.normal[0])
-    shows_depth = abs(nx) > 0.5 and np.mean(paired) > 0.9  # an edge along the rows looks the same at any disparity
-    fit_right = _subpixel(right, votes, across, along, centre, length) if shows_depth else None
+    shows_depth = abs(nx) > 0.5 and np.mean(read.paired) > 0.9  # an edge along the rows looks the same at any disparity
+    fit_right = _subpixel(read, read.right, best.offset_px) if shows_depth else None
     if fit_right is not None:
         # the right photo's edge sits nearer by e where its profile peaks e further along -x
         miss = -(fit_right[0] - shift) / nx
         miss_sigma = float(np.hypot(sigma, fit_right[2])) / abs(nx)
-    found = line.moved(shift - 0.5 * slope * length, shift + 0.5 * slope * length)
     return EdgeFit(
-        line=found,
+        line=line.moved(shift - 0.5 * slope * read.length_px, shift + 0.5 * slope * read.length_px),
         sigma_px=float(np.hypot(sigma, best.ambiguity_px)),
         ambiguity_px=best.ambiguity_px,
-        strength=strength,
+        strength=best.strength,
         contrast=contrast,
         disparity_miss_px=miss,
         miss_sigma_px=miss_sigma,
@@ -225,58 +284,46 @@ def _votes(left: FloatArray, right: FloatArray, texture_grey: float) -> FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Likeliest:
-    """The likeliest line through the profiles: offset at its middle, turn, the share of profiles that vote for it.
+    """The likeliest line: how far off it lies, and the share of profiles that vote for it.
 
     `ambiguity_px` is what it may be off because the edge is another line: the root of what all others are off, squared,
     by how likely they are.
     """
 
     offset_px: float
-    turn: float
     strength: float
     ambiguity_px: float
 
 
-def _strongest(
-    votes: FloatArray,
-    along: FloatArray,
-    across: FloatArray,
-    length: float,
-    reach: float,
-    half_turn: float,
-    prior: float,
-    squeezed: bool,
-) -> _Likeliest | None:
-    """Return the likeliest line through the profiles: by its votes against chance's, and by where it was looked for.
-
-    Chance is what the lines here have in common (the median): grain of concrete votes, too. Profiles that are
-    independent vote like coins, so a line's odds are their number times the divergence of its share from chance's.
-    Where grain is `squeezed` into lines, their shares scatter more than coins': that scatter tells how many there are.
-    """
-    shifts = np.flatnonzero(np.abs(across) <= reach)
-    ends = np.linspace(-half_turn, half_turn, TURN_STEPS)
-    turns = 2.0 * ends / length
-    moved = np.round(turns[:, None] * (along - 0.5 * length) / STEP_PX).astype(np.intp)
-    starts = np.arange(len(along)) * len(across) + shifts[0] + moved  # of each profile's window, by turn
-    windows = np.lib.stride_tricks.sliding_window_view(votes.ravel(), len(shifts))
-    mean = windows[starts].mean(axis=1)
-    if not mean.max() > 0.0:
+def _likeliest(read: Profiles) -> _Likeliest | None:
+    """Return the likeliest line through the profiles; it runs as the line that was looked for does."""
+    share, score = read.scores()
+    near = np.flatnonzero(np.abs(read.across) <= REACH_PX)
+    if not share[near].max() > 0.0:
         return None
-    chance, independent = median(mean.ravel()), length / SHARED_PX
-    if squeezed and (scatter := robust_sigma(mean.ravel() - chance)) > 0.0:
-        independent = min(independent, chance * (1.0 - chance) / scatter**2)
-    odds = independent * _divergence(mean, chance)
-    odds -= 0.5 * np.square(across[shifts] / prior) + 0.5 * np.square(ends / 2.0)[:, None]
-    turn, top = np.unravel_index(int(np.argmax(odds)), odds.shape)
-    chances = np.exp(odds - odds[turn, top])
-    off = np.abs(across[shifts] - across[shifts[top]])
-    others = np.where(off > CREST_PX, np.square(off), 0.0)  # nearer is the same edge: its place is fitted
+    odds = model().odds(score[near], read.across[near])
+    top = int(np.argmax(odds))
+    crest = np.flatnonzero(np.abs(read.across[near] - read.across[near[top]]) <= CREST_PX)
+    top = int(crest[np.argmax(share[near[crest]])])  # odds level off: the same edge's flank is as likely
+    chances = np.exp(odds - odds.max())
+    off = np.abs(read.across[near] - read.across[near[top]])
     return _Likeliest(
-        offset_px=float(across[shifts[top]]),
-        turn=float(turns[turn]),
-        strength=float(mean[turn, top]),
-        ambiguity_px=float(np.sqrt((chances @ others).sum() / chances.sum())),
+        offset_px=float(read.across[near[top]]),
+        strength=float(share[near[top]]),
+        ambiguity_px=_ambiguity_px(off, chances / chances.sum()),
     )
+
+
+def _ambiguity_px(off_px: FloatArray, chances: FloatArray) -> float:
+    """Return the root mean square of how far off other lines lie, by their chances; less the farthest that are rare.
+
+    What is nearer than a crest is the same edge: its place is fitted. What happens in one of a hundred is a blunder,
+    not what a sigma tells of.
+    """
+    far_first = np.argsort(-off_px)
+    kept = np.diff(np.maximum(np.cumsum(chances[far_first]) - RARE, 0.0), prepend=0.0)
+    others = np.where(off_px > CREST_PX, np.square(off_px), 0.0)[far_first]
+    return float(np.sqrt(kept @ others))
 
 
 def _divergence(share: FloatArray, chance: float) -> FloatArray:
@@ -286,32 +333,24 @@ def _divergence(share: FloatArray, chance: float) -> FloatArray:
     return apart
 
 
-def _subpixel(
-    profile: FloatArray, votes: FloatArray, across: FloatArray, along: FloatArray, centre: FloatArray, length: float
-) -> tuple[float, float, float, float] | None:
-    """Fit a line to each profile's own peak near `centre`: offset at the middle, slope, sigma, median contrast."""
-    rows = np.arange(len(along))
-    place_near = np.searchsorted(across, centre - CREST_PX)[:, None] + np.arange(CREST_STEPS)
-    place_near = np.minimum(place_near, len(across) - 1)
-    height = np.where(
-        np.abs(across[place_near] - centre[:, None]) <= CREST_PX, np.abs(profile[rows[:, None], place_near]), -1.0
-    )
-    peak = np.clip(place_near[rows, np.argmax(height, axis=1)], 1, len(across) - 2)
-    before, top, after = (np.abs(profile[rows, peak + k]) for k in (-1, 0, 1))
+def _subpixel(read: Profiles, profile: FloatArray, centre_px: float) -> tuple[float, float, float, float] | None:
+    """Fit a line to each profile's own peak near `centre_px`: offset at the middle, slope, sigma, median contrast."""
+    across, rows = read.across, np.arange(len(read.along))[:, None]
+    place_near = np.flatnonzero(np.abs(across - centre_px) <= CREST_PX)
+    peak = np.clip(place_near[np.argmax(np.abs(profile[:, place_near]), axis=1)], 1, len(across) - 2)
+    before, top, after = np.abs(profile[rows, peak[:, None] + np.array([-1, 0, 1])]).T
     bend = before - 2.0 * top + after
-    inner = (bend < -1e-9) & (np.abs(across[peak] - centre) < 1.45)
+    inner = (bend < -1e-9) & (np.abs(across[peak] - centre_px) < 1.45)
     with np.errstate(divide="ignore", invalid="ignore"):
         place = across[peak] + STEP_PX * np.where(inner, 0.5 * (before - after) / bend, 0.0)
-    weight = votes[rows, peak][inner] + 1e-3
+    weight = read.votes[rows[:, 0], peak][inner] + 1e-3
     if len(weight) < 6 or weight.sum() < 1e-2:
         return None
-    s = along[inner] / length - 0.5
+    s = read.along[inner] / read.length_px - 0.5
     line = np.stack([s, np.ones_like(s)], axis=-1)
-    fit = reweighted_linear(line, (place - centre)[inner], LEAST_SCATTER_PX, weight, SHORT_TUKEY, FEW_PROFILES)
+    fit = reweighted_linear(line, (place - centre_px)[inner], LEAST_SCATTER_PX, weight, SHORT_TUKEY, FEW_PROFILES)
     slope, shift = fit.parameters.tolist()
     total = float(fit.weights.sum())
     independent = max(total**2 / float(fit.weights @ fit.weights) / SHARED_PX, 2.0)
     sigma = float(np.hypot(np.sqrt(fit.cost / total / independent), EDGE_FLOOR_PX))
-    turn = (centre[-1] - centre[0]) / (along[-1] - along[0])
-    offset = float(centre[0] - turn * (along[0] - 0.5 * length) + shift)
-    return offset, float(turn + slope / length), sigma, median(top[inner])
+    return centre_px + shift, float(slope / read.length_px), sigma, median(top[inner])

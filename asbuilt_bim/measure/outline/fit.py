@@ -10,7 +10,7 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.measure.outline.contour import Course, Side, contours, sides
-from asbuilt_bim.measure.outline.edges import EdgeFit, Line, find_edge, pixel_plane
+from asbuilt_bim.measure.outline.edges import REACH_PX, EdgeFit, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline.face_cost import OFF_PX
 from asbuilt_bim.measure.outline.ring_from_lines import close_ring, pixel_area
 from asbuilt_bim.measure.outline.straight import LEAST_KNOWN_SHARE, Surroundings, straight_sides
@@ -59,10 +59,10 @@ def find_outline(mask: BoolArray, label: int, around: Surroundings, ends: FloatA
     q = around.planes[label]
     straight = straight_sides(mask, label, around, ends)
     if straight is not None:
-        return _drawn([(found, found[0].points) for found in straight], label, around, reach_px=3.5, prior_px=1.5)
+        return _drawn([(found, found[0].points) for found in straight], label, around)
     rings = [ring for i, ring in enumerate(contours(mask)) if i == 0 or _seen_through(ring, around)]
     ragged = [(sides(ring, lambda a, b: _course(a, b, q, around)), ring) for ring in rings]
-    return _drawn(ragged, label, around, reach_px=7.0, prior_px=3.0)
+    return _drawn(ragged, label, around)
 
 
 def _seen_through(ring: FloatArray, around: Surroundings) -> bool:
@@ -87,14 +87,12 @@ def shared_ends(outline: Outline, label: int) -> FloatArray | None:
     return np.stack([on_it[np.argmin(on_it[:, 1])], on_it[np.argmax(on_it[:, 1])]])
 
 
-def _drawn(
-    found: list[tuple[list[Side], FloatArray]], label: int, around: Surroundings, reach_px: float, prior_px: float
-) -> Outline | None:
+def _drawn(found: list[tuple[list[Side], FloatArray]], label: int, around: Surroundings) -> Outline | None:
     """Settle the sides of each ring and close it; a ring without sides keeps its points."""
     rings: list[FloatArray] = []
     edges: list[FaceEdge] = []
     for ring_sides, ring in found:
-        settled = [_settle(side, label, around, reach_px, prior_px) for side in ring_sides]
+        settled = [_settle(side, label, around) for side in ring_sides]
         closed = (
             close_ring([e.line if e is not None else None for e in settled], ring_sides) if len(settled) >= 3 else ring
         )
@@ -132,7 +130,7 @@ def image_direction(axis: FloatArray, pixel: FloatArray, camera: RectifiedCamera
     return unit(axis[:2] - ray * axis[2])
 
 
-def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior_px: float) -> FaceEdge | None:
+def _settle(side: Side, label: int, around: Surroundings) -> FaceEdge | None:
     """Put one side on its edge; None for a side that has no line."""
     if side.course == "free":
         return None
@@ -144,10 +142,10 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
             line=side.line, sigma_px=MASK_SIGMA_PX, source="frame", course=side.course, neighbour=-1, fit=None
         )
     neighbour = _neighbour(side.line, label, around)
-    crossing = _crossing(side.line, label, neighbour, around, reach_px)
+    crossing = _crossing(side.line, label, neighbour, around)
     start = crossing.line if crossing is not None else side.line
     plane = pixel_plane(around.planes[label], around.camera)
-    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, LEAST_STRENGTH)
+    fit = find_edge(around.gradients, start, plane, around.texture_grey, LEAST_STRENGTH)
     if fit is not None:
         line, sigma_px = fit.line, float(np.hypot(fit.sigma_px, LEVEL_SIGMA_PX * (side.course == "level")))
         if crossing is not None:
@@ -158,7 +156,7 @@ def _settle(side: Side, label: int, around: Surroundings, reach_px: float, prior
         return FaceEdge(
             line=start, sigma_px=crossing.sigma_px, source="planes", course=side.course, neighbour=neighbour, fit=None
         )
-    fit = find_edge(around.gradients, start, plane, around.texture_grey, reach_px, prior_px, ALONE_STRENGTH, alone=True)
+    fit = find_edge(around.gradients, start, plane, around.texture_grey, ALONE_STRENGTH, alone=True)
     if fit is not None:
         sigma = float(np.hypot(fit.sigma_px, ALONE_SIGMA_PX))
         return FaceEdge(line=fit.line, sigma_px=sigma, source="left", course=side.course, neighbour=neighbour, fit=fit)
@@ -185,10 +183,10 @@ def _neighbour(line: Line, label: int, around: Surroundings) -> int:
     return int(values[top]) if counts[top] > 0.35 * x.size else -1
 
 
-def _crossing(line: Line, label: int, neighbour: int, around: Surroundings, reach_px: float) -> Crossing | None:
+def _crossing(line: Line, label: int, neighbour: int, around: Surroundings) -> Crossing | None:
     """Return where two planes meet, if it runs along this side and is better known than a mask's border."""
     if neighbour not in around.planes:
         return None
     q_apart = around.planes[label] - around.planes[neighbour]
-    found = crossing_near(line, q_apart, around.apart[neighbour], around.camera, 1.5 * reach_px)
+    found = crossing_near(line, q_apart, around.apart[neighbour], around.camera, REACH_PX)
     return found if found is not None and found.sigma_px < MASK_SIGMA_PX else None

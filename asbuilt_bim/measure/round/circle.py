@@ -17,9 +17,6 @@ from asbuilt_bim.measure.round.silhouettes import (
 )
 from asbuilt_bim.measure.workbench import Workbench
 
-WIDE_PX = (7.0, 3.0)
-CLOSE_PX = (3.0, 1.0)
-"""How far off a silhouette is looked for, and how well its place is known: by stereo alone, and once found."""
 MOST_CHANGE = 0.35
 """A radius that silhouettes would change by more isn't this column's."""
 ROUGH_SHARE = 0.03
@@ -89,13 +86,12 @@ def _between(circle: Circle, ends: list[LateralEnd | None]) -> Circle:
 
 
 def _touching(bench: Workbench, start: Circle, mask: BoolArray) -> Touching | None:
-    """Look for silhouettes where the lateral surface ends, then close to where the first fit has them."""
+    """Look for silhouettes where the lateral surface ends, then where the first fit has them."""
     circle, touching = start, None
     for _ in range(LOOKS):
-        ends = _lateral_ends(bench, circle, mask)
-        circle = _between(circle, ends)
-    for reach, prior in (WIDE_PX if None in ends else CLOSE_PX, CLOSE_PX):
-        seen = find_silhouettes(bench, circle, mask, reach, prior)
+        circle = _between(circle, _lateral_ends(bench, circle, mask))
+    for _ in range(LOOKS):
+        seen = find_silhouettes(bench, circle, mask)
         away = float(np.hypot(circle.x_m, circle.z_m))
         direction = float(np.arctan2(circle.x_m, circle.z_m))
         distance, sigma = _distance(bench, direction, min(circle.radius_m / away, 0.5), away, mask)

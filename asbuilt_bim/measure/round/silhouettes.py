@@ -47,10 +47,8 @@ class Touching:
     misfit: float
 
 
-def find_silhouettes(
-    bench: Workbench, circle: Circle, mask: BoolArray, reach_px: float, prior_px: float
-) -> list[Silhouette]:
-    """Look for both sides in both photos where the circle has them (a mask's border frays), at most `reach_px` off."""
+def find_silhouettes(bench: Workbench, circle: Circle, mask: BoolArray) -> list[Silhouette]:
+    """Look for both sides in both photos where the circle has them: a mask's border frays."""
     rows = np.flatnonzero(mask.any(axis=1))
     ends = [mask[rows].argmax(axis=1), mask.shape[1] - 1 - mask[rows, ::-1].argmax(axis=1)]
     camera, view = bench.pair.camera, bench.scene.level.view
@@ -69,7 +67,7 @@ def find_silhouettes(
             line = expected_side(bench, circle, eye_m, mask, side)
             if not _inside(line, valid):
                 continue
-            settled = _settled(slopes, line, along, reach_px, prior_px)
+            settled = _settled(slopes, line, along)
             if settled is not None:
                 found.append(_as_ray(bench, *settled, eye_m, side))
     return found
@@ -159,12 +157,10 @@ def expected_side(bench: Workbench, circle: Circle, eye_m: FloatArray, mask: Boo
     return line if line.normal[0] * side > 0.0 else Line(start=line.stop, stop=line.start)
 
 
-def _settled(
-    slopes: Gradients, line: Line, plane: FloatArray, reach_px: float, prior_px: float
-) -> tuple[Line, float, float] | None:
+def _settled(slopes: Gradients, line: Line, plane: FloatArray) -> tuple[Line, float, float] | None:
     """Return the edge near `line`, its sigma across and its ambiguity: by both photos, else by this one alone."""
     for alone, least in ((False, LEAST_STRENGTH), (True, ALONE_STRENGTH)):
-        fit = find_edge(slopes, line, plane, FACE_GREY, reach_px, prior_px, least, alone=alone, squeezed=True)
+        fit = find_edge(slopes, line, plane, FACE_GREY, least, alone=alone)
         if fit is not None:
             own_px = np.sqrt(fit.sigma_px**2 - fit.ambiguity_px**2)
             return fit.line, float(np.hypot(own_px, ALONE_SIGMA_PX * alone)), fit.ambiguity_px

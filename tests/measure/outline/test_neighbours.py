@@ -65,7 +65,7 @@ def test_a_shared_edge_lies_between_what_the_photos_show_and_where_planes_meet_b
     around = type("A", (), {})()
     around.labels, around.frame = np.zeros((100, 100), np.int16), np.zeros((100, 100), bool)
     around.planes, around.camera, around.gradients, around.texture_grey = {1: np.zeros(3)}, None, None, 2.0
-    edge = outline._settle(side, 1, around, 3.5, 1.5)
+    edge = outline._settle(side, 1, around)
     assert edge is not None
     assert edge.line.start[0] == pytest.approx(at_px, abs=0.005)
     assert edge.sigma_px == pytest.approx(sigma_px, abs=0.005)
@@ -88,6 +88,6 @@ def test_where_planes_tell_an_edge_that_no_photo_shows_the_left_photo_alone_is_n
     around.labels, around.frame = np.zeros((100, 100), np.int16), np.zeros((100, 100), bool)
     around.planes, around.camera, around.gradients, around.texture_grey = {1: np.zeros(3)}, None, None, 2.0
     side = Side(course="upright", line=line, points=np.array([[50.0, 90.0], [50.0, 10.0]]))
-    edge = outline._settle(side, 1, around, 3.5, 1.5)
+    edge = outline._settle(side, 1, around)
     assert edge is not None and (edge.source, edge.sigma_px) == ("planes", 0.37)
     assert asked == [False]

@@ -101,7 +101,7 @@ def test_an_edge_is_found_though_its_background_is_lighter_in_one_photo_and_dark
 ) -> None:
     left, right = before(60.0, right_background)
     both = gradients(left, right, np.ones((80, 100), dtype=bool))
-    fit = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0)
+    fit = find_edge(both, LINE, AT_TEN, 1.5, 0.0)
     assert fit is not None and fit.strength > 0.5
     assert fit.line.start[0] == pytest.approx(60.3, abs=0.06)
 
@@ -109,11 +109,11 @@ def test_an_edge_is_found_though_its_background_is_lighter_in_one_photo_and_dark
 def test_an_edge_that_one_photo_cannot_show_is_found_in_the_left_one_alone() -> None:
     left, right = before(60.0, 120.0)
     both = gradients(left, right, np.ones((80, 100), dtype=bool))
-    together = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0)
+    together = find_edge(both, LINE, AT_TEN, 1.5, 0.0)
     assert together is None or together.strength < 0.1
-    alone = find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0, alone=True)
+    alone = find_edge(both, LINE, AT_TEN, 1.5, 0.0, alone=True)
     assert alone is not None and alone.strength > 0.4
-    assert find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, alone.strength + 0.01, alone=True) is None
+    assert find_edge(both, LINE, AT_TEN, 1.5, alone.strength + 0.01, alone=True) is None
     assert not np.isfinite(alone.disparity_miss_px)  # the right photo says nothing of it
 
 
@@ -128,7 +128,7 @@ def test_where_an_edge_is_looked_for_in_the_left_photo_alone_the_right_one_is_no
         return sample(image, columns, rows)
 
     monkeypatch.setattr(edges, "sample", noted)
-    assert find_edge(both, LINE, AT_TEN, 1.5, 7.0, 3.0, 0.0, alone=True) is not None
+    assert find_edge(both, LINE, AT_TEN, 1.5, 0.0, alone=True) is not None
     assert [image is slope for image, slope in zip(read, (both.left_x, both.left_y), strict=True)] == [True, True]
 
 
@@ -156,11 +156,11 @@ def test_a_long_edge_is_found_three_pixels_from_where_it_was_looked_for_in_grain
     line = Line(start=np.array([57.3, 590.0]), stop=np.array([57.3, 10.0]))
     for seed in range(6):
         both = gradients(*grainy_face(seed, *backgrounds), np.ones((600, 100), dtype=bool))
-        fit = find_edge(both, line, AT_TEN, 4.0, 3.5, 1.5, 0.0)
+        fit = find_edge(both, line, AT_TEN, 4.0, 0.0)
         assert fit is not None
         middle = 0.5 * (fit.line.start[0] + fit.line.stop[0])
         assert middle == pytest.approx(60.3, abs=0.1)
-        assert fit.sigma_px < 0.3
+        assert fit.sigma_px < 1.1
 
 
 def test_an_edge_that_might_be_another_line_has_a_sigma_that_reaches_the_other() -> None:
@@ -168,7 +168,7 @@ def test_an_edge_that_might_be_another_line_has_a_sigma_that_reaches_the_other()
     line = Line(start=np.array([59.3, 590.0]), stop=np.array([59.3, 10.0]))
     for seed in range(20):  # in the right photo what lies behind is as grey as the face
         both = gradients(*grainy_face(seed, 200.0, 120.0), np.ones((600, 100), dtype=bool))
-        fit = find_edge(both, line, AT_TEN, 4.0, 3.5, 1.5, 0.0)
+        fit = find_edge(both, line, AT_TEN, 4.0, 0.0)
         assert fit is not None
         pulls.append((0.5 * (fit.line.start[0] + fit.line.stop[0]) - 60.3) / fit.sigma_px)
         sigmas.append(fit.sigma_px)
@@ -199,7 +199,7 @@ def test_a_round_columns_grain_near_its_side_is_no_sure_silhouette() -> None:
     pulls = []
     for seed in range(12):
         both = gradients(*round_face(seed), np.ones((600, 100), dtype=bool))
-        fit = find_edge(both, line, AT_TEN, 2.0, 3.0, 1.0, 0.0, squeezed=True)
+        fit = find_edge(both, line, AT_TEN, 2.0, 0.0)
         assert fit is not None
         pulls.append((0.5 * (fit.line.start[0] + fit.line.stop[0]) - 60.3) / fit.sigma_px)
     assert max(np.abs(pulls)) < 4.0

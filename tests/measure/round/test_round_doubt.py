@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -85,11 +84,9 @@ def test_a_side_that_may_be_another_line_widens_the_radius_and_hides_no_silhouet
     assert len(found.used) == 3
 
 
-def fitted(
-    monkeypatch: pytest.MonkeyPatch, seen: Callable[[float], list[Silhouette]], end: LateralEnd | None
-) -> RoundCircle:
-    """Fit with what is seen within a reach (px), and with a mantle that ends as told off every circle."""
-    monkeypatch.setattr(round_circle, "find_silhouettes", lambda b, c, m, reach, prior: seen(reach))
+def fitted(monkeypatch: pytest.MonkeyPatch, seen: list[Silhouette], end: LateralEnd | None) -> RoundCircle:
+    """Fit with these silhouettes, and with a mantle that ends as told off every circle."""
+    monkeypatch.setattr(round_circle, "find_silhouettes", lambda *_: seen)
     monkeypatch.setattr(round_circle, "_distance", lambda *_: (DISTANCE_M, 0.003))
     monkeypatch.setattr(round_circle, "_lateral_ends", lambda *_: [end, end])
     return fit_circle(SimpleNamespace(), STEREO, np.ones((2, 2), bool))  # type: ignore[arg-type]
@@ -99,7 +96,7 @@ PLAIN = LateralEnd(offset_px=0.0, strength=0.8, outside=0.8, within=0.1)
 
 
 def test_silhouettes_where_the_lateral_ends_prove_the_circle(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = fitted(monkeypatch, lambda reach: silhouettes(), PLAIN)
+    found = fitted(monkeypatch, silhouettes(), PLAIN)
     assert found.proven
     assert found.circle.radius_m == pytest.approx(0.2, abs=1e-6)
     assert found.radius_sigma_m < 0.0007
@@ -113,25 +110,14 @@ def test_silhouettes_where_the_lateral_ends_prove_the_circle(monkeypatch: pytest
 def test_silhouettes_that_the_mantle_does_not_end_on_are_doubted(
     monkeypatch: pytest.MonkeyPatch, end: LateralEnd | None
 ) -> None:
-    found = fitted(monkeypatch, lambda reach: silhouettes(both=False), end)
+    found = fitted(monkeypatch, silhouettes(both=False), end)
     assert not found.proven
     assert found.circle.radius_m == pytest.approx(0.2, abs=1e-6)
     assert found.radius_sigma_m == pytest.approx(0.015, rel=0.01)
 
 
-def test_only_where_the_mantle_was_not_found_are_silhouettes_looked_for_far_off(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    far: list[float] = []
-    for end in (PLAIN, None):
-        reaches: list[float] = []
-        fitted(monkeypatch, lambda reach, to=reaches: to.append(reach) or silhouettes(), end)  # type: ignore[misc]
-        far.append(reaches[0])
-    assert far == [3.0, 7.0]
-
-
 def test_without_silhouettes_the_stereo_circle_is_told_as_rough_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = fitted(monkeypatch, lambda reach: [], PLAIN)
+    found = fitted(monkeypatch, [], PLAIN)
     assert not found.proven
     assert found.circle.radius_m == STEREO.radius_m
     assert found.radius_sigma_m == pytest.approx(0.03 * 0.17 + 0.005)
