@@ -10,9 +10,9 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 import torch
 import yaml
+from asbuilt_bim.vision.networks.runtime import onnxruntime  # its telemetry off
 from torch import nn
 
 from asbuilt_training.folded import RelativeDepth, Segmenter, folded, rounded
