@@ -1,6 +1,6 @@
 """Faces in real photographs beside a laser's or structured light's planes: area, sigma, and what was found at all.
 
-python benchmarks/real/planes.py --check --json figures.json     scenes that were developed on, half a minute
+python benchmarks/real/planes.py --check --json figures.json     scenes that were developed on, four minutes
 python benchmarks/real/planes.py --scenes report --check         those kept for the report: run once
 python benchmarks/real/planes.py --quick                         one pair
 python benchmarks/real/planes.py --pictures FOLDER               outlines and regions over the photos
