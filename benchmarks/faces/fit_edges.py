@@ -42,10 +42,11 @@ from asbuilt_bim.measure.outline.edges import (
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
-from benchmarks.faces.border_truth import BEYOND_PX, TrueFace, crowded_twin, true_faces
+from benchmarks.faces.border_truth import BEYOND_PX, TrueFace, true_faces
+from benchmarks.faces.fitting import fitting_options, observed, write_model
 from benchmarks.faces.twins import TwinPair, read_twin
 from benchmarks.table import Line as Told
-from benchmarks.table import options, quantiles, report, told
+from benchmarks.table import quantiles, report, told
 
 SEEDS = (*range(1001, 1014), *range(171, 183))
 """Crowded twins, and bare ones that nothing else is judged by."""
@@ -245,20 +246,10 @@ def read_back(paths: Sequence[Path]) -> list[Choice]:
 
 def main() -> int:
     """Measure the scenes, fit and tell; write the model where asked to."""
-    parser = options(__doc__ or "")
-    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
-    parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the development ones")
-    parser.add_argument("--read", type=Path, nargs="*", help="fit on what --rows kept, measure nothing")
-    args = parser.parse_args()
-    choices = read_back(args.read or ())
-    if not args.read:
-        for seed in SEEDS[:2] if args.quick else args.seeds or SEEDS:
-            choices += choices_of(crowded_twin(seed), f"twin {seed}")
-            print(f"scene {seed}: {len(choices)} sides so far", file=sys.stderr, flush=True)
+    args = fitting_options(__doc__ or "").parse_args()
+    choices = observed(args, SEEDS, choices_of, read_back)
     found = document(choices)
-    if args.write and not args.quick:
-        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in found.items())
-        DATA.write_text("{\n" + text + "\n}\n", encoding="utf-8")
+    write_model(args, DATA, found)
     summary: dict[str, object] = {"true_px": quantiles(one.true_px for one in choices)}
     return report("What a line says of an edge, fitted", lines_of(found, choices), args, summary, kept(choices))
 

@@ -40,9 +40,10 @@ from asbuilt_bim.measure.round.column import fit_round_column, lateral_reference
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import Workbench, workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
-from benchmarks.faces.border_truth import TrueFace, crowded_twin, true_faces
+from benchmarks.faces.border_truth import TrueFace, true_faces
+from benchmarks.faces.fitting import fitting_options, observed, write_model
 from benchmarks.faces.twins import Read, TwinPair, read_twin
-from benchmarks.table import Line, options, quantiles, report, told
+from benchmarks.table import Line, quantiles, report, told
 
 SEEDS = (*range(1001, 1022), *range(171, 183))
 """Crowded twins, and bare ones that nothing else is judged by."""
@@ -238,20 +239,10 @@ def read_back(paths: Sequence[Path]) -> list[Face]:
 
 def main() -> int:
     """Measure the scenes, fit and tell; write the model where asked to."""
-    parser = options(__doc__ or "")
-    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
-    parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the development ones")
-    parser.add_argument("--read", type=Path, nargs="*", help="fit on what --rows kept, measure nothing")
-    args = parser.parse_args()
-    faces = read_back(args.read or ())
-    if not args.read:
-        for seed in SEEDS[:2] if args.quick else args.seeds or SEEDS:
-            faces += faces_of(crowded_twin(seed), f"twin {seed}")
-            print(f"scene {seed}: {len(faces)} faces so far", file=sys.stderr, flush=True)
+    args = fitting_options(__doc__ or "").parse_args()
+    faces = observed(args, SEEDS, faces_of, read_back)
     document = fitted(faces)
-    if args.write and not args.quick:
-        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
-        DATA.write_text("{\n" + text + "\n}\n", encoding="utf-8")
+    write_model(args, DATA, document)
     summary: dict[str, object] = {"sides_a_face": quantiles(len(f.ends) for f in faces)}
     return report("Where a face ends, fitted", lines_of(document, faces), args, summary, kept(faces))
 

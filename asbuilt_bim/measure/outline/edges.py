@@ -191,7 +191,7 @@ def profiles(both: Gradients, line: Line, disparity: FloatArray | None, texture_
     trim = min(4.0, 0.15 * length)
     along = np.linspace(trim, length - trim, int(np.clip(length - 2 * trim, 8, MOST_SAMPLES)))
     across = np.arange(-np.ceil(WIDE_PX / STEP_PX), np.ceil(WIDE_PX / STEP_PX) + 1) * STEP_PX
-    left, right, paired = _profiles(both, line, disparity, along, across)
+    left, right, paired = _gradients_across(both, line, disparity, along, across)
     votes = _votes(left, np.where(paired, right, left), texture_grey)
     return Profiles(
         left=left, right=right, paired=paired, votes=votes, along=along, across=across, length_px=length
@@ -206,7 +206,7 @@ def find_edge(
     least_strength: float,
     alone: bool = False,
 ) -> EdgeFit | None:
-    """Find the likeliest edge along `line`; None where less than `least_strength` of it votes for one.
+    """Find the likeliest edge along `line`, up to 9 px off; None where less than `least_strength` of it votes for one.
 
     `disparity` (3,) is the face's plane in pixels, d = p0 x + p1 y + p2. `texture_grey` is the usual gradient on the
     face: an edge must stand out of it. `alone`: ask the left photo only, where the right one may have a background
@@ -239,7 +239,7 @@ def find_edge(
     )
 
 
-def _profiles(
+def _gradients_across(
     both: Gradients, line: Line, disparity: FloatArray | None, along: FloatArray, across: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the gradient across the line (S, T) in the left photo and, read along the plane, in the right one.

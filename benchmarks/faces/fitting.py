@@ -1,0 +1,48 @@
+"""What the fits on twins share: options, measuring scene by scene or taking up what was kept, writing the model."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from benchmarks.faces.border_truth import crowded_twin
+from benchmarks.faces.twins import TwinPair
+from benchmarks.table import options
+
+Observed = TypeVar("Observed")
+
+
+def fitting_options(text: str) -> argparse.ArgumentParser:
+    """Return the options of a benchmark that fits, with `text` as its help."""
+    parser = options(text)
+    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
+    parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the development ones")
+    parser.add_argument("--read", type=Path, nargs="*", help="fit on what --rows kept, measure nothing")
+    return parser
+
+
+def observed(
+    args: argparse.Namespace,
+    seeds: Sequence[int],
+    of: Callable[[TwinPair, str], list[Observed]],
+    read_back: Callable[[Sequence[Path]], list[Observed]],
+) -> list[Observed]:
+    """Return what was kept in files, or else what `of` finds in each scene of `seeds`."""
+    if args.read:
+        return read_back(args.read)
+    found: list[Observed] = []
+    for seed in seeds[:2] if args.quick else args.seeds or seeds:
+        found += of(crowded_twin(seed), f"twin {seed}")
+        print(f"scene {seed}: {len(found)} so far", file=sys.stderr, flush=True)
+    return found
+
+
+def write_model(args: argparse.Namespace, path: Path, document: Mapping[str, object]) -> None:
+    """Write a model into the package, a key a line, where asked to; never what two scenes gave."""
+    if args.write and not args.quick:
+        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
+        path.write_text("{\n" + text + "\n}\n", encoding="utf-8")
