@@ -163,6 +163,17 @@ def test_a_long_edge_is_found_three_pixels_from_where_it_was_looked_for_in_grain
         assert fit.sigma_px < 1.1
 
 
+def test_an_edge_six_pixels_past_where_a_mask_ended_is_found() -> None:
+    """Tops stood 4 to 6 px low in plain view of the edge: a mask ended early, and edges were looked for 3.5 px off."""
+    line = Line(start=np.array([54.3, 590.0]), stop=np.array([54.3, 10.0]))
+    for seed in range(6):
+        fit = find_edge(
+            gradients(*grainy_face(seed, 60.0, 60.0), np.ones((600, 100), dtype=bool)), line, AT_TEN, 4.0, 0.0
+        )
+        assert fit is not None
+        assert 0.5 * (fit.line.start[0] + fit.line.stop[0]) == pytest.approx(60.3, abs=0.1)
+
+
 def test_an_edge_that_might_be_another_line_has_a_sigma_that_reaches_the_other() -> None:
     pulls, sigmas = [], []
     line = Line(start=np.array([59.3, 590.0]), stop=np.array([59.3, 10.0]))
