@@ -85,9 +85,9 @@ def names(tab: Tab) -> list[str]:
 
 
 def put(tab: Tab, name: str, value: str) -> None:
-    field = f"document.querySelector('[name={name}]')"
-    tab.value(f"{field}.value = {json.dumps(value)}")
-    tab.value(f"{field}.dispatchEvent(new Event('input', {{bubbles: true}}))")
+    """Enter a value, in one go: a change of address that is still on its way would set the field back."""
+    entered = f"field.value = {json.dumps(value)}, field.dispatchEvent(new Event('input', {{bubbles: true}}))"
+    tab.value(f"((field) => ({entered}))(document.querySelector('[name={name}]'))")
 
 
 def test_json_in_a_page_can_end_no_script_and_reads_back() -> None:
