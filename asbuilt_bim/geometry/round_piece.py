@@ -1,6 +1,6 @@
 """Round columns in the plan drawing: the part of a chain that an arc explains better than straight pieces."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,6 +48,16 @@ def disparity_of_circle(circle: Circle, x_px: FloatArray) -> FloatArray:
         depth = (b - np.sqrt(b * b - a * c)) / a
     disparity: FloatArray = circle.f_px * circle.baseline_m / depth
     return disparity
+
+
+def circle_between(circle: Circle, x0_px: float, x1_px: float) -> Circle:
+    """Return the circle whose silhouettes stand at two level x, its nearest point as far away as the given one's."""
+    left, right = np.arctan(np.array([x0_px, x1_px]) / circle.f_px)
+    middle, sine = 0.5 * (left + right), float(np.sin(0.5 * (right - left)))
+    away = (float(np.hypot(circle.x_m, circle.z_m)) - circle.radius_m) / (1.0 - sine)
+    return replace(
+        circle, x_m=away * float(np.sin(middle)), z_m=away * float(np.cos(middle)), radius_m=away * sine
+    )  # fmt: skip
 
 
 def fit_round(

@@ -1,11 +1,12 @@
 """What lies past an outline's border: disparity against the face's own, and the edge that both photos show there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.level import Floor
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.face_cost import OFF_PX
 from asbuilt_bim.measure.outline.fit import MASK_SIGMA_PX, Outline
@@ -37,6 +38,8 @@ OFF_SIGMAS = 2.0
 RISE_PER_PX = 0.35
 """How fast a surface that only touches the face may come nearer off its edge: a floor, a wall at a right angle."""
 UNKNOWN_SIGMA_PX = 4.0
+LEAST_STOREY_M = 2.0
+"""People stand upright between a slab and what is under it."""
 BEHIND, BEFORE, MEETS, GOES_ON = range(1, 5)
 
 
@@ -158,6 +161,15 @@ def _beyond(profile: _Profile) -> tuple[FloatArray, FloatArray]:
     return kind, np.where(ends, OUTWARD_PX[at], OUTWARD_PX[-1])
 
 
+def stood_on(floors: Sequence[Floor]) -> list[Floor]:
+    """Return the floors, the largest first, that a face may stand on: that one, and the lowest of each storey.
+
+    Over another floor and smaller, a level surface may be a deck or a heap, behind which the face goes on.
+    """
+    above = [[one.below_m - LEAST_STOREY_M, one.below_m] for one in floors]
+    return [one for k, one in enumerate(floors) if k == 0 or not any(a < one.below_m < b for a, b in above)]
+
+
 def _stands(bench: Workbench, side: BorderSide, reference: Reference, profile: _Profile, weight: FloatArray) -> float:
     """Return the share of a side past which one of the scene's floors lies and meets the face.
 
@@ -166,7 +178,7 @@ def _stands(bench: Workbench, side: BorderSide, reference: Reference, profile: _
     near = OUTWARD_PX < 2.0 * FATTENED_PX
     known, own = profile.measured[:, near], reference(side.points)
     best = 0.0
-    for floor in bench.scene.floors:
+    for floor in stood_on(bench.scene.floors):
         plane = plane_reference(pixel_plane(floor.q_px, bench.pair.camera))
         miss = np.abs((profile.step_px + profile.own_px - plane(profile.at))[:, near])
         lies = 2 * np.count_nonzero(known & (miss < profile.limit_px[:, near]), axis=1) > known.sum(axis=1)

@@ -13,6 +13,7 @@ from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_p
 from asbuilt_bim.geometry.level import Floor, LevelledMap, grow_floors, level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.masks import box_of, nonzero
 from asbuilt_bim.geometry.polyline import fit_line
+from asbuilt_bim.geometry.round_piece import circle_between
 from asbuilt_bim.vision.scene.vertical import Vertical, find_vertical
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import grey
@@ -36,6 +37,7 @@ CORE_SHARE = 0.8
 LEAST_SURE = 3.0
 """A round surface must leave less difference by 3 sigma: a matcher's bend is no evidence, pictures are."""
 BAND_PX = 8
+SHIFTS_PX = (-0.2, -0.1, 0.0, 0.1, 0.2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -233,14 +235,18 @@ def flat_if_flatter(piece: Piece, level: LevelledMap, pair: RectifiedPair) -> Pi
     left, right = grey(pair.left), grey(pair.right)
     seen = left[rows, columns].astype(np.float64)
     forward = level.forward[rows, columns]
-    misses = []
-    for surface in (piece, flat):
+
+    def best(surface: Piece) -> FloatArray:
         # each surface may shift a little in depth: its best of a few is compared
-        tries = [
-            _miss(seen, right, rows, columns, (surface.at(x) + shift) * forward) for shift in (-0.2, -0.1, 0, 0.1, 0.2)
-        ]
-        misses.append(min(tries, key=lambda miss: float(miss.sum())))
-    return piece if _sureness(misses[1] - misses[0], rows) > LEAST_SURE else flat
+        there = surface.at(x)
+        tries = [_miss(seen, right, rows, columns, (there + shift) * forward) for shift in SHIFTS_PX]
+        return min(tries, key=lambda miss: float(miss.sum()))
+
+    # the matcher flattens a column in its middle, and bends it at its sides: where it ends says how wide it is
+    spanning = replace(piece, circle=circle_between(piece.circle, piece.x0_px, piece.x1_px))
+    rounds = [(best(one), one) for one in (piece, spanning)]
+    miss, rounder = min(rounds, key=lambda one: float(one[0].sum()))
+    return rounder if _sureness(best(flat) - miss, rows) > LEAST_SURE else flat
 
 
 def _sureness(gain: FloatArray, rows: np.ndarray) -> float:

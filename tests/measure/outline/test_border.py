@@ -8,7 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from asbuilt_bim.measure.outline.border import FEATURES, Shown, border_sides, plane_reference, round_sides, shown_by
+from asbuilt_bim.geometry.level import Floor
+from asbuilt_bim.measure.outline.border import (
+    FEATURES,
+    Shown,
+    border_sides,
+    plane_reference,
+    round_sides,
+    shown_by,
+    stood_on,
+)
 from asbuilt_bim.measure.outline.edges import EdgeFit, Line
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 
@@ -164,8 +173,26 @@ def test_a_foot_stands_on_a_floor_that_meets_it_and_not_on_a_heap_before_it(meet
         on.scene.level.disparity_px[row] = FACE_PX + slope * (row - meets_at)
     # q of d = slope y + base, with y in pixels from the principal point's row
     q = np.array([0.0, slope * 1000.0, FACE_PX + slope * (120.0 - meets_at)])
-    on.scene.floors = (SimpleNamespace(q_px=q),)
+    on.scene.floors = (Floor(q_px=q, below_m=1.6),)
     assert feature("stands", on, FOOT) == stands
+
+
+@pytest.mark.parametrize(
+    ("below_m", "kept"),
+    [
+        ((1.9, 1.5), (1.9,)),  # a deck over the ground
+        ((1.5, 1.9), (1.5, 1.9)),  # a raft that the station stands on, and the ground beside it
+        ((1.6, 4.6), (1.6, 4.6)),  # a slab, and the ground a storey lower
+        ((4.6, 1.6, 1.2), (4.6, 1.6)),  # the same with a heap on the slab
+        ((1.6, -1.2), (1.6, -1.2)),  # a slab overhead
+        ((), ()),
+    ],
+)
+def test_a_face_stands_on_the_largest_floor_or_the_lowest_of_a_storey(
+    below_m: tuple[float, ...], kept: tuple[float, ...]
+) -> None:
+    floors = [Floor(q_px=np.zeros(3), below_m=one) for one in below_m]
+    assert tuple(one.below_m for one in stood_on(floors)) == kept
 
 
 def test_a_round_columns_ring_has_two_silhouettes_a_top_and_a_foot() -> None:
