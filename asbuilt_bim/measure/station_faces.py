@@ -84,7 +84,7 @@ def settled_faces(bench: Workbench, instances: Sequence[Instance]) -> tuple[list
         Settled(
             hypothesis=hypothesis,
             q_px=q,
-            covariance=covariance + contradiction(q, covariance, hypothesis.mask, bench),
+            covariance=covariance + contradiction(q, covariance, hypothesis, bench),
             outline=hypothesis.outline,
         )
         for hypothesis, q, covariance in zip(hypotheses, found.q_px, found.covariance, strict=True)

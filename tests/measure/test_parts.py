@@ -390,9 +390,9 @@ def test_a_side_that_a_mask_alone_draws_is_as_sure_as_it_is_likely_the_end() -> 
         assert [_side_sigma_px(edge, is_end, 24.0) for is_end in (0.0, 0.5, 1.0)] == pytest.approx(list(expected))
 
 
-@pytest.mark.parametrize(("tilt_px", "is_open"), [(0.0, False), (30.0, True)])
-def test_another_plane_that_dense_depth_shows_is_left_open_and_the_same_one_is_not(
-    tilt_px: float, is_open: bool
+@pytest.mark.parametrize(("tilt_px", "doubt", "is_open"), [(0.0, 1.0, False), (30.0, 1.0, True), (30.0, 0.0, False)])
+def test_another_plane_that_dense_depth_shows_is_left_open_where_the_photos_contradict_themselves(
+    tilt_px: float, doubt: float, is_open: bool
 ) -> None:
     rows, columns = np.indices((200, 300))
     rays = np.stack(
@@ -402,6 +402,7 @@ def test_another_plane_that_dense_depth_shows_is_left_open_and_the_same_one_is_n
     dense = rays @ (own + np.array([tilt_px, 0.0, 0.0]))
     level = SimpleNamespace(rays=rays, disparity_px=dense, sigma_px=np.full(rows.shape, 0.2), measured=known)
     bench = SimpleNamespace(scene=SimpleNamespace(level=level), marks=~known)
-    found = contradiction(own, np.diag([1.0, 1.0, 1e-4]), known, bench)  # type: ignore[arg-type]
+    hypothesis = SimpleNamespace(mask=known, doubt=doubt)
+    found = contradiction(own, np.diag([1.0, 1.0, 1e-4]), hypothesis, bench)  # type: ignore[arg-type]
     assert (found[0, 0] > 0.4 * tilt_px**2) == is_open
     assert np.all(found == 0.0) != is_open

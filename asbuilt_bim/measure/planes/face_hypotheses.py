@@ -14,6 +14,7 @@ from asbuilt_bim.measure.outline.fit import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.outline.straight import Surroundings
 from asbuilt_bim.measure.planes.adjust import PlaneSight
 from asbuilt_bim.measure.planes.crossing import apart, side_by_side
+from asbuilt_bim.measure.planes.halves import NUMBERS, as_halves_agree, beyond_chance
 from asbuilt_bim.measure.planes.raster import shrunk
 from asbuilt_bim.measure.planes.refine import PlaneFit, refine_plane
 from asbuilt_bim.measure.workbench import Workbench
@@ -32,12 +33,6 @@ EDGE_PX = 6.0
 """A matcher's answer this near a border may be the neighbour's; further off it means what it says."""
 OFF_PLANE_PX = 1.5
 OCCLUDED_SHARE = 0.12
-LEAK_PX, SLANT_PX = 0.25, 4.5
-"""What the lens's blur carries of the neighbour, at another disparity, past the 2 px that are left out at a border.
-
-It carries more where the face's own disparity changes from pixel to pixel, since each photo foreshortens it
-differently.
-"""
 BORDERS_PX, NARROW_PX = (2, 3), 90
 """What is left out along a border; of a narrow face, where a pixel tilts the plane, it is tried with a pixel more."""
 CONTRADICTS_SIGMAS = 2.0
@@ -59,6 +54,7 @@ class FaceHypothesis:
     texture_grey: float
     sight: PlaneSight
     refined: bool
+    doubt: float = 1.0  # 0..1: the share of what halves of its pixels differ by that isn't by chance
     outline: Outline | None = None
 
 
@@ -178,8 +174,9 @@ def refine_inside(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> lis
             better.append(hypothesis)
             continue
         fit = refined_inside(bench, hypothesis, filled(hypothesis.outline.rings, hypothesis.mask.shape))
-        sight = _sight(fit, hypothesis.mask, bench) if fit is not None else hypothesis.sight
-        better.append(replace(hypothesis, sight=sight, refined=hypothesis.refined or fit is not None))
+        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance) if fit is not None else hypothesis.sight
+        doubt = fit.doubt if fit is not None else hypothesis.doubt
+        better.append(replace(hypothesis, sight=sight, refined=hypothesis.refined or fit is not None, doubt=doubt))
     return better
 
 
@@ -193,18 +190,19 @@ def refined_inside(bench: Workbench, hypothesis: FaceHypothesis, inside: BoolArr
     """
     box, usable = box_of(inside), np.zeros_like(inside)
     usable[box] = _near(bench, hypothesis, 1.5, box) & ~bench.marks[box]
+    cores: list[BoolArray] = []
     fits: list[PlaneFit | None] = []
     for border_px in BORDERS_PX[: 2 if _width_px(inside) < NARROW_PX else 1]:
-        core = shrunk(inside, border_px) & usable
+        cores.append(shrunk(inside, border_px) & usable)
         fits.append(
-            refine_plane(bench.both, bench.scene.level.rays, core, hypothesis.sight.q_px, again=hypothesis.refined)
+            refine_plane(bench.both, bench.scene.level.rays, cores[-1], hypothesis.sight.q_px, again=hypothesis.refined)
         )
     first, last = fits[0], fits[-1]
     if first is None or last is None:
-        return first
+        return as_halves_agree(bench, first, cores[0]) if first is not None else None
     more = max(float(last.covariance[0, 0] - first.covariance[0, 0]), 0.0)
     agree = abs(float(last.q_px[0] - first.q_px[0])) <= CONTRADICTS_SIGMAS * np.sqrt(more)
-    return first if agree else last
+    return as_halves_agree(bench, first, cores[0]) if agree else as_halves_agree(bench, last, cores[-1])
 
 
 def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:
@@ -221,7 +219,7 @@ def _hypothesis(bench: Workbench, piece: int, instance: int, mask: BoolArray) ->
     core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
     fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
     if fit is not None:
-        sight = _sight(fit, mask, bench)
+        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
     else:
         level = bench.scene.level
         known = core & level.measured
@@ -244,28 +242,15 @@ def _off_plane(bench: Workbench, q_px: FloatArray, box: Box = WHOLE) -> Float32A
     return off
 
 
-def _sight(fit: PlaneFit, mask: BoolArray, bench: Workbench) -> PlaneSight:
-    """Take a refined plane, with what its border leaks into it: a narrow face is mostly border."""
-    rows, columns = nonzero(mask)
-    width = max(float(np.sqrt(12.0) * columns.std()), 4.0)
-    f_px = bench.pair.camera.f_px
-    middle = bench.scene.level.rays[rows[:: max(1, len(rows) // 2000)], columns[:: max(1, len(rows) // 2000)]].mean(
-        axis=0
-    )
-    across = f_px / width * np.array([1.0, 0.0, -middle[0]])  # q that tilts by 1 px over the width, about the middle
-    carried_px = LEAK_PX + SLANT_PX * abs(float(fit.q_px[0])) / f_px
-    leak = (carried_px / width) ** 2 * (np.outer(across, across) + 0.25 * np.diag([0.0, 0.0, 1.0]))
-    return PlaneSight(q_px=fit.q_px, covariance=fit.covariance + leak)
-
-
-def contradiction(q_px: FloatArray, covariance: FloatArray, mask: BoolArray, bench: Workbench) -> FloatArray:
+def contradiction(q_px: FloatArray, covariance: FloatArray, hypothesis: FaceHypothesis, bench: Workbench) -> FloatArray:
     """Return what is left open (3, 3) where dense depth shows another plane on the same pixels than the photos do.
 
     The two err differently: one takes a round or a mixed surface for the plane of its best texture, the other smooths.
-    Beyond what their own sigmas explain, either may be right.
+    Beyond what their own sigmas explain either may be right, as far as the photos contradict themselves: on renderings,
+    where halves of a face agree, its photos are nearer the truth in 48 of 50; on real walls they differ, and depth is.
     """
     level = bench.scene.level
-    rows, columns = nonzero(shrunk(mask, 2) & level.measured & ~bench.marks)
+    rows, columns = nonzero(shrunk(hypothesis.mask, 2) & level.measured & ~bench.marks)
     step = max(1, len(rows) // MOST_DENSE)
     rows, columns = rows[::step], columns[::step]
     if len(rows) < LEAST_DENSE:
@@ -273,8 +258,7 @@ def contradiction(q_px: FloatArray, covariance: FloatArray, mask: BoolArray, ben
     dense, scatter = fit_q(level.rays[rows, columns], level.disparity_px[rows, columns], level.sigma_px[rows, columns])
     apart = dense - q_px
     chi2 = float(apart @ np.linalg.solve(covariance + scatter * MATCHER_BLOCK_PX / step, apart))
-    open_share = max(0.0, 1.0 - 3.0 / max(chi2, 1e-9))
-    left_open: FloatArray = 0.5 * open_share * np.outer(apart, apart)
+    left_open: FloatArray = 0.5 * hypothesis.doubt * beyond_chance(chi2, NUMBERS) * np.outer(apart, apart)
     return left_open
 
 

@@ -42,11 +42,15 @@ class Pictures:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneFit:
-    """q (3,) and its covariance (3, 3) from the pictures alone, and the pixels used."""
+    """q (3,) and its covariance (3, 3) from the pictures alone, and the pixels used.
+
+    `doubt` 0..1 is the share of what halves of the pixels differ by that isn't chance; 1 where they weren't compared.
+    """
 
     q_px: FloatArray
     covariance: FloatArray
     pixels: int
+    doubt: float = 1.0
 
 
 def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: BoolArray) -> Pictures:

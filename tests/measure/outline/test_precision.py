@@ -20,15 +20,15 @@ from asbuilt_bim.vision.stereo.warp import sample
 PLANE = np.array([0.02, 0.0, 20.3])  # of the ray (x, y, 1): nearly from the front
 
 
-def grainy_pair(seed: int, grain_grey: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a pair (96, 160) of one surface at a disparity of 20.3 px with weak texture, each with its own grain."""
+def grainy_pair(seed: int, grain_grey: float, disparity_px: float = 20.3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a pair (96, 160) of one surface at one disparity with weak texture, each with its own grain."""
     rng = np.random.default_rng(seed)
     surface = cv2.GaussianBlur(rng.standard_normal((96, 200)), (0, 0), 2.0)
     surface = (140.0 + 4.0 * surface / surface.std()).astype(np.float32)
     y, x = np.mgrid[0:96, 0:160].astype(np.float32)
     rays = np.dstack([(x - 80.0) / 500.0, (y - 48.0) / 500.0, np.ones_like(x)]).astype(np.float64)
     left = cv2.remap(surface, x, y, cv2.INTER_LANCZOS4)
-    right = cv2.remap(surface, x + np.float32(20.3), y, cv2.INTER_LANCZOS4)
+    right = cv2.remap(surface, x + np.float32(disparity_px), y, cv2.INTER_LANCZOS4)
     noise = rng.normal(0.0, grain_grey, (2, 96, 160)).astype(np.float32)
     return left + noise[0], right + noise[1], rays
 
