@@ -29,9 +29,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.planes import face_hypotheses as hypotheses
 from asbuilt_bim.measure.planes.halves import DATA, NUMBERS, HalvesModel, splits_of
-from asbuilt_bim.measure.planes.refine import PlaneFit
+from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit
 from asbuilt_bim.measure.station_faces import settled_faces
-from asbuilt_bim.measure.workbench import Workbench, workbench
+from asbuilt_bim.measure.workbench import workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
 from benchmarks.faces.fitting import fitting_options, observed, write_model
 from benchmarks.faces.twins import TwinPair, read_twin
@@ -60,8 +60,8 @@ def planes_of(twin: TwinPair, scene: str) -> list[Plane]:
     """Measure a pair, listen to every plane that is refined inside its outline, and hold it against the truth."""
     heard: list[tuple[PlaneFit, BoolArray, list[float]]] = []
 
-    def listening(bench: Workbench, fit: PlaneFit, core: BoolArray) -> PlaneFit:
-        heard.append((fit, core, splits_of(bench, fit.q_px, core)))
+    def listening(both: Pictures, rays: FloatArray, fit: PlaneFit, core: BoolArray) -> PlaneFit:
+        heard.append((fit, core, splits_of(both, rays, fit.q_px, core)))
         return fit
 
     read = read_twin(twin)

@@ -16,6 +16,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import Float32Array, FloatArray
 from asbuilt_bim.geometry.disparity_plane import fit_q
+from asbuilt_bim.measure.planes.halves import as_halves_agree
 from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.sigma.area import image_sigma_m2, rings_area_m2
 from asbuilt_bim.vision.stereo.matching import grey
@@ -187,6 +188,7 @@ def _refined(
     fit = refine_plane(both, rays, mask, start)
     if fit is None:
         return []
+    fit = as_halves_agree(both, rays, fit, mask)
     camera = frame.pair.camera
     sigma = image_sigma_m2([patch.ring], (), 0.0, fit.q_px, fit.covariance, camera)
     return [(rings_area_m2([patch.ring], fit.q_px, camera), sigma)]

@@ -16,6 +16,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.disparity_plane import plane_of
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement
+from asbuilt_bim.measure.planes.halves import as_halves_agree
 from asbuilt_bim.measure.planes.refine import Pictures, pictures, refine_plane
 from asbuilt_bim.measure.sigma.area import image_sigma_m2, rings_area_m2
 from asbuilt_bim.vision.stereo.matching import grey
@@ -80,6 +81,7 @@ def given_pixels(
     fit = refine_plane(ready.both, ready.rays, used, start)
     if fit is None:
         return UNKNOWN
+    fit = as_halves_agree(ready.both, ready.rays, fit, used)
     plane = plane_of(fit.q_px, camera.f_px * camera.baseline_m)
     true = plane_of(start, camera.f_px * camera.baseline_m)
     rings = face.outline_px

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from asbuilt_bim.measure.planes.halves import DATA, HalvesModel, as_halves_agree, beyond_chance, model, splits_of
-from asbuilt_bim.measure.planes.refine import PlaneFit, pictures, refine_plane
+from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit, pictures, refine_plane
 from tests.measure.outline.test_precision import grainy_pair
 
 INSIDE = np.zeros((96, 160), dtype=bool)
 INSIDE[8:88, 40:150] = True
 
 
-def refined(seed: int, bent_px: float) -> tuple[SimpleNamespace, PlaneFit]:
+def refined(seed: int, bent_px: float) -> tuple[Pictures, np.ndarray, PlaneFit]:
     """Refine a plane on a grainy surface whose right half lies nearer by some disparity."""
     left, right, rays = grainy_pair(seed, grain_grey=1.0)
     other, other_right, _ = grainy_pair(seed, 1.0, 20.3 + bent_px)
@@ -24,7 +23,7 @@ def refined(seed: int, bent_px: float) -> tuple[SimpleNamespace, PlaneFit]:
     both = pictures(left, right, np.ones((96, 160), dtype=bool))
     fit = refine_plane(both, rays, INSIDE, np.array([0.0, 0.0, 20.0]))
     assert fit is not None
-    return SimpleNamespace(both=both, scene=SimpleNamespace(level=SimpleNamespace(rays=rays))), fit
+    return both, rays, fit
 
 
 def test_halves_of_one_plane_differ_by_chance_and_those_of_two_by_more() -> None:
@@ -34,23 +33,23 @@ def test_halves_of_one_plane_differ_by_chance_and_those_of_two_by_more() -> None
 
 
 def chi_square(seed: int, bent_px: float) -> float:
-    bench, fit = refined(seed, bent_px)
-    return float(np.sum(splits_of(bench, fit.q_px, INSIDE)))  # type: ignore[arg-type]
+    both, rays, fit = refined(seed, bent_px)
+    return float(np.sum(splits_of(both, rays, fit.q_px, INSIDE)))
 
 
 def test_a_plane_whose_halves_contradict_each_other_is_less_sure_and_doubted() -> None:
-    bench, fit = refined(3, 0.4)
-    found = as_halves_agree(bench, fit, INSIDE)  # type: ignore[arg-type]
+    both, rays, fit = refined(3, 0.4)
+    found = as_halves_agree(both, rays, fit, INSIDE)
     assert np.all(found.q_px == fit.q_px)
     assert found.covariance[0, 0] > 2.0 * fit.covariance[0, 0]
     assert found.doubt > 0.5
 
 
 def test_a_plane_too_small_to_be_split_keeps_what_the_model_says() -> None:
-    bench, fit = refined(3, 0.0)
+    both, rays, fit = refined(3, 0.0)
     few = np.zeros_like(INSIDE)
     few[40:47, 80:87] = True
-    found = as_halves_agree(bench, fit, few)  # type: ignore[arg-type]
+    found = as_halves_agree(both, rays, fit, few)
     assert found.doubt == 1.0  # nothing says that the photos agree
     assert found.covariance == pytest.approx(model().variance * fit.covariance)
 

@@ -17,8 +17,7 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.masks import box_of
-from asbuilt_bim.measure.planes.refine import PlaneFit, refine_plane
-from asbuilt_bim.measure.workbench import Workbench
+from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit, refine_plane
 
 DATA = Path(__file__).with_suffix(".json")
 NUMBERS = 3
@@ -45,9 +44,9 @@ def model() -> HalvesModel:
     return HalvesModel(freedom=held["freedom"], variance=held["variance"])
 
 
-def as_halves_agree(bench: Workbench, fit: PlaneFit, core: BoolArray) -> PlaneFit:
+def as_halves_agree(both: Pictures, rays: FloatArray, fit: PlaneFit, core: BoolArray) -> PlaneFit:
     """Return a plane that was refined on the pixels `core` (H, W), as sure as their halves agree on it."""
-    splits = splits_of(bench, fit.q_px, core)
+    splits = splits_of(both, rays, fit.q_px, core)
     doubt = beyond_chance(float(np.sum(splits)), NUMBERS * len(splits)) if splits else 1.0
     return replace(fit, covariance=fit.covariance * model().times(splits), doubt=doubt)
 
@@ -57,7 +56,7 @@ def beyond_chance(chi2: float, freedom: int) -> float:
     return max(0.0, 1.0 - freedom / max(chi2, 1e-9))
 
 
-def splits_of(bench: Workbench, q_px: FloatArray, core: BoolArray) -> list[float]:
+def splits_of(both: Pictures, rays: FloatArray, q_px: FloatArray, core: BoolArray) -> list[float]:
     """Return the chi-squares by which left and right, upper and lower half differ; of those that hold a plane."""
     found: list[float] = []
     box = box_of(core)
@@ -67,7 +66,7 @@ def splits_of(bench: Workbench, q_px: FloatArray, core: BoolArray) -> list[float
         for side in (place <= middle, place > middle):
             half = np.zeros_like(core)
             half[box] = core[box] & side
-            fit = refine_plane(bench.both, bench.scene.level.rays, half, q_px, again=True)
+            fit = refine_plane(both, rays, half, q_px, again=True)
             fits += [fit] if fit is not None else []
         if len(fits) == 2:
             apart = fits[0].q_px - fits[1].q_px
