@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from asbuilt_bim.measure.planes.halves import DATA, HalvesModel, as_halves_agree, beyond_chance, model, splits_of
+from asbuilt_bim.measure.planes.halves import DATA, HalvesModel, as_halves_agree, excess_share, model, splits_of
 from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit, pictures, refine_plane
 from tests.measure.outline.test_precision import grainy_pair
 
@@ -58,7 +58,7 @@ def test_the_more_halves_differ_the_wider_a_plane_and_no_comparison_says_nothing
     one = HalvesModel(freedom=6.0, variance=1.0)
     assert one.times([]) == 1.0 == one.times([3.0, 3.0])
     assert one.times([30.0, 30.0]) == pytest.approx(66.0 / 12.0)
-    assert beyond_chance(2.0, 3) == 0.0 == beyond_chance(3.0, 3) and beyond_chance(30.0, 3) == pytest.approx(0.9)
+    assert excess_share(2.0, 3) == 0.0 == excess_share(3.0, 3) and excess_share(30.0, 3) == pytest.approx(0.9)
 
 
 def test_the_model_says_on_what_it_was_fitted() -> None:

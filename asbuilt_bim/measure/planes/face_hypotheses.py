@@ -14,7 +14,7 @@ from asbuilt_bim.measure.outline.fit import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.outline.straight import Surroundings
 from asbuilt_bim.measure.planes.adjust import PlaneSight
 from asbuilt_bim.measure.planes.crossing import apart, side_by_side
-from asbuilt_bim.measure.planes.halves import NUMBERS, as_halves_agree, beyond_chance
+from asbuilt_bim.measure.planes.halves import NUMBERS, as_halves_agree, excess_share
 from asbuilt_bim.measure.planes.raster import shrunk
 from asbuilt_bim.measure.planes.refine import PlaneFit, refine_plane
 from asbuilt_bim.measure.workbench import Workbench
@@ -260,7 +260,7 @@ def contradiction(q_px: FloatArray, covariance: FloatArray, hypothesis: FaceHypo
     dense, scatter = fit_q(level.rays[rows, columns], level.disparity_px[rows, columns], level.sigma_px[rows, columns])
     apart = dense - q_px
     chi2 = float(apart @ np.linalg.solve(covariance + scatter * MATCHER_BLOCK_PX / step, apart))
-    left_open: FloatArray = 0.5 * hypothesis.doubt * beyond_chance(chi2, NUMBERS) * np.outer(apart, apart)
+    left_open: FloatArray = 0.5 * hypothesis.doubt * excess_share(chi2, NUMBERS) * np.outer(apart, apart)
     return left_open
 
 

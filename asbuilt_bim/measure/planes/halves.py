@@ -47,11 +47,11 @@ def model() -> HalvesModel:
 def as_halves_agree(both: Pictures, rays: FloatArray, fit: PlaneFit, core: BoolArray) -> PlaneFit:
     """Return a plane that was refined on the pixels `core` (H, W), as sure as their halves agree on it."""
     splits = splits_of(both, rays, fit.q_px, core)
-    doubt = beyond_chance(float(np.sum(splits)), NUMBERS * len(splits)) if splits else 1.0
+    doubt = excess_share(float(np.sum(splits)), NUMBERS * len(splits)) if splits else 1.0
     return replace(fit, covariance=fit.covariance * model().times(splits), doubt=doubt)
 
 
-def beyond_chance(chi2: float, freedom: int) -> float:
+def excess_share(chi2: float, freedom: int) -> float:
     """Return the share 0..1 of a squared difference that isn't by chance, of its chi-square (James and Stein 1961)."""
     return max(0.0, 1.0 - freedom / max(chi2, 1e-9))
 
