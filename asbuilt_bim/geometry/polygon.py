@@ -242,7 +242,7 @@ def _one_loop(segments: FloatArray) -> list[tuple[float, float]] | None:
 
 
 def _polygon_shape(rings: Sequence[ArrayLike]) -> BaseGeometry:
-    outer, *holes = (np.asarray(ring, dtype=np.float64) for ring in rings)
+    outer, *holes = (np.where(np.abs(ring) < np.finfo(float).tiny, 0.0, ring) for ring in rings)  # less, GEOS errs
     shape = shapely.polygons(outer, holes=[shapely.linearrings(hole) for hole in holes if len(hole) >= 3] or None)
     return shape if shapely.is_valid(shape) else shapely.make_valid(shape)
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from asbuilt_bim.codes import Reason
@@ -145,6 +145,7 @@ def test_every_measured_face_is_matched_or_unmatched_and_unseen_faces_are_unobse
     u0=st.floats(-0.5, 3.0), width=st.floats(0.2, 3.0), v0=st.floats(-0.5, 2.0), height=st.floats(0.2, 2.0),
     offset=st.floats(-0.2, 0.2),
 )  # fmt: skip
+@example(u0=1.768774824551338, width=1.0, v0=2.225073858507e-311, height=1.0, offset=0.0)  # below the least float
 def test_parts_never_add_up_to_more_than_the_face(
     u0: float, width: float, v0: float, height: float, offset: float
 ) -> None:
