@@ -87,6 +87,7 @@ CASES = (
     Case(script="faces/sigma.py", packages=RENDERER),
     Case(script="faces/ends.py", slow="", packages=RENDERER, long=True),
     Case(script="faces/fit_edges.py", slow="", packages=RENDERER, long=True),
+    Case(script="faces/fit_sides.py", slow="", packages=RENDERER, long=True),
     Case(script="faces/fit_ends.py", slow="", packages=RENDERER, long=True),
     Case(script="site/fit_evidence.py", slow="", packages=RENDERER, long=True),
     Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes

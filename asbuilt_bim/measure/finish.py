@@ -23,12 +23,6 @@ from asbuilt_bim.measure.sigma.area import RigPart, image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.masks.segment import Instance
 
-PROVEN_SIGMA_PX = 1.7
-"""Sigma of the matcher's border where no photo shows an edge, but what was measured past it proves the face's end.
-
-From 43 whole faces of 20 development twins. Where nothing proves it, it errs by its full 3 px and more.
-"""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Settled:
@@ -124,14 +118,13 @@ def _image_sigma(bench: Workbench, settled: Settled, ends: Ends) -> float:
 
 
 def _side_sigma_px(edge: FaceEdge, is_end: float, open_px: float) -> float:
-    """Return how far a side may lie off: where only a mask draws it and the face goes on, anywhere up to what isn't it.
+    """Return how far a side may lie off: where only a mask draws it, anywhere up to what is seen not to be the face.
 
-    `is_end` is the probability that it doesn't go on.
+    Where it isn't the face's end, and `is_end` is the probability that it is, that too is as rough as a mask.
     """
     if edge.source != "mask":
         return edge.sigma_px
-    goes_on = edge.sigma_px**2 + open_px**2 / 12.0
-    return float(np.sqrt(is_end * PROVEN_SIGMA_PX**2 + (1.0 - is_end) * goes_on))
+    return float(np.sqrt((1.0 - is_end) * edge.sigma_px**2 + open_px**2 / 12.0))
 
 
 def _flatness(bench: Workbench, settled: Settled) -> float:

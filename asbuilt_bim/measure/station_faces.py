@@ -19,6 +19,7 @@ from asbuilt_bim.measure.planes.face_hypotheses import (
     FaceHypothesis,
     contradiction,
     face_hypotheses,
+    floor_sights,
     outline_faces,
     pieces_of,
     refine_inside,
@@ -77,9 +78,10 @@ def settled_faces(bench: Workbench, instances: Sequence[Instance]) -> tuple[list
     hypotheses = face_hypotheses(bench, instances)
     if not hypotheses:
         return [], bench.scene.level.view.down
-    hypotheses = refine_inside(bench, outline_faces(bench, hypotheses, _start(hypotheses)))
+    floors = floor_sights(bench)
+    hypotheses = refine_inside(bench, outline_faces(bench, hypotheses, _start(hypotheses), floors))
     found = adjust_hypotheses(bench, hypotheses)
-    hypotheses = outline_faces(bench, hypotheses, found.q_px, found.joint)
+    hypotheses = outline_faces(bench, hypotheses, found.q_px, floors, found.joint)
     return [
         Settled(
             hypothesis=hypothesis,

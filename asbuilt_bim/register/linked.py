@@ -1,7 +1,7 @@
 """Stations that no survey places alone: linked to the others by prints, and what that shows to be wrong."""
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,8 @@ MOST_SHARED = 3
 """Prints that a station shares with the others: not even half of so many in place, and it is of another site."""
 EXCHANGED_SHARE = 0.25
 """Of the way between two prints: as near as that to each other's place, they were exchanged."""
+MOST_TRIED = 6
+"""Pairs that are exchanged for a try: each places the whole visit anew."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -116,9 +118,14 @@ def link_stations(
         return Linked(stations=stations, tags={}, rejections=(torn,))
     if not places.poses:
         return None
+    exchanged = _exchanged(places, sources, lambda other: place_visit(viewpoints, other, options))
+    wrong = {tag for pair in exchanged for tag in pair} - places.moved_m.keys()
+    if wrong:  # what hangs on it stands elsewhere, and nothing else says so
+        kept = {tag: marker for tag, marker in survey.items() if tag not in wrong}
+        places = replace(place_visit(viewpoints, replace(sources, survey=kept), options), moved_m=places.moved_m)
     found = {one.station: _of_station(one, alone[one.station], places, given, options) for one in measured}
     tags = {tag: place for tag, place in places.tags.items() if tag not in survey}
-    return Linked(stations=found, tags=tags, rejections=_moved(places, sources))
+    return Linked(stations=found, tags=tags, rejections=_moved(places, sources, exchanged))
 
 
 def _survey_refused(name: str) -> Found:
@@ -187,27 +194,59 @@ def _pose_off(code: Reason, name: str, off_m: FloatArray) -> Rejection:
     return rejected(code, about(SubjectKind.STATION, name), away_m=away, up_m=up)
 
 
-def _moved(places: VisitPlaces, sources: Sources) -> tuple[Rejection, ...]:
-    """Name prints that stand elsewhere than they are known to; two in each other's place were exchanged."""
-    known = {tag: places.tags[tag].centre_m - off for tag, off in places.moved_m.items() if tag in places.tags}
-    notes: list[Rejection] = []
-    named: set[int] = set()
-    for tag, off in sorted(places.moved_m.items()):
-        if tag in named or tag not in known:
-            continue
-        there = places.tags[tag].centre_m
-        for other in sorted(known.keys() - named - {tag}):
+def _exchanged(
+    places: VisitPlaces, sources: Sources, placed: Callable[[Sources], VisitPlaces]
+) -> tuple[tuple[int, int], ...]:
+    """Return pairs of prints that were exchanged: each stands in the other's place, or with both exchanged all agrees.
+
+    Where few stations see one of two, it alone holds them: they stand wrongly, and nothing contradicts it.
+    """
+    known = {tag: marker.corners_m.mean(axis=0) for tag, marker in sources.survey.items()}
+    moved = [tag for tag in sorted(places.moved_m) if tag in places.tags]
+    known |= {tag: places.tags[tag].centre_m - places.moved_m[tag] for tag in moved}
+    found: list[tuple[int, int]] = []
+    tried: list[tuple[float, int, int]] = []
+    for tag in moved:
+        for other in sorted(known.keys() - {tag}):
             apart = float(np.linalg.norm(known[other] - known[tag]))
-            wrong = np.linalg.norm(there - known[other]), np.linalg.norm(places.tags[other].centre_m - known[tag])
-            if max(wrong) < EXCHANGED_SHARE * apart:
-                pair = about(SubjectKind.MARKER, f"{tag}, {other}")
-                notes.append(rejected(Reason.MARKERS_EXCHANGED, pair, one=tag, other=other, away_m=apart))
-                named |= {tag, other}
-                break
-        else:
-            surveyed = tag in sources.survey
-            away = float(np.linalg.norm(off))
-            code = Reason.MARKER_MOVED if surveyed else Reason.MARKER_MOVED_SINCE
-            notes.append(rejected(code, about(SubjectKind.MARKER, str(tag)), away_m=away))
-            named.add(tag)
+            share = float(np.linalg.norm(places.tags[tag].centre_m - known[other])) / max(apart, 1e-9)
+            back = float(np.linalg.norm(places.tags[other].centre_m - known[tag])) if other in moved else np.inf
+            if max(share, back / max(apart, 1e-9)) < EXCHANGED_SHARE:
+                found.append((min(tag, other), max(tag, other)))
+            elif tag in sources.survey and other in sources.survey and (share < EXCHANGED_SHARE or other in moved):
+                tried.append((share, min(tag, other), max(tag, other)))
+    for _, one, other in sorted(tried)[:MOST_TRIED]:
+        if {one, other} & {tag for pair in found for tag in pair}:
+            continue
+        survey = dict(sources.survey)
+        survey[one], survey[other] = (
+            replace(survey[tag], corners_m=survey[theirs].corners_m) for tag, theirs in ((one, other), (other, one))
+        )
+        again = placed(replace(sources, survey=survey))
+        agrees = {one, other} & again.tags.keys() and not {one, other} & again.moved_m.keys()
+        if agrees and len(again.moved_m) < len(places.moved_m):
+            found.append((one, other))
+    return tuple(sorted(set(found)))
+
+
+def _moved(places: VisitPlaces, sources: Sources, exchanged: Sequence[tuple[int, int]]) -> tuple[Rejection, ...]:
+    """Name prints that stand elsewhere than they are known to, and those that were exchanged."""
+    notes: list[Rejection] = []
+    for one, other in exchanged:
+        centres = [_known_centre(tag, places, sources) for tag in (one, other)]
+        apart = float(np.linalg.norm(centres[0] - centres[1]))
+        pair = about(SubjectKind.MARKER, f"{one}, {other}")
+        notes.append(rejected(Reason.MARKERS_EXCHANGED, pair, one=one, other=other, away_m=apart))
+    named = {tag for pair in exchanged for tag in pair}
+    for tag, off in sorted(places.moved_m.items()):
+        if tag in places.tags and tag not in named:
+            code = Reason.MARKER_MOVED if tag in sources.survey else Reason.MARKER_MOVED_SINCE
+            notes.append(rejected(code, about(SubjectKind.MARKER, str(tag)), away_m=float(np.linalg.norm(off))))
     return tuple(notes)
+
+
+def _known_centre(tag: int, places: VisitPlaces, sources: Sources) -> FloatArray:
+    if tag in sources.survey:
+        centre: FloatArray = sources.survey[tag].corners_m.mean(axis=0)
+        return centre
+    return places.tags[tag].centre_m - places.moved_m[tag]

@@ -142,6 +142,18 @@ def test_two_exchanged_prints_are_named_together() -> None:
     assert len(placement.stations) == 6
 
 
+def test_two_exchanged_prints_are_named_where_one_of_them_alone_holds_its_stations() -> None:
+    there = prints()
+    there[3], there[12] = there[12], there[3]
+    apart = [one for one in stations(there=there) if one.station in ("A0", "A1", "A5")]
+    assert [len(shown_by(apart, number)) for number in (12, 3)] == [2, 1]
+    placement = register(apart, survey([0, 1, 2, 3, 4, 12]), OPTIONS)
+    told = [one for one in placement.rejections if one.code is Reason.MARKERS_EXCHANGED]
+    assert [(one.values["one"], one.values["other"]) for one in told] == [(3, 12)]
+    assert {one.pose.station for one in placement.stations} == {"A0", "A1"}
+    assert all(np.abs(error[3:]).max() < 0.02 for error in errors(placement).values())
+
+
 def test_prints_are_remembered_and_place_the_next_visit_without_a_survey() -> None:
     first = register(stations(1), survey([0, 1, 2, 3]), OPTIONS)
     assert set(first.tags) == set(range(4, 14)) - {n for n in range(14) if not shown_by(stations(1), n)}

@@ -18,6 +18,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.geometry.robust_least_squares import reweighted_linear, tukey
+from asbuilt_bim.measure.outline.side_sigmas import side_sigmas
 from asbuilt_bim.vision.stereo.warp import sample
 
 DATA = Path(__file__).with_suffix(".json")
@@ -25,8 +26,6 @@ REACH_PX = 9.0
 """How far off a line its edge is looked for: as far as the model was fitted."""
 STEP_PX = 0.25
 """Profile step: a quarter of the sensor's own blur."""
-EDGE_FLOOR_PX = 0.12
-"""What blur, tone curve and chamfer move a whole edge by: a tenth of a pixel however long it is."""
 LEAST_SCATTER_PX = 0.15
 """Of single profiles about their line: less would be chance."""
 SHORT_TUKEY = partial(tukey, reach=3.0)
@@ -352,5 +351,5 @@ def _subpixel(read: Profiles, profile: FloatArray, centre_px: float) -> tuple[fl
     slope, shift = fit.parameters.tolist()
     total = float(fit.weights.sum())
     independent = max(total**2 / float(fit.weights @ fit.weights) / SHARED_PX, 2.0)
-    sigma = float(np.hypot(np.sqrt(fit.cost / total / independent), EDGE_FLOOR_PX))
+    sigma = float(np.hypot(np.sqrt(fit.cost / total / independent), side_sigmas().edge))
     return centre_px + shift, float(slope / read.length_px), sigma, median(top[inner])

@@ -13,6 +13,7 @@ from asbuilt_bim.measure.outline.contour import Course, Side, contours, sides
 from asbuilt_bim.measure.outline.edges import REACH_PX, EdgeFit, Line, find_edge, pixel_plane
 from asbuilt_bim.measure.outline.face_cost import OFF_PX
 from asbuilt_bim.measure.outline.ring_from_lines import close_ring, pixel_area
+from asbuilt_bim.measure.outline.side_sigmas import side_sigmas
 from asbuilt_bim.measure.outline.straight import LEAST_KNOWN_SHARE, Surroundings, straight_sides
 from asbuilt_bim.measure.planes.crossing import Crossing, between, crossing_near
 
@@ -24,8 +25,6 @@ ALONE_STRENGTH, ALONE_SIGMA_PX = 0.4, 0.4
 """One photo alone must show the edge on most of its length: the background has edges too, and they may lie near."""
 MASK_SIGMA_PX = 3.0
 """How well the matcher's own border lies on an edge that no photo shows."""
-LEVEL_SIGMA_PX = 0.25
-"""What a level edge errs beyond its fit: the shade where a foot meets the ground, a top seen with its upper side."""
 SLANT_DEG = 12.0
 """A segment within this of plumb or level runs plumb or level: contours wiggle by that over a few tens of pixels."""
 
@@ -147,7 +146,7 @@ def _settle(side: Side, label: int, around: Surroundings) -> FaceEdge | None:
     plane = pixel_plane(around.planes[label], around.camera)
     fit = find_edge(around.gradients, start, plane, around.texture_grey, LEAST_STRENGTH)
     if fit is not None:
-        line, sigma_px = fit.line, float(np.hypot(fit.sigma_px, LEVEL_SIGMA_PX * (side.course == "level")))
+        line, sigma_px = fit.line, float(np.hypot(fit.sigma_px, side_sigmas().level * (side.course == "level")))
         if crossing is not None:
             edge = between(crossing, line, sigma_px)
             line, sigma_px = edge.line, edge.sigma_px

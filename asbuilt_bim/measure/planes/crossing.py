@@ -13,8 +13,6 @@ from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.outline.edges import Line, pixel_plane
 
-CHAMFER_SIGMA_PX = 0.25
-"""What a chamfer puts the crossing off the edge, beside what the planes leave open of it."""
 LEAST_PART = 1e-4
 """A step in disparity of under 1 px in 10,000: the planes are one."""
 
@@ -59,7 +57,7 @@ def crossing_near(
         return None
     ray = np.append((0.5 * (foot[0] + foot[1]) - [camera.cx_px, camera.cy_px]) / camera.f_px, 1.0)
     open_px = float(np.sqrt(max(float(ray @ covariance @ ray), 0.0))) / part
-    return Crossing(line=Line(start=foot[0], stop=foot[1]), sigma_px=float(np.hypot(open_px, CHAMFER_SIGMA_PX)))
+    return Crossing(line=Line(start=foot[0], stop=foot[1]), sigma_px=open_px)
 
 
 def between(planes: Crossing, shown: Line, shown_px: float) -> Crossing:

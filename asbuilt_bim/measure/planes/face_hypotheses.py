@@ -100,8 +100,26 @@ def pieces_of(scene: Scene, instance: Instance) -> list[int]:
     return [int(n) for n in np.flatnonzero(counts >= np.maximum(LEAST_PIXELS, LEAST_SHARE * scene.sizes))]
 
 
+def floor_sights(bench: Workbench) -> list[PlaneSight]:
+    """Return the scene's floors as the photos show them: dense depth alone put feet of walls 0.45 px too low."""
+    scene = bench.scene
+    found: list[PlaneSight] = []
+    for label, floor in enumerate(scene.floors, start=len(scene.pieces)):
+        core = shrunk(scene.mask(label), 2) & ~bench.marks
+        sight, fit = _sight(bench, core, floor.q_px)
+        if fit is not None:
+            fit = as_halves_agree(bench.both, scene.level.rays, fit, core)
+            sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
+        found.append(sight)
+    return found
+
+
 def outline_faces(
-    bench: Workbench, hypotheses: Sequence[FaceHypothesis], planes: FloatArray, joint: FloatArray | None = None
+    bench: Workbench,
+    hypotheses: Sequence[FaceHypothesis],
+    planes: FloatArray,
+    floors: Sequence[PlaneSight],
+    joint: FloatArray | None = None,
 ) -> list[FaceHypothesis]:
     """Draw every hypothesis's outline with the planes (n, 3) as they stand; those without one are kept without.
 
@@ -110,7 +128,7 @@ def outline_faces(
     scene = bench.scene
     joint = side_by_side([hypothesis.sight.covariance for hypothesis in hypotheses]) if joint is None else joint
     known = {hypothesis.piece: planes[i] for i, hypothesis in enumerate(hypotheses)}
-    known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(scene.floors)}
+    known |= {len(scene.pieces) + k: floor.q_px for k, floor in enumerate(floors)}
     widths = [_width_px(hypothesis.mask) for hypothesis in hypotheses]
     drawn = dict(enumerate(hypotheses))
     for i in sorted(drawn, key=lambda k: -widths[k]):  # the wide ones first: they tell their neighbours top and foot
@@ -121,7 +139,8 @@ def outline_faces(
             gradients=bench.slopes, labels=scene.labels, planes=known, frame=bench.frame,
             valid_right=bench.pair.valid_right, off_px=_off_plane(bench, planes[i]), camera=bench.pair.camera,
             down=scene.level.view.down, texture_grey=hypothesis.texture_grey,
-            meets=tuple(hypotheses[j].piece for j in touching), apart=_apart(joint, i, hypotheses, scene),
+            meets=tuple(hypotheses[j].piece for j in touching),
+            apart=_apart(joint, i, hypotheses, floors, len(scene.pieces)),
         )  # fmt: skip
         ends = None
         for j in touching:
@@ -132,11 +151,13 @@ def outline_faces(
     return [drawn[i] for i in range(len(hypotheses))]
 
 
-def _apart(joint: FloatArray, i: int, hypotheses: Sequence[FaceHypothesis], scene: Scene) -> dict[int, FloatArray]:
-    """Return, by label, the covariance (3, 3) of face i's q less that of what lies there; a floor's own is small."""
+def _apart(
+    joint: FloatArray, i: int, hypotheses: Sequence[FaceHypothesis], floors: Sequence[PlaneSight], first_floor: int
+) -> dict[int, FloatArray]:
+    """Return, by label, the covariance (3, 3) of face i's q less that of what lies there."""
     own = joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
-    floors = {len(scene.pieces) + k: own for k in range(len(scene.floors))}
-    return floors | {hypothesis.piece: apart(joint, i, j) for j, hypothesis in enumerate(hypotheses)}
+    found = {first_floor + k: own + floor.covariance for k, floor in enumerate(floors)}
+    return found | {hypothesis.piece: apart(joint, i, j) for j, hypothesis in enumerate(hypotheses)}
 
 
 def _down_to(ends: FloatArray | None, mask: BoolArray) -> FloatArray | None:
@@ -219,19 +240,23 @@ def _hypothesis(bench: Workbench, piece: int, instance: int, mask: BoolArray) ->
     start = q_of_piece(bench.scene.pieces[piece], bench.scene.level)
     core = shrunk(mask, 2)
     core = (core if np.count_nonzero(core) > 0.3 * np.count_nonzero(mask) else mask) & ~bench.marks
-    fit = refine_plane(bench.both, bench.scene.level.rays, core, start)
-    if fit is not None:
-        sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
-    else:
-        level = bench.scene.level
-        known = core & level.measured
-        rays, d, sigma = level.rays[known], level.disparity_px[known], level.sigma_px[known]
-        q, covariance = fit_q(rays, d, np.clip(sigma, 0.1, 2.0)) if len(d) > 30 else (start, np.eye(3))
-        sight = PlaneSight(q_px=q, covariance=covariance * MATCHER_BLOCK_PX)
+    sight, fit = _sight(bench, core, start)
     texture_grey = _texture(bench.slopes, mask)
     return FaceHypothesis(
         piece=piece, instance=instance, mask=mask, texture_grey=texture_grey, sight=sight, refined=fit is not None
     )
+
+
+def _sight(bench: Workbench, core: BoolArray, start_px: FloatArray) -> tuple[PlaneSight, PlaneFit | None]:
+    """Return the plane near `start_px` (3,) on the pixels `core` (H, W), refined on both photos where they hold it."""
+    level = bench.scene.level
+    fit = refine_plane(bench.both, level.rays, core, start_px)
+    if fit is not None:
+        return PlaneSight(q_px=fit.q_px, covariance=fit.covariance), fit
+    known = core & level.measured
+    rays, d, sigma = level.rays[known], level.disparity_px[known], level.sigma_px[known]
+    q, covariance = fit_q(rays, d, np.clip(sigma, 0.1, 2.0)) if len(d) > 30 else (start_px, np.eye(3))
+    return PlaneSight(q_px=q, covariance=covariance * MATCHER_BLOCK_PX), None
 
 
 def _off_plane(bench: Workbench, q_px: FloatArray, box: Box = WHOLE) -> Float32Array:

@@ -6,7 +6,7 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.outline.edges import Line
-from asbuilt_bim.measure.planes.crossing import CHAMFER_SIGMA_PX, apart, between, crossing_near, side_by_side
+from asbuilt_bim.measure.planes.crossing import apart, between, crossing_near, side_by_side
 
 CAMERA = RectifiedCamera(
     f_px=1050.0, cx_px=640.0, cy_px=480.0, baseline_m=0.25, width_px=1280, height_px=960,
@@ -41,7 +41,7 @@ def test_where_two_planes_cross_is_as_sure_as_monte_carlo_says(distance_m: float
         assert other is not None
         drawn.append(0.5 * float(other.line.start[0] + other.line.stop[0]))
     assert float(found.line.start[0]) == pytest.approx(700.0, abs=1e-6)
-    assert np.hypot(np.std(drawn), CHAMFER_SIGMA_PX) == pytest.approx(found.sigma_px, rel=0.1)
+    assert np.std(drawn) == pytest.approx(found.sigma_px, rel=0.1)
 
 
 def test_planes_that_err_together_place_their_edge_better_than_each_alone() -> None:
@@ -54,7 +54,7 @@ def test_planes_that_err_together_place_their_edge_better_than_each_alone() -> N
     for joint in (alone, together):
         found = crossing_near(EDGE, one - two, apart(joint, 0, 1), CAMERA, most_px=20.0)
         assert found is not None
-        sigmas.append(np.sqrt(found.sigma_px**2 - CHAMFER_SIGMA_PX**2))
+        sigmas.append(found.sigma_px)
     assert sigmas[1] == pytest.approx(np.sqrt(0.05) * sigmas[0], rel=1e-6)
 
 
