@@ -24,7 +24,7 @@ from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, Sta
 from asbuilt_bim.measure.station_faces import thumbnail
 from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, Looked, checked_station
-from asbuilt_bim.project.check import is_of, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import a_day_off, is_of, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.register.scale import KnownLength
 from asbuilt_bim.report.tables import station_of
@@ -104,7 +104,8 @@ def check_stations(
     off = [fault for visit in visits for fault in other_days(visit, _of(visit, taken))]
     lacks = bool(_of(visits[0], taken)) and not any(is_of(day, visit) for visit in project.visits)
     others = tuple(visit.date for visit in project.visits) if lacks else None
-    return replace(visited, faults=(*off, *visited.faults), other_visits=others)
+    notes = [note for visit in visits for note in a_day_off(visit, _of(visit, taken))]
+    return replace(visited, faults=(*off, *visited.faults), notes=(*notes, *visited.notes), other_visits=others)
 
 
 def _visits(day: date, stations: Sequence[Station], project: Project) -> tuple[Visit, ...]:

@@ -23,7 +23,7 @@ from asbuilt_bim.measure.station import (
     measure_station,
 )
 from asbuilt_bim.progress.report import RigRecord
-from asbuilt_bim.project.check import of_its_day, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import a_day_off, of_its_day, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -67,7 +67,7 @@ class MeasuredVisit:
     pictures: dict[str, bytes]  # by station: JPEG without EXIF, rejected stations' too where there is one
     from_cache: int
     rig: tuple[RigRecord, ...] = ()
-    rig_notes: tuple[Note, ...] = ()
+    notes: tuple[Note, ...] = ()
     shown: tuple[Shown, ...] = ()  # what the stations of this visit and of those before it showed
     borrowed: Mapping[Photographed, Rejection] = field(
         default_factory=dict
@@ -153,7 +153,8 @@ def measure_visit(
     seen = _gathered(watch_scale(watched, project, rig, survey), known)
     warned = (*other_days(visit, taken), *seen.rejections)
     whole = of_day >= {station.name for station in visit.stations}
-    return replace(seen, rejections=warned, shown=twins.known, borrowed=twins.borrowed, of_its_day=whole)
+    notes = (*a_day_off(visit, taken), *seen.notes)
+    return replace(seen, rejections=warned, notes=notes, shown=twins.known, borrowed=twins.borrowed, of_its_day=whole)
 
 
 def measure_stations(
@@ -282,7 +283,7 @@ def _gathered(watched: WatchedVisit, from_cache: int) -> MeasuredVisit:
         pictures={outcome.station: picture for outcome in outcomes if (picture := _picture(outcome))},
         from_cache=from_cache,
         rig=watched.records,
-        rig_notes=watched.notes,
+        notes=watched.notes,
         scale_share=watched.scale_share,
     )
 

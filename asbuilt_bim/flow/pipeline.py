@@ -280,7 +280,7 @@ def _judged(
             control_points=known.places.clicked(visit.date, known.rig.rig, seen.measured),
         )  # fmt: skip
         revised = (*remap_notes(past[-1], known.others), *revision_notes(past[-1], report)) if past else ()
-        notes = (*report.notes, *known.unknown, *seen.rig_notes, *revised, *lost)
+        notes = (*report.notes, *known.unknown, *seen.notes, *revised, *lost)
         report = replace(report, rig=seen.rig, notes=notes, observations=known.observed)
         report = with_tolerance(report, design, project.tolerance)
         report = replace(

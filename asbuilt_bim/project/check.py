@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from datetime import date, timedelta
 
-from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.mistakes import first_rows
 from asbuilt_bim.project.model import Project, Visit
@@ -68,6 +68,16 @@ def other_days(visit: Visit, taken: Mapping[str, date]) -> tuple[Rejection, ...]
             clock_wrong=visit.camera_clock_wrong,
         ),
     )
+
+
+def a_day_off(visit: Visit, taken: Mapping[str, date]) -> tuple[Note, ...]:
+    """Return a note where all photos say that they were `taken` (by station) on one day, just beside the visit's."""
+    days = set(taken.values())
+    day = days.pop() if len(days) == 1 else visit.date
+    if day == visit.date or abs(day - visit.date) > NEAR or visit.camera_clock_wrong:
+        return ()
+    subject = about(SubjectKind.VISIT, visit.date.isoformat())
+    return (noted(Reason.PHOTOS_A_DAY_OFF, subject, day=day.isoformat(), visit=visit.date.isoformat()),)
 
 
 def of_other_day(station: str, visit: Visit, taken: Mapping[str, date]) -> Rejection:

@@ -5,9 +5,10 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.project.check import of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import a_day_off, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.project_folder import write_project
 
@@ -28,6 +29,15 @@ def test_the_visits_own_day_and_its_neighbours_are_no_other_day(tmp_path: Path) 
     visit = _project(tmp_path).visits[0]
     assert other_days(visit, {"A1": date(2026, 3, 1), "A2": date(2026, 3, 2)}) == ()
     assert other_days(visit, {}) == ()
+
+
+def test_photos_that_all_say_the_day_beside_the_visits_count_and_that_is_told(tmp_path: Path) -> None:
+    visit = _project(tmp_path).visits[0]
+    (note,) = a_day_off(visit, {"A1": date(2026, 3, 1), "A2": date(2026, 3, 1)})
+    assert "visit of 2026-03-02 say 2026-03-01" in note_words(note) and "They count" in note_words(note)
+    for days in ((1, 2), (2, 2), (1, 3), (5, 5)):
+        assert a_day_off(visit, {f"A{k}": date(2026, 3, day) for k, day in enumerate(days)}) == ()
+    assert a_day_off(visit, {}) == () == a_day_off(replace(visit, camera_clock_wrong=True), {"A1": date(2026, 3, 1)})
 
 
 def test_a_station_of_another_day_decides_nothing_beside_one_of_the_right_day(tmp_path: Path) -> None:

@@ -164,18 +164,23 @@ def _due(tasks: Iterable[Task | TaskProgress]) -> Mapping[str, tuple[datetime, s
     """Return element -> (latest planned finish, its task); an element with a task without a finish is left out.
 
     A row of the schedule file without any date, that is no task of the IFC, says nothing of when an element is due.
+    Of an element that such a row dates, the tasks of the IFC that no row matches say nothing: one of both counts.
     """
     due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
-    for task in tasks:
-        own, made = (task.global_id, task) if isinstance(task, Task) else (task.progress.key, task.progress)
-        for key in made.elements:
+    made = [(t, t.global_id, t) if isinstance(t, Task) else (t, t.progress.key, t.progress) for t in tasks]
+    rows = [(task, own.elements) for task, key, own in made if key.startswith(SCHEDULE_KEY)]
+    dated = {key for task, elements in rows if task.schedule_finish is not None for key in elements}
+    for task, own_key, own in made:
+        is_row = own_key.startswith(SCHEDULE_KEY)
+        for key in own.elements:
+            if not is_row and not task.schedule_uid and key in dated:
+                continue
             if task.schedule_finish is None:
-                if task.schedule_start is None and own.startswith(SCHEDULE_KEY):
-                    continue
-                open_ended.add(key)
+                if not is_row or task.schedule_start is not None:
+                    open_ended.add(key)
             elif key not in due or task.schedule_finish.date() > due[key][0].date():
-                due[key] = (task.schedule_finish, made.name)
+                due[key] = (task.schedule_finish, own.name)
     return {key: value for key, value in due.items() if key not in open_ended}
 
 

@@ -113,6 +113,8 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     f"{_ACCEPT}",
     Reason.DISPLACED_ACCEPTED: f"Built {_OFF}, and accepted in the project file: it is judged where it stands",
     Reason.STATIONS_NOT_USED: _not_used,
+    Reason.PHOTOS_A_DAY_OFF: "All photos of the visit of {visit} say {day}. They count; if the visit's date is wrong, "
+    "correct it in the project file: plan and lateness go by it",
     Reason.DECIDED_NOTHING: "This visit decided nothing: {cause}",
     Reason.LATER_VISIT_UNDOES: "The visit of {later} would undo what was seen at this one: check whether their photos "
     "were exchanged",

@@ -157,6 +157,19 @@ def test_late_elements_are_those_seen_unfinished_after_their_last_task() -> None
     assert late_elements(unseen) == ()
 
 
+def test_the_date_that_a_row_of_the_schedule_gives_an_element_is_its_only_one_beside_the_ifcs_task() -> None:
+    report = sample_report()
+    one = late_elements(report)[0].element.global_id
+    (whole,) = (task for task in report.tasks if task.progress.name == "Columns, ground floor")
+    alone = replace(whole.progress, key="schedule:7", name="Its own", elements=(one,))
+    earlier = datetime(2026, 3, 1)
+    row = replace(whole, schedule_finish=earlier, schedule_uid="7", progress=alone)
+    for task, days in ((replace(whole, schedule_uid=""), 15), (replace(whole, schedule_uid="3"), 3)):
+        late = {late.element.global_id: late for late in late_elements(replace(report, tasks=(task, row)))}
+        assert late[one].late_days == days, "a task that the file dates, too, makes it as well"
+        assert {late[key].late_days for key in late.keys() - {one}} == {3}
+
+
 def test_what_may_be_complete_by_its_bounds_is_not_called_late_but_should_stand() -> None:
     report = sample_report()
     ids = {one.element.global_id for one in late_elements(report)}
