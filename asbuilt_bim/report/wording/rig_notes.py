@@ -60,8 +60,9 @@ RIG_NOTES: Mapping[Reason, Template] = {
     Reason.RIG_REFINED_BY_LENGTHS: _by_lengths,
     Reason.RIG_KNOCKED_BETWEEN: _knocked,
     Reason.RIG_ROWS_APART: _rows_apart,
-    Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale. That makes areas {share:hundredth %} wrong, and "
-    "lengths half as much. So each area has a larger sigma, and at least and possibly lie further apart",
+    Reason.AREAS_WIDENED: "Known lengths contradict the rig's scale. By all of them together areas may be "
+    "{share:hundredth %} wrong, and lengths half as much. So each area has a larger sigma, and at least and possibly "
+    "lie further apart",
     Reason.CALIBRATION_COVERAGE: "the boards cover only {share:%} of the frame",
     Reason.CALIBRATION_HOLD_OUT: "views kept back miss by {hold_out_px:px}, the others by {rms_px:px}",
     Reason.CALIBRATION_LENGTH: "the boards' diagonals come out {share:hundredth %} wrong",
