@@ -118,13 +118,14 @@ def _image_sigma(bench: Workbench, settled: Settled, ends: Ends) -> float:
 
 
 def _side_sigma_px(edge: FaceEdge, is_end: float, open_px: float) -> float:
-    """Return how far a side may lie off: where only a mask draws it, anywhere up to what is seen not to be the face.
+    """Return how far a side may lie off: one that only a mask draws is as rough as that.
 
-    Where it isn't the face's end, and `is_end` is the probability that it is, that too is as rough as a mask.
+    Where it isn't the face's end, and `is_end` is the probability that it is, that lies anywhere up to what is seen not
+    to be the face, `open_px` off.
     """
     if edge.source != "mask":
         return edge.sigma_px
-    return float(np.sqrt((1.0 - is_end) * edge.sigma_px**2 + open_px**2 / 12.0))
+    return float(np.sqrt(edge.sigma_px**2 + (1.0 - is_end) * open_px**2 / 12.0))
 
 
 def _flatness(bench: Workbench, settled: Settled) -> float:

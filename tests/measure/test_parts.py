@@ -377,10 +377,9 @@ def test_a_damaged_depth_reference_is_named() -> None:
         unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))
 
 
-def test_a_side_that_a_mask_alone_draws_may_lie_anywhere_up_to_what_isnt_the_face() -> None:
+def test_a_side_that_a_mask_alone_draws_is_rough_and_if_no_end_anywhere_up_to_what_isnt_the_face() -> None:
     line = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
-    open_px = 24.0 / np.sqrt(12.0)
-    expected_px = (np.hypot(3.0, open_px), np.hypot(3.0 * np.sqrt(0.5), open_px), open_px)
+    expected_px = (np.hypot(3.0, 24.0 / np.sqrt(12.0)), np.hypot(3.0, 24.0 / np.sqrt(24.0)), 3.0)
     rows = [
         ("mask", 3.0, expected_px), ("frame", 3.0, (3.0, 3.0, 3.0)),
         ("photo", 0.1, (0.1, 0.1, 0.1)),
