@@ -1,7 +1,5 @@
 """The surveyed markers: a table of corners in world metres, checked before a pose is built on it."""
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +12,8 @@ from asbuilt_bim.errors import Rejection, SurveyError, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import CORNERS, UNIT_MISTAKES, print_faults
-from asbuilt_bim.storage.regular_file import as_text, read_bytes
+from asbuilt_bim.storage.csv_file import csv_table
+from asbuilt_bim.storage.regular_file import read_bytes
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
 
@@ -120,41 +119,23 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
 
 
 def _rows(path: Path) -> tuple[list[_Row], list[str]]:
-    name = f"survey {path}"
-    text = as_text(read_bytes(path, MAX_BYTES, SurveyError, name), SurveyError, name)
-    head = next((line for line in text.splitlines() if line.strip()), "")
-    delimiter = ";" if ";" in head else "," if "," in head else "\t"
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)  # lines may end as they do on any system
-    try:
-        lines = [(reader.line_num, fields) for fields in reader]
-    except csv.Error as error:
-        raise SurveyError(f"{path}, line {reader.line_num}: no CSV ({error}); save it as CSV again") from error
-    rows: list[_Row] = []
-    problems: list[str] = []
-    header: list[str] | None = None
-    for number, fields in lines:
-        cells = [field.strip() for field in fields]
-        if not any(cells) or cells[0].startswith("#"):
-            continue
-        if header is None:
-            header = [cell.lower() for cell in cells]
-            _check_header(header, path)
-            continue
-        row = _row(dict(zip(header, cells, strict=False)), number, delimiter == ";")
-        if isinstance(row, _Row):
-            rows.append(row)
-        else:
-            problems.append(row)
-    return rows, problems
-
-
-def _check_header(header: list[str], path: Path) -> None:
+    table = csv_table(read_bytes(path, MAX_BYTES, SurveyError, f"survey {path}"), str(path), SurveyError, comments=True)
+    header = [cell.lower() for cell in table.header]
     missing = [name for name in COLUMNS if name not in header]
     if missing:
         raise SurveyError(
             f"{path}: the survey's first line lacks {', '.join(missing)}; it must be `{','.join(COLUMNS)}`, "
             f"and is `{','.join(header)}`"
         )
+    rows: list[_Row] = []
+    problems: list[str] = []
+    for number, cells in table.rows:
+        row = _row(dict(zip(header, cells, strict=False)), number, table.sign == ";")
+        if isinstance(row, _Row):
+            rows.append(row)
+        else:
+            problems.append(row)
+    return rows, problems
 
 
 def _row(cells: dict[str, str], line: int, decimal_comma: bool) -> _Row | str:

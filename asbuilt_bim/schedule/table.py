@@ -1,15 +1,14 @@
 """A schedule as CSV: one task a line, its columns named in the first."""
 
-import csv
-import io
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import date, datetime
 from pathlib import Path
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleRow, at_time, global_ids, moment
+from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, moment
+from asbuilt_bim.storage.csv_file import csv_table
 
 DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days")
 COLUMNS = {
@@ -30,29 +29,22 @@ def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[No
     Raises:
         ScheduleError: no text, no known columns, or dates that can't be read; names the lines.
     """
-    reader = csv.reader(io.StringIO(_text(data, path), newline=""), delimiter=_delimiter(data), strict=True)
-    try:
-        lines = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
-    except csv.Error as problem:
-        cause = "a quotation mark (\") isn't closed" if "end of data" in str(problem) else problem
-        raise ScheduleError(f"{path}, line {reader.line_num}: no CSV ({cause}); save it as CSV again") from problem
-    if len(lines) > MAX_ROWS:
-        raise ScheduleError(f"{path}: more than {MAX_ROWS:,} lines, which no schedule has")
-    places = _places(lines[0][1] if lines else [], path)
+    table = csv_table(data, str(path), ScheduleError)
+    places = _places(table.header, path)
     faults: list[str] = []
     rows = []
-    for number, cells in lines[1:]:
-        got = {key: cells[index].strip() if index < len(cells) else "" for key, index in places.items()}
+    for number, cells in table.rows:
+        got = {key: cells[index] if index < len(cells) else "" for key, index in places.items()}
         rows.append(_row(number, got, faults))
     if faults:
         more = f"\n  and {len(faults) - MAX_FAULTS} more" if len(faults) > MAX_FAULTS else ""
         raise ScheduleError(f"{path}: can't be used:\n  " + "\n  ".join(faults[:MAX_FAULTS]) + more)
-    return tuple(rows), _unread(lines[0][1], rows, path)
+    return tuple(rows), _unread(table.header, rows, path)
 
 
-def _unread(header: list[str], rows: list[ScheduleRow], path: Path) -> tuple[Note, ...]:
+def _unread(header: Sequence[str], rows: Sequence[ScheduleRow], path: Path) -> tuple[Note, ...]:
     """Say that durations aren't read, where a task has a start and no finish: which days are worked, no CSV says."""
-    named = [cell.strip() for cell in header if re.sub(r"[\s_-]", "", cell).casefold() in DURATIONS]
+    named = [cell for cell in header if re.sub(r"[\s_-]", "", cell).casefold() in DURATIONS]
     lack = sum(1 for row in rows if row.start and not row.finish)
     if not named or not lack:
         return ()
@@ -94,12 +86,12 @@ def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime |
     return when
 
 
-def _places(header: list[str], path: Path) -> dict[str, int]:
+def _places(header: Sequence[str], path: Path) -> dict[str, int]:
     """Return where each column is; a start, a finish, and a name or an id must be there."""
     names = [re.sub(r"[\s_-]", "", cell).casefold() for cell in header]
     places = {key: names.index(name) for key, known in COLUMNS.items() for name in reversed(known) if name in names}
     for key in ("start", "finish"):
-        twice = [cell.strip() for cell, name in zip(header, names, strict=True) if name in COLUMNS[key]]
+        twice = [cell for cell, name in zip(header, names, strict=True) if name in COLUMNS[key]]
         if len(twice) > 1:
             raise ScheduleError(
                 f"{path}: the first line names more than one {key} ({', '.join(twice)[:80]}); keep the planned one"
@@ -112,15 +104,3 @@ def _places(header: list[str], path: Path) -> dict[str, int]:
             "id, name, start, finish, and where wanted globalids"
         )
     return places
-
-
-def _delimiter(data: bytes) -> str:
-    first = data.split(b"\n", 1)[0].replace(b"\0", b"")
-    return max(",;\t", key=lambda sign: first.count(sign.encode()))
-
-
-def _text(data: bytes, path: Path) -> str:
-    try:
-        return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        raise ScheduleError(f"{path}: not UTF-8 text (byte {problem.start}); save it as CSV UTF-8") from problem

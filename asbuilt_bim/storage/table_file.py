@@ -1,7 +1,5 @@
 """A table that somebody typed, as CSV or `.xlsx`: rows by column, numbers and days that can be meant one way only."""
 
-import csv
-import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,17 +8,15 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.errors import AsBuiltError
-from asbuilt_bim.storage.regular_file import as_text, read_bytes
+from asbuilt_bim.storage.csv_file import csv_table
+from asbuilt_bim.storage.regular_file import read_bytes
 from asbuilt_bim.storage.xlsx_file import XlsxCell, read_xlsx
 
 MAX_BYTES = 60_000_000
-MAX_ROWS = 200_000
-MAX_CELL = 200_000
-"""Letters of a cell: a row may list some thousand GlobalIds."""
 MAX_NAMED = 8
 Columns = Mapping[str, Sequence[str]]
 """What a column is known by here -> what it may be called; capitals, spaces, dashes and underscores don't count."""
-_Line = tuple[int, list[str | float | date]]
+_Line = tuple[int, Sequence[str | float | date]]
 _DAY = re.compile(r"(\d{4})-(\d{1,2})-(\d{1,2})")
 _DOTTED_DAY = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 _PLAIN = re.compile(r"[+-]?\d+(\.\d+)?([eE][+-]?\d{1,3})?")
@@ -61,14 +57,16 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
     Raises:
         AsBuiltError: of the sort `refusal`: no such table, too large, or a needed column is missing or there twice.
     """
-    semicolons = False
+    semicolons = formulas = False
+    lines: list[_Line]
     if path.suffix.lower() in (".xlsx", ".xlsm"):
         book = read_xlsx(path, refusal)
         sheet = next(iter(book.sheets.values()), None)
         lines = [(number, [*map(_plain, row)]) for number, row in enumerate(sheet.rows if sheet else (), 1)]
         formulas = sheet is not None and sheet.formulas
     else:
-        (lines, semicolons), formulas = _csv_lines(path, refusal), False
+        read = csv_table(read_bytes(path, MAX_BYTES, refusal), str(path), refusal)
+        lines, semicolons = [(1, read.header), *read.rows], read.sign == ";"
     filled = [(number, cells) for number, cells in lines if any(cell != "" for cell in cells)]
     if not filled:
         raise refusal(f"{path}: the table is empty; `asbuilt-bim template PROJECT.yaml` writes one to fill in")
@@ -133,6 +131,18 @@ def share_in(row: TableRow, column: str, table: TableFile) -> float | None:
     return None if value is None else value / 100.0
 
 
+def words_in(row: TableRow, column: str) -> str:
+    """Return the text of a cell that can hold no number alone.
+
+    Raises:
+        ValueError: it does, as where a comma within a number before it moved the cells.
+    """
+    text = row.text(column).strip()
+    if _PLAIN.fullmatch(text):
+        raise ValueError(f"'{text[:40]}' is a number; does a comma within a number before it make two cells of one?")
+    return text
+
+
 def day_in(row: TableRow, column: str) -> date | None:
     """Return a day (2026-03-16, or 16.03.2026), None where the cell is empty.
 
@@ -171,33 +181,6 @@ def _plain(cell: XlsxCell) -> str | float | date:
     if isinstance(cell, bool):
         return "true" if cell else "false"
     return float(cell) if isinstance(cell, int) else cell.strip() if isinstance(cell, str) else cell
-
-
-def _csv_lines(path: Path, refusal: type[AsBuiltError]) -> tuple[list[_Line], bool]:
-    data = read_bytes(path, MAX_BYTES, refusal, str(path))
-    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
-    text = as_text(data, refusal, str(path), "utf-16" if wide else "utf-8-sig")
-    first = text.split("\n", 1)[0]
-    sign = max(",;\t", key=first.count)
-    reader = csv.reader(io.StringIO(text.replace("\0", ""), newline=""), delimiter=sign, strict=True)
-    lines: list[_Line] = []
-    try:
-        for cells in reader:
-            if any(len(cell) > MAX_CELL for cell in cells):
-                raise refusal(f"{path}, line {reader.line_num}: a cell of over {MAX_CELL:,} characters")
-            lines.append((reader.line_num, [_unquoted(cell) for cell in cells]))
-            if len(lines) > MAX_ROWS:
-                raise refusal(f"{path}: more than {MAX_ROWS:,} rows; is it the right file?")
-    except csv.Error as problem:
-        cause = "a quotation mark (\") isn't closed" if "end of data" in str(problem) else problem
-        raise refusal(f"{path}, line {reader.line_num}: no CSV ({cause}); save it as CSV again") from problem
-    return lines, sign == ";"
-
-
-def _unquoted(cell: str) -> str:
-    """Return a cell without the apostrophe that a table of ours puts before what a spreadsheet would run."""
-    text = cell.strip()
-    return text[1:] if text[:1] == "'" and text[1:].lstrip()[:1] in ("=", "+", "-", "@") else text
 
 
 def _places(

@@ -1,8 +1,7 @@
 """The file of control points: places measured on site, and where both photos of one pair show them."""
 
-import csv
-import io
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,8 @@ import numpy as np
 
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.storage.regular_file import as_text, read_bytes
+from asbuilt_bim.storage.csv_file import CsvRow, csv_table
+from asbuilt_bim.storage.regular_file import read_bytes
 
 COLUMNS = ("id", "x_m", "y_m", "z_m", "left_x", "left_y", "right_x", "right_y")
 MAX_BYTES = 1_000_000
@@ -38,27 +38,20 @@ def read_control_points(path: Path) -> ControlPoints:
     Raises: CalibrationError with every bad line.
     """
     name = f"control points {path}"
-    text = as_text(read_bytes(path, MAX_BYTES, CalibrationError, name), CalibrationError, name)
-    separator = ";" if ";" in text.partition("\n")[0] else ","
-    try:
-        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
-    except csv.Error as error:
-        raise CalibrationError(f"control points {path}: not a CSV file ({error})") from error
-    head = [cell.strip().lower() for cell in rows[0]] if rows else []
+    table = csv_table(read_bytes(path, MAX_BYTES, CalibrationError, name), name, CalibrationError)
+    head = [cell.lower() for cell in table.header]
     if missing := [name for name in COLUMNS if name not in head]:
         raise CalibrationError(f"control points {path}: columns are missing: {', '.join(missing)}; needed are "
                                f"{', '.join(COLUMNS)}")  # fmt: skip
-    return _points(path, rows[1:], [head.index(name) for name in COLUMNS])
+    return _points(path, table.rows, [head.index(name) for name in COLUMNS])
 
 
-def _points(path: Path, rows: list[list[str]], at: list[int]) -> ControlPoints:
+def _points(path: Path, rows: Iterable[CsvRow], at: list[int]) -> ControlPoints:
     names: list[str] = []
     numbers: list[list[float]] = []
     problems: list[str] = []
-    for line, row in enumerate(rows, 2):
-        if not any(cell.strip() for cell in row):
-            continue
-        cells = [row[index].strip() if index < len(row) else "" for index in at]
+    for line, row in rows:
+        cells = [row[index] if index < len(row) else "" for index in at]
         values = [_number(cell) for cell in cells[1:]]
         name = cells[0][:60]
         if not name or name in names:

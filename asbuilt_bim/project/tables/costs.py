@@ -12,7 +12,7 @@ from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
 from asbuilt_bim.bim.model import COSTS_KEY, BimModel, CostLine
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Value, about, noted
 from asbuilt_bim.errors import CostError
-from asbuilt_bim.storage.table_file import TableFile, TableRow, number_in, read_table, refused_rows
+from asbuilt_bim.storage.table_file import TableFile, TableRow, number_in, read_table, refused_rows, words_in
 
 COLUMNS = {
     "item": ("id", "identification", "no", "number", "pos", "position", "oz", "itemno", "code"),
@@ -114,6 +114,11 @@ def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
             if not abs(value) <= MAX_NUMBER:
                 raise ValueError(f"{value:.3g} is beyond {MAX_NUMBER:.0e}, which nothing on a site is")
             numbers[column] = value
+        except ValueError as problem:
+            faults.append(f"row {row.number}, {column}: {problem}")
+    for column in ("currency", "globalids", "class"):
+        try:
+            words_in(row, column)
         except ValueError as problem:
             faults.append(f"row {row.number}, {column}: {problem}")
     if not item:

@@ -7,7 +7,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import CostError
 from asbuilt_bim.progress.valuation.inputs import Observation
-from asbuilt_bim.storage.table_file import TableFile, TableRow, day_in, read_table, refused_rows, share_in
+from asbuilt_bim.storage.table_file import TableFile, TableRow, day_in, read_table, refused_rows, share_in, words_in
 
 COLUMNS = {
     "element": ("globalid", "ifcglobalid"),
@@ -62,7 +62,7 @@ def _observation(row: TableRow, table: TableFile, faults: list[str]) -> Observat
         state = " ".join(row.text("state").casefold().split())
         if share is None and state in STATES:
             share = STATES[state]
-        by = row.text("by").strip()[:MAX_TEXT]
+        by = words_in(row, "by")[:MAX_TEXT]
         if day is None:
             raise ValueError("has no date; write 2026-03-16")
         if share is None:

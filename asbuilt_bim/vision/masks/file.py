@@ -1,7 +1,5 @@
 """Files of masks: a PNG of labels, COCO JSON, or clicked polygons (JSON, CSV); all in pixels of the original photo."""
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 from asbuilt_bim.camera.photo.picture_file import look_at
 from asbuilt_bim.errors import MaskError
 from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.storage.csv_file import csv_table
 from asbuilt_bim.storage.regular_file import as_text, read_bytes
 from asbuilt_bim.storage.strict_json import parse_json
 from asbuilt_bim.vision.masks.bounds import MAX_POINTS, check_outlines
@@ -48,7 +47,7 @@ def read_masks(
         if data.startswith(b"\x89PNG"):
             found = MaskFile(masks=_png(data, size, classes or {}))
         elif path.suffix.lower() == ".csv":
-            found = MaskFile(masks=_clicks_csv(as_text(data, MaskError, _KINDS)))
+            found = MaskFile(masks=_clicks_csv(data))
         else:
             document = _json(as_text(data, MaskError, _KINDS))
             if "annotations" in document:
@@ -120,22 +119,16 @@ def _clicks_json(document: dict[str, Any]) -> tuple[GivenMask, ...]:
     return tuple(masks)
 
 
-def _clicks_csv(text: str) -> tuple[GivenMask, ...]:
-    try:
-        rows = list(csv.reader(io.StringIO(text, newline="")))  # lines may end as they do on any system
-    except csv.Error as problem:
-        raise MaskError(f"is no CSV ({problem}); save it as CSV again") from problem
-    header = tuple(cell.strip() for cell in rows[0]) if rows else ()
-    if header != CSV_COLUMNS:
+def _clicks_csv(data: bytes) -> tuple[GivenMask, ...]:
+    table = csv_table(data, "clicked polygons", MaskError)
+    if table.header != CSV_COLUMNS:
         raise MaskError(f"the first line must be {','.join(CSV_COLUMNS)}")
     points: dict[str, list[list[float]]] = {}
     labels: dict[str, InstanceClass] = {}
-    for number, row in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in row):
-            continue
-        if len(row) != len(CSV_COLUMNS) or number > MAX_POINTS:
+    for number, row in table.rows:
+        if len(row) < len(CSV_COLUMNS) or number > MAX_POINTS:
             raise MaskError(f"line {number}: {len(CSV_COLUMNS)} cells are expected, and at most {MAX_POINTS} lines")
-        name, label = row[0].strip(), _class(row[1].strip(), f"line {number}")
+        name, label = row[0], _class(row[1], f"line {number}")
         if labels.setdefault(name, label) != label:
             raise MaskError(f"line {number}: polygon {name} is a {labels[name]} above")
         try:
