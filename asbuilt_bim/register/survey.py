@@ -1,5 +1,6 @@
 """The surveyed markers: a table of corners in world metres, checked before a pose is built on it."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,8 @@ CENTRE = "centre"
 MAX_COORDINATE_M = 1e9
 """Beyond the moon; what is written so is no place."""
 MAX_DIGITS = 9
-MAX_NAMED = 8  # markers of one fault
+_GROUPED = re.compile(r"([+-]?\d{1,3}(?:([., '\u00a0\u202f])\d{3})(?:\2\d{3})*)(?!\2)[.,](\d+)")
+MAX_NAMED = 8  # markers, or lines, of one fault
 MAX_BYTES = 10_000_000
 FAR_M = 200.0
 """A marker further than this from the building is not on its site."""
@@ -44,7 +46,7 @@ def read_survey(path: Path, size_m: float, sigma_m: float) -> tuple[SurveyedMark
     `size_m` is the side of the printed black square, `sigma_m` each surveyed coordinate's standard deviation.
 
     Raises:
-        SurveyError: the file can't be read, or a row, a shape or a unit is wrong; all of them are listed.
+        SurveyError: the file can't be read, or a row, a shape or a unit is wrong; at most eight rows are listed.
     """
     rows, problems = _rows(path)
     by_marker: dict[int, dict[str, _Row]] = {}
@@ -135,6 +137,8 @@ def _rows(path: Path) -> tuple[list[_Row], list[str]]:
             rows.append(row)
         else:
             problems.append(row)
+    if len(problems) > MAX_NAMED:
+        problems[MAX_NAMED:] = [f"{len(problems) - MAX_NAMED} more lines can't be read"]
     return rows, problems
 
 
@@ -152,12 +156,20 @@ def _row(cells: dict[str, str], line: int, decimal_comma: bool) -> _Row | str:
         text = cells.get(name, "")
         value = _number(text.replace(",", ".") if decimal_comma else text)
         if value is None:
-            faults.append(f"{name} {text!r} is no number")
+            faults.append(f"{name} {text!r} is no number{_without_groups(text)}")
         else:
             numbers.append(value)
     if faults:
         return f"line {line}: " + "; ".join(faults)
     return _Row(line=line, marker_id=int(marker_id), corner=corner, xyz_m=(numbers[0], numbers[1], numbers[2]))
+
+
+def _without_groups(text: str) -> str:
+    """Say how a number is written without signs between its thousands, where it has some: `2.325,7727`."""
+    if not (found := _GROUPED.fullmatch(text)):
+        return ""
+    whole, _, fraction = found.groups()
+    return f" (without signs between thousands it is {re.sub('[^-+0-9]', '', whole)}.{fraction})"
 
 
 def _number(text: str) -> float | None:

@@ -42,6 +42,30 @@ def test_a_german_export_with_semicolons_decimal_commas_and_a_byte_order_mark_is
     np.testing.assert_allclose(markers[0].corners_m, SQUARE)  # type: ignore[attr-defined]
 
 
+def test_signs_between_thousands_are_named_with_the_number_and_a_whole_table_of_them_in_a_few_lines(
+    tmp_path: Path,
+) -> None:
+    lines = ["id;corner;x_m;y_m;z_m", *(f"{n};{name};2.325,7727;-3.048,886;7,5" for n in range(29) for name in CORNERS)]
+    with pytest.raises(SurveyError) as refused:
+        read(tmp_path, "\n".join(lines))
+    told = str(refused.value).splitlines()
+    assert "line 2: x_m '2.325,7727' is no number (without signs between thousands it is 2325.7727)" in told[1]
+    assert "y_m '-3.048,886' is no number (without signs between thousands it is -3048.886)" in told[1]
+    assert len(told) == 10 and "108 more lines can't be read" in told[-1]
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"), [("12,345.5", "12345.5"), ("1 234,5", "1234.5"), ("1.2.3", ""), ("1.234.567", ""), ("x", "")]
+)
+def test_a_number_is_told_without_its_signs_only_where_it_can_mean_one_thing(
+    tmp_path: Path, text: str, wanted: str
+) -> None:
+    with pytest.raises(SurveyError) as refused:
+        read(tmp_path, f'id,corner,x_m,y_m,z_m\n1,centre,"{text}",0,0\n')
+    assert "is no number" in str(refused.value)
+    assert (f"it is {wanted})" in str(refused.value)) == bool(wanted)
+
+
 @pytest.mark.parametrize(
     ("factor", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres"), (1 / 0.3048, "feet"), (1 / 0.0254, "inches")]
 )
