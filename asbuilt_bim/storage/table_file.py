@@ -118,14 +118,18 @@ def share_in(row: TableRow, column: str, table: TableFile) -> float | None:
     """Return a percentage as a share in 0..1, None where the cell is empty.
 
     Raises:
-        ValueError: it is no number, or not within 0 to 100.
+        ValueError: it is no number, not within 0 to 100, or may be a share: above 0, at most 1, and without a sign.
     """
     cell = row.cells.get(column, "")
-    if isinstance(cell, str) and cell.strip().endswith("%"):
+    signed = isinstance(cell, str) and cell.strip().endswith("%")
+    if isinstance(cell, str) and signed:
         row = TableRow(number=row.number, cells={**row.cells, column: cell.strip()[:-1].strip()})
     value = number_in(row, column, table)
-    if isinstance(cell, float) and 0.0 < cell <= 1.0:  # a cell that shows 50 % holds 0.5
-        raise ValueError(f"{cell:g} may be a share or a percentage; write it as text, such as {100.0 * cell:g} %")
+    if value is not None and 0.0 < value <= 1.0 and not signed:
+        what, percent = f"'{row.text(column).strip()}' may be a share or a percentage", f"{100.0 * value:g} %"
+        if isinstance(cell, float):  # a cell of a workbook that shows 50 % holds 0.5
+            raise ValueError(f"{what}; write it as text, such as {percent}")
+        raise ValueError(f"{what}; write {percent} or {value:g} %")
     if value is not None and not 0.0 <= value <= 100.0:
         raise ValueError(f"{value:g} is no percentage from 0 to 100")
     return None if value is None else value / 100.0

@@ -76,8 +76,19 @@ def test_a_percentage_is_one_from_0_to_100_and_half_a_percent_of_a_spreadsheet_i
         with pytest.raises(ValueError, match="0 to 100"):
             share_in(row, "quantity", found)
     sheet = read_table(book(tmp_path / "a.xlsx", ["item", "qty"], [1, 0.5]), COLUMNS, ("item",), CostError)
-    with pytest.raises(ValueError, match="a share or a percentage"):
+    with pytest.raises(ValueError, match="a share or a percentage; write it as text, such as 50 %"):
         share_in(sheet.rows[0], "quantity", sheet)
+
+
+@pytest.mark.parametrize(("text", "says"), [("0.5", "50 % or 0.5 %"), ("0,5", "50 % or 0.5 %"), ("1", "100 % or 1 %")])
+def test_a_share_in_a_csv_table_is_refused_without_its_sign_and_read_with_it(
+    tmp_path: Path, text: str, says: str
+) -> None:
+    found = table(tmp_path / "a.csv", f"item;qty\n1;{text}\n2;{text} %\n3;0\n4;1.5\n")
+    with pytest.raises(ValueError, match=f"^'{text}' may be a share or a percentage; write {says}$"):
+        share_in(found.rows[0], "quantity", found)
+    wanted = float(text.replace(",", ".")) / 100.0
+    assert [share_in(row, "quantity", found) for row in found.rows[1:3]] == [wanted, 0.0]
 
 
 @pytest.mark.parametrize("text", ["03/02/2026", "2026-02-30", "yesterday", "1.2.26"])
