@@ -1,6 +1,7 @@
 """The observations table: what persons saw of elements, on which day, and why they say so."""
 
 from collections import Counter
+from difflib import get_close_matches
 from pathlib import Path
 
 from asbuilt_bim.bim.model import BimModel
@@ -22,6 +23,8 @@ NEEDED = ("element", "date", "by")
 STATES = {"complete": 1.0, "not started": 0.0}
 """States that say a percentage by themselves."""
 MAX_TEXT = 300
+_ALIKE = 0.8
+"""How much alike a misspelt state is: one letter in five is wrong at most."""
 
 
 def read_observations(path: Path, design: BimModel) -> tuple[tuple[Observation, ...], tuple[Note, ...]]:
@@ -65,6 +68,10 @@ def _observation(row: TableRow, table: TableFile, faults: list[str]) -> Observat
         by = words_in(row, "by")[:MAX_TEXT]
         if day is None:
             raise ValueError("has no date; write 2026-03-16")
+        meant = "" if state in STATES else _meant(state)
+        if meant or (state and share is None):
+            advice = f"did you mean {meant}?" if meant else f"write {' or '.join(STATES)}, or a percent"
+            raise ValueError(f"its state '{row.text('state').strip()[:40]}' is unknown; {advice}")
         if share is None:
             raise ValueError("has neither a percent nor the state complete or not started")
         if state in STATES and share != STATES[state]:
@@ -75,3 +82,9 @@ def _observation(row: TableRow, table: TableFile, faults: list[str]) -> Observat
         faults.append(f"row {row.number}: {problem}")
         return None
     return Observation(element="", day=day, share=share, by=by, why=row.text("why").strip()[:MAX_TEXT])
+
+
+def _meant(state: str) -> str:
+    """Return the state that is nearly spelt so, "" where there is none: `incomplete` is its contrary."""
+    found = get_close_matches(state, STATES, n=1, cutoff=_ALIKE)
+    return found[0] if found and (found[0] not in state or state.startswith(found[0])) else ""
