@@ -123,15 +123,20 @@ def _of(visit: Visit, taken: Mapping[str, date]) -> dict[str, date]:
 
 
 def day_of(stations: Sequence[Station], today: date) -> date:
-    """Return the day of the first station whose left photo says one, `today` where none does."""
-    for station in stations:
+    """Return the day of the first station whose photos say one, `today` where none does."""
+    return next((day for one in stations if (day := _taken(one)) is not None), today)
+
+
+def _taken(station: Station) -> date | None:
+    """Return the day that a station's photos say, the left one first; one that can't be read says none."""
+    for path in (station.left, station.right):
         try:
-            taken = read_photo(station.left).exif.taken
+            taken = read_photo(path).exif.taken
         except PhotoError:
             continue  # it costs its station, by name
         if taken is not None:
             return taken
-    return today
+    return None
 
 
 def _sighted(
@@ -155,11 +160,12 @@ def _sighted(
     def jobs() -> Iterator[SightJob]:
         for station in stations:
             photos = read_pair(station, project)
+            day = _taken(station) if isinstance(photos, RejectedStation) else photos.left.exif.taken
+            if day is not None:
+                taken[station.name] = day
             if isinstance(photos, RejectedStation):
                 note(station.name, photos)
                 continue
-            if photos.left.exif.taken is not None:
-                taken[station.name] = photos.left.exif.taken
             yield SightJob(photos=photos, rig=rig, options=options)
 
     progress("check", 0, len(stations))

@@ -16,7 +16,7 @@ from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.flow.check_places import PlacedBy
-from asbuilt_bim.flow.check_visit import check_stations
+from asbuilt_bim.flow.check_visit import check_stations, day_of
 from asbuilt_bim.flow.measure_visit import Workplace, measure_stations, read_pair
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
@@ -24,7 +24,7 @@ from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
-from asbuilt_bim.report.wording.of_page.check_words import aspect_reasons, grade_words, verdict_words
+from asbuilt_bim.report.wording.of_page.check_words import aspect_reasons, aspect_words, grade_words, verdict_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache
 from tests.photo_damage import _rewrite
@@ -144,6 +144,16 @@ def test_an_eye_that_is_missing_is_named_by_side_and_file(project: Project, tmp_
     assert reason.code is Reason.PHOTO_MISSING and reason.values["side"] == "right"
     words = str(words_of(reason))
     assert "its right photo is missing: there is no" in words and "G2_right.jpg" in words
+
+
+@pytest.mark.parametrize("there", ["left", "right"])
+def test_a_photo_alone_says_its_day(project: Project, tmp_path: Path, there: str) -> None:
+    folder = photos(tmp_path / "today", "G1")
+    (folder / f"G1_{'left' if there == 'right' else 'right'}.jpg").unlink()
+    found = check(project, folder)
+    day = next(one for one in found.stations[0].aspects if one.aspect == "day")
+    assert aspect_words(day) == "2026-03-16" and found.day == date(2026, 3, 16)
+    assert day_of(stations_of([folder], project), TODAY) == found.day and why(found.stations[0])
 
 
 def test_the_day_is_that_of_the_photos_and_todays_only_where_they_tell_none(visit: CheckedVisit) -> None:
