@@ -53,10 +53,11 @@ def _lack(folder: Path, names: Sequence[str]) -> str:
     return f"no file fits it in {folder}" + (f", which holds {_some(names)}" if names else ", which is empty")
 
 
-def file_alike(missing: Path) -> str:
-    """Say which file of its kind lies where one is missing that is called nearly so; "" where none does."""
+def file_alike(missing: Path, *, folders: bool = False) -> str:
+    """Say which file of its kind, or folder, lies where one is missing that is called nearly so; "" where none does."""
     try:
-        there = {one.stem: one.name for one in missing.parent.glob(f"*{missing.suffix}") if one.is_file()}
+        beside = missing.parent.glob(f"*{missing.suffix}")
+        there = {one.stem: one.name for one in beside if one.is_file() or (folders and one.is_dir())}
     except (OSError, ValueError):
         return ""
     alike = get_close_matches(missing.stem, there, n=1)

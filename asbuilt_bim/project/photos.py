@@ -8,7 +8,7 @@ from asbuilt_bim.errors import OptionError, PhotoError
 from asbuilt_bim.project.file import PatternsFile, StationFile
 from asbuilt_bim.project.found import name_of, pairs_in, partner_of, photos_in
 from asbuilt_bim.project.model import Project, Station
-from asbuilt_bim.project.paths import PathChecker
+from asbuilt_bim.project.paths import PathChecker, file_alike
 from asbuilt_bim.project.stations import listed_stations
 from asbuilt_bim.storage.structure import Problems
 
@@ -20,11 +20,14 @@ def stations_of(photos: Sequence[Path], project: Project) -> tuple[Station, ...]
     station, whose other photo is missing.
 
     Raises:
-        OptionError: what is named is no folder, and no pairs.
+        OptionError: what is named isn't there, or is no folder, and no pairs.
         PhotoError: the folder holds no photos, or nobody can tell which camera took them.
     """
     known = [station for visit in project.visits for station in visit.stations]
     side_by_side = bool(known) and all(station.side_by_side for station in known)
+    if len(photos) == 1 and not photos[0].exists():
+        alike = file_alike(photos[0], folders=True)
+        raise OptionError(f"{photos[0]}: there is no such folder or file{alike}; check the path")
     if len(photos) == 1 and photos[0].is_dir():
         return _in_folder(photos[0], side_by_side=side_by_side)
     folders = [path for path in photos if path.is_dir()]

@@ -240,6 +240,7 @@ def test_a_folder_without_photos_is_refused_in_one_line(project: Project, tmp_pa
     (tmp_path / "empty").mkdir()
     done = run(tmp_path / "empty", "--project", project.path, "--out", tmp_path / "page.html")
     assert done.exit_code == 1 and "holds no photos" in done.output
+    (tmp_path / "a.jpg").touch()
     lone = run(tmp_path / "a.jpg", "--project", project.path, "--out", tmp_path / "page.html")
     assert lone.exit_code == 2 and "a.jpg alone is no pair" in lone.output
 

@@ -77,6 +77,26 @@ def test_a_photo_alone_in_its_folder_is_a_station_whose_other_photo_is_missing(
         stations_of([tmp_path / "today" / there], project)
 
 
+@pytest.mark.parametrize(
+    ("named", "says"),
+    [
+        ("todya", r"todya: there is no such folder or file \(today lies there: is it that\?\)"),
+        ("today/G1_lefft.jpg", r"there is no such folder or file \(G1_left\.jpg lies there: is it that\?\)"),
+        ("elsewhere", "elsewhere: there is no such folder or file; check the path"),
+    ],
+)
+@pytest.mark.parametrize("wide", [False, True], ids=["one eye a file", "both eyes in one"])
+def test_a_folder_that_is_not_there_is_told_so_with_the_one_that_is_called_nearly_so(
+    project: Project, tmp_path: Path, named: str, says: str, wide: bool
+) -> None:
+    touched(tmp_path / "today", "G1_left.jpg")
+    both = Station(name="A", left=tmp_path / "a.jpg", right=tmp_path / "a.jpg")
+    if wide:
+        project = replace(project, visits=(Visit(date=date(2026, 3, 2), stations=(both,)),))
+    with pytest.raises(OptionError, match=says):
+        stations_of([tmp_path / named], project)
+
+
 def test_photos_named_one_by_one_get_the_name_that_their_folder_would_give_them(
     project: Project, tmp_path: Path
 ) -> None:
