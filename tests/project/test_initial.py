@@ -38,7 +38,7 @@ def test_the_samples_folder_gives_the_samples_project_once_three_lengths_are_fil
     (site / "project.yaml").unlink()
     found = find_files(site)
     text = initial_text("Block H", found)
-    board = "kind: charuco, columns: 9, rows: 7, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_1000"
+    board = "kind: charuco, columns: 9, rows: 7, square_m: 0.034, marker_m: 0.026, dictionary: DICT_5X5_100"
     assert board in text, "columns and rows are what the photos show"
     filled = text.replace(
         board, "kind: charuco, columns: 9, rows: 7, square_m: 0.08, marker_m: 0.06, dictionary: DICT_5X5_100"

@@ -48,7 +48,10 @@ def board_shown(image: ByteImage) -> SeenBoard | None:
     fitting = [(columns, rows) for columns, rows in _sizes(last + 1) if _fits(grey, columns, rows, name)]
     if len(fitting) != 1:
         return None
-    return SeenBoard(kind="charuco", columns=fitting[0][0], rows=fitting[0][1], dictionary=name)
+    ((columns, rows),) = fitting
+    usual = name.removesuffix("0")  # of a hundred markers, as `print board` has it, the same as the first of a thousand
+    dictionary = usual if _fits(grey, columns, rows, usual) else name
+    return SeenBoard(kind="charuco", columns=columns, rows=rows, dictionary=dictionary)
 
 
 def _sizes(markers: int) -> list[tuple[int, int]]:
