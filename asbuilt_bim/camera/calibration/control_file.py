@@ -43,21 +43,21 @@ def read_control_points(path: Path) -> ControlPoints:
     if missing := [name for name in COLUMNS if name not in head]:
         raise CalibrationError(f"control points {path}: columns are missing: {', '.join(missing)}; needed are "
                                f"{', '.join(COLUMNS)}")  # fmt: skip
-    return _points(path, table.rows, [head.index(name) for name in COLUMNS])
+    return _points(path, table.rows, [head.index(name) for name in COLUMNS], "," if table.sign == ";" else ".")
 
 
-def _points(path: Path, rows: Iterable[CsvRow], at: list[int]) -> ControlPoints:
+def _points(path: Path, rows: Iterable[CsvRow], at: list[int], decimal: str) -> ControlPoints:
     names: list[str] = []
     numbers: list[list[float]] = []
     problems: list[str] = []
     for line, row in rows:
         cells = [row[index] if index < len(row) else "" for index in at]
-        values = [_number(cell) for cell in cells[1:]]
+        values = [_number(cell.replace(decimal, ".")) for cell in cells[1:]]
         name = cells[0][:60]
         if not name or name in names:
             problems.append(f"line {line}: id {name!r} is {'there twice' if name else 'empty'}")
         elif any(value is None for value in values[:3]):
-            problems.append(f"line {line}: point {name}: x_m, y_m, z_m must be numbers, with a point")
+            problems.append(f"line {line}: point {name}: x_m, y_m, z_m must be numbers, with a decimal point")
         elif any((values[i] is None) != (cells[1 + i] == "") for i in range(3, 7)):
             problems.append(f"line {line}: point {name}: pixels must be numbers, or empty where not seen")
         elif (values[3] is None) != (values[4] is None) or (values[5] is None) != (values[6] is None):

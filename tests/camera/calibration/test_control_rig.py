@@ -134,6 +134,13 @@ def test_bad_lines_of_control_points_are_named(tmp_path: Path, rows: str, says: 
     assert says in str(raised.value) and str(file) in str(raised.value)
 
 
+def test_control_points_between_semicolons_may_have_decimal_commas(tmp_path: Path) -> None:
+    file = tmp_path / "points.csv"
+    file.write_text(";".join(COLUMNS) + "\nA;1,5;2;3;10,25;4;;\n", encoding="utf-8")
+    found = read_control_points(file)
+    assert found.points_m.tolist() == [[1.5, 2.0, 3.0]] and found.left_px.tolist() == [[10.25, 4.0]]
+
+
 def test_one_place_under_two_ids_is_refused_by_both(tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text(",".join(COLUMNS) + "\nA,1,2,3,4,5,6,7\nB,1,2,3.0,40,50,60,70\n")
     with pytest.raises(CalibrationError, match=r"points\.csv: B and A are one place"):
