@@ -1,4 +1,4 @@
-"""Units of cost lines: how people spell them, and what each measures."""
+"""Units and currencies of cost lines: how people spell them, and what each measures."""
 
 from difflib import get_close_matches
 
@@ -19,6 +19,12 @@ UNITS: dict[str, tuple[CostMeasure, float]] = {
 _SIGNS = {"volume": "m3", "area": "m2", "length": "m", "count": "pcs"}
 _OTHERS = frozenset(("t", "to", "kg", "h", "hr", "hrs", "std", "d", "psch", "ls", "lsum", "lump sum", "sum", "lot"))
 """Units that are meant as they stand, and measure nothing of a wall."""
+_CURRENCIES = {
+    **dict.fromkeys(("€", "eur", "euro", "euros"), "EUR"),
+    **dict.fromkeys(("$", "us$", "usd"), "USD"),
+    **dict.fromkeys(("£", "gbp"), "GBP"),
+    **dict.fromkeys(("chf", "fr", "sfr"), "CHF"),
+}
 _ALIKE = 0.75
 """How much alike two spellings are, as difflib counts: one letter too many or too few in two or three."""
 
@@ -32,6 +38,13 @@ def sign_of(unit: str) -> str:
     """Return the one spelling of a unit that measures volume, area, length or number; any other as it is."""
     measure, scale = measure_of(unit)
     return _SIGNS[measure] if measure in _SIGNS and scale == 1.0 else unit
+
+
+def currency_of(text: str) -> str:
+    """Return the one spelling of a currency, `EUR` of `€`, `eur` and `Euro`; one that isn't known as it stands."""
+    text = text.strip()
+    code = text.upper() if len(text) == 3 and text.isalpha() else text
+    return _CURRENCIES.get(_bare(text), code)
 
 
 def meant_unit(unit: str) -> str:

@@ -5,6 +5,8 @@ from typing import Any, Literal
 
 import ifcopenshell.util.unit
 
+from asbuilt_bim.bim.cost_units import currency_of
+
 Measure = Literal["volume", "area", "length", "count"]
 _MEASURES: dict[str, tuple[Measure, str]] = {
     "IfcQuantityVolume": ("volume", "VOLUMEUNIT"),
@@ -60,7 +62,7 @@ def read_units(file: Any) -> Units:
         length_scale=_project_scale(file, "LENGTHUNIT"),
         area_scale=_project_scale(file, "AREAUNIT"),
         volume_scale=_project_scale(file, "VOLUMEUNIT"),
-        currency=str(money[0].Currency) if money else "",
+        currency=currency_of(str(money[0].Currency)) if money else "",
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from asbuilt_bim.bim.cost_units import meant_unit, sign_of
+from asbuilt_bim.bim.cost_units import currency_of, meant_unit, sign_of
 from asbuilt_bim.bim.covers import Cover
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason
@@ -170,3 +170,18 @@ def test_a_mistyped_unit_is_told_with_the_one_it_may_mean_and_a_real_one_is_not(
 def test_one_unit_has_one_sign_however_it_is_spelt() -> None:
     assert {sign_of(unit) for unit in ("Stk", "St.", "pcs", "nr")} == {"pcs"}
     assert (sign_of("cbm"), sign_of("t"), sign_of("km")) == ("m3", "t", "km")
+
+
+def test_every_spelling_of_a_currency_is_one_and_an_unknown_one_stays(tmp_path: Path) -> None:
+    spelt = {
+        "EUR": "€ eur Euro EUR",
+        "USD": "$ usd US$",
+        "GBP": "£ gbp",
+        "CHF": "CHF chf Fr. SFr.",
+        "PLN": "pln",
+        "kr": "kr",
+    }
+    for code, texts in spelt.items():
+        assert {currency_of(text) for text in texts.split()} == {code}
+    table = costs(tmp_path, "1,Walls,m3,1,2,€", head="item,text,unit,quantity,rate,currency\n")
+    assert table.lines[0].currency == "EUR"

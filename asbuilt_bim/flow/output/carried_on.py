@@ -5,11 +5,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
+from asbuilt_bim.errors import CostError
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import WORKBOOK
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import CostProgress, ProgressReport
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Paid, Terms, ValuationInputs
+from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook
 
@@ -55,6 +58,31 @@ def inputs_of(
         inputs = replace(inputs, terms=own)
     notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
     return replace(inputs, count_observations=counts, project_terms=own), notes
+
+
+def check_currency(lines: Sequence[CostProgress], inputs: ValuationInputs, files: Sequence[Path]) -> None:
+    """Check that what was certified goes on in its own currency: one can't be paid off with another.
+
+    Raises:
+        CostError: a line is in another currency than it was certified in, or no line is in one of a bill any more.
+    """
+    then = {one.bill: currency_of(one.currency) for one in inputs.before}
+    paid, now = paid_lines(lines, inputs.paid), {currency_of(line.currency) for line in lines}
+    last = f"valuation {inputs.certificates[-1].number}" if inputs.certificates else "the last workbook"
+    faults = []
+    for line in lines:
+        was = then.get(paid[line.global_id].bill, "") if line.global_id in paid else ""
+        if was not in ("", currency_of(line.currency)) and paid[line.global_id].amount:
+            item, own = line.identification or line.name, line.currency or "no currency"
+            faults.append((was, f"item {item} is in {own}, and {last} has it in {was}"))
+    certified = [then[one.bill] for one in inputs.before if any((one.work, one.variations, one.retention, one.tax))]
+    gone = [one for one in certified if one and one not in now] if lines else []
+    faults += [(one, f"no item is in {one} any more, and {last} has amounts in it") for one in gone]
+    for was, fault in faults[:1]:
+        raise CostError(
+            f"{', '.join(map(str, files))}: {fault}. Nothing was written. Write {was} again, and give work in another "
+            "currency items of its own; or begin anew in another folder, with --out"
+        )
 
 
 def _as_signed(read: Sequence[Paid], known: Sequence[Paid]) -> tuple[Paid, ...]:

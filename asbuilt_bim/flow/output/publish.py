@@ -11,7 +11,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.codes import REVISIONS
 from asbuilt_bim.errors import AsBuiltError, ResultError
-from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
+from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
@@ -167,10 +167,15 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
 def with_persons(
     result: RunResult, project: Project, before: ProgressReport | None, last: LastWorkbook | None
 ) -> RunResult:
-    """Return a run's result with what persons bring to its last visit's valuation; `before` is the current run's."""
+    """Return a run's result with what persons bring to its last visit's valuation; `before` is the current run's.
+
+    Raises:
+        CostError: what was certified before is of another currency than the costs now.
+    """
     inputs, notes = inputs_of(project.valuation, last, before, result.past)
     if before is not None:
         inputs = inputs_again(inputs, before, result.reports[-1], remapped_ids(before, result.design))
+    check_currency(result.reports[-1].cost_lines, inputs, (project.costs,) if project.costs else project.ifc)
     return replace(result, reports=(*result.reports[:-1], with_valuation(result.reports[-1], inputs, notes)))
 
 

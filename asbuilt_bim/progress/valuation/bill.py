@@ -1,9 +1,10 @@
 """The bill of a visit: each line with what was certified before, now, in all, and what remains. Pure arithmetic."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
 from asbuilt_bim.progress.money import cents, certified_quantity, total
 from asbuilt_bim.progress.report import NOTHING_SEEN, CostProgress, ElementProgress, ProgressReport
@@ -186,6 +187,7 @@ def bills(report: ProgressReport) -> tuple[Bill, ...]:
     if not groups and inputs.paid:
         groups = [("", next((one.currency for one in inputs.before), ""))]
     paid = paid_lines(report.cost_lines, inputs.paid)
+    places = _places(groups, report, paid)
     made: list[Bill] = []
     number = 0
     for place, (schedule, currency) in enumerate(groups, 1):
@@ -194,18 +196,37 @@ def bills(report: ProgressReport) -> tuple[Bill, ...]:
         for line in own:
             number += 1
             lines.append(_bill_line(number, place, line, elements, seen, report, paid.get(line.global_id)))
-        for lost in _gone(inputs.paid, paid, place, len(groups)):
+        for lost in _gone(inputs.paid, paid, place, places):
             number += 1
             lines.append(_gone_line(number, (place, schedule, currency), lost, own))
-        made.append(_bill(place, len(groups), schedule, currency, lines, report))
+        made.append(_bill(place, places, schedule, currency, lines, report))
     return tuple(made)
 
 
-def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, count: int) -> list[Paid]:
+def _places(
+    groups: Sequence[tuple[str, str]], report: ProgressReport, paid: Mapping[str, Paid]
+) -> Callable[[int], int]:
+    """Return what tells the place (from 1) of the group that a bill of the last workbook goes on in.
+
+    It is the one of its currency that most of its lines are in, else that of its number, else the last one.
+    """
+    at = {group: place for place, group in enumerate(groups, 1)}
+    kept = [
+        (paid[one.global_id].bill, at[one.schedule, one.currency]) for one in report.cost_lines if one.global_id in paid
+    ]
+    found: dict[int, int] = {}
+    for one in (report.valuation or NO_INPUTS).before:
+        own = [place for (_, currency), place in at.items() if currency_of(currency) == currency_of(one.currency)]
+        usual, places = min(one.bill, len(groups)), own or list(at.values())
+        found[one.bill] = max(places, key=lambda place: (kept.count((one.bill, place)), place == usual), default=usual)
+    return lambda bill: found.get(bill, min(bill, len(groups)))
+
+
+def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, places: Callable[[int], int]) -> list[Paid]:
     """Return what was certified of lines that aren't there any more, in the bill that they stood in."""
     kept = {one.line for one in found.values()}
     lost = [one for one in paid if one.line not in kept and (one.amount or one.quantity)]
-    return [one for one in lost if min(one.bill, count) == place]
+    return [one for one in lost if places(one.bill) == place]
 
 
 def _gone_line(number: int, bill: tuple[int, str, str], paid: Paid, own: Sequence[CostProgress]) -> BillLine:
@@ -340,7 +361,12 @@ def whole_share(share: float, *, pieces: bool, takes_off: bool) -> float:
 
 
 def _bill(
-    place: int, count: int, schedule: str, currency: str, lines: Sequence[BillLine], report: ProgressReport
+    place: int,
+    places: Callable[[int], int],
+    schedule: str,
+    currency: str,
+    lines: Sequence[BillLine],
+    report: ProgressReport,
 ) -> Bill:
     inputs = report.valuation or NO_INPUTS
     variations = tuple(
@@ -351,14 +377,14 @@ def _bill(
             previous=inputs.paid_variations.get(one.number, 0.0),
         )
         for one in inputs.variations
-        if min(one.bill, count) == place
+        if places(one.bill) == place
     )
-    retention_before, tax_before = _before(place, count, currency, report)
+    before = [one for one in inputs.before if places(one.bill) == place]
     previous = Sums(
         work=total(line.previous for line in lines),
         variations=total(one.previous for one in variations),
-        retention=retention_before,
-        tax=tax_before,
+        retention=total(one.retention for one in before),
+        tax=total(one.tax for one in before),
     )
     work, more = total(line.amount for line in lines), total(one.certified for one in variations)
     retention = cents(cents(work + more) * inputs.terms.retention)
@@ -377,10 +403,3 @@ def _bill(
         cumulative=cumulative,
         best=total(best) if best and len(best) == sum(not line.gone for line in lines) else None,
     )
-
-
-def _before(place: int, count: int, currency: str, report: ProgressReport) -> tuple[float, float]:
-    """Return the retention and the tax up to the last certificate; those of a bill that is gone go to the last one."""
-    totals = (report.valuation or NO_INPUTS).before
-    own = [one for one in totals if min(one.bill, count) == place and one.currency == currency]
-    return total(one.retention for one in own), total(one.tax for one in own)

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from asbuilt_bim.bim.cost_notes import cost_notes
-from asbuilt_bim.bim.cost_units import meant_unit, measure_of, sign_of
+from asbuilt_bim.bim.cost_units import currency_of, meant_unit, measure_of, sign_of
 from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
 from asbuilt_bim.bim.model import COSTS_KEY, BimModel, CostLine
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Value, about, noted
@@ -133,7 +133,7 @@ def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
         measure=measure,
         planned_quantity=numbers.get("quantity", 0.0),
         rate=numbers.get("rate", 0.0),
-        currency=row.text("currency").strip()[:10],
+        currency=currency_of(row.text("currency").strip()[:10]),
         unit_scale=scale,
     )
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import openpyxl
 import pytest
 
-from asbuilt_bim.errors import WorkbookError
+from asbuilt_bim.errors import CostError, WorkbookError
 from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import keep_edited
+from asbuilt_bim.flow.output.publish import with_persons
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
@@ -131,3 +135,45 @@ def test_a_project_file_that_no_longer_names_terms_releases_no_retention() -> No
     first, _ = inputs_of(PROJECT, None, None)
     later, _ = inputs_of(ValuationFile(), None, with_valuation(sample_report(), first))
     assert later.terms == first.terms != Terms()
+
+
+def in_currency(report: ProgressReport, currency: str, *items: int) -> ProgressReport:
+    """Return a report whose cost lines, all or those of some places, are in a currency."""
+    lines = enumerate(report.cost_lines)
+    return replace(
+        report, cost_lines=tuple(replace(x, currency=currency) if i in items or not items else x for i, x in lines)
+    )
+
+
+def test_costs_in_another_currency_than_was_signed_are_refused_by_file_and_both_currencies() -> None:
+    first, _ = inputs_of(PROJECT, None, None)
+    plain = in_currency(sample_report(), "EUR")
+    before = replace(plain, valuation=signed(with_valuation(plain, first)))
+    project: Any = SimpleNamespace(valuation=PROJECT, costs=Path("boq.csv"), ifc=())
+
+    def run(report: ProgressReport) -> object:
+        return with_persons(SimpleNamespace(reports=(report,), past=(before,)), project, None, None)  # type: ignore[arg-type]
+
+    with pytest.raises(CostError, match=r"boq.csv: item .* is in CHF, and valuation 1 has it in EUR\. Nothing was wri"):
+        run(in_currency(plain, "CHF"))
+    with pytest.raises(CostError, match="is in no currency, and valuation 1 has it in EUR"):
+        run(in_currency(plain, ""))
+    others = replace(
+        plain, cost_lines=(replace(plain.cost_lines[0], global_id="x", identification="x", currency="USD"),)
+    )
+    with pytest.raises(CostError, match="no item is in EUR any more, and valuation 1 has amounts in it"):
+        run(others)
+
+
+@pytest.mark.parametrize("spelt", ["€", "eur", "Euro"])
+def test_retention_and_tax_go_on_however_a_currency_is_spelt_and_whichever_bill_stands_before(spelt: str) -> None:
+    first, _ = inputs_of(PROJECT, None, None)
+    plain = in_currency(sample_report(), spelt)
+    known = signed(with_valuation(plain, first))
+    again = in_currency(sample_report(), "EUR")
+    franc = replace(again.cost_lines[0], global_id="new", identification="new", currency="CHF")
+    again = replace(again, cost_lines=(franc, *again.cost_lines))
+    francs, euros = bills(with_valuation(again, known))
+    (was,) = bills(with_valuation(plain, first))
+    assert (francs.currency, francs.previous.gross, francs.previous.retention) == ("CHF", 0.0, 0.0)
+    assert euros.previous == was.cumulative and euros.period.payable == 0.0
