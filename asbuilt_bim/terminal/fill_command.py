@@ -5,7 +5,9 @@ from datetime import datetime
 from pathlib import Path
 
 from asbuilt_bim.errors import FillError, ResultError
+from asbuilt_bim.flow.output.carried_on import as_in_workbook
 from asbuilt_bim.flow.output.folder import read_current
+from asbuilt_bim.flow.output.kept import WORKBOOK
 from asbuilt_bim.flow.output.publish import no_run
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.fill.write import Change, Filled, fill_workbook, read_map, save_filled
@@ -22,11 +24,13 @@ def fill_command(path: Path, map_path: Path, source: Path, screen: Screen, when:
     Raises:
         AsBuiltError: the result, the map or the workbook can't be used; the workbook stays as it is.
     """
-    report = _result(source)
+    report, mapping = _result(source), read_map(map_path)
     if report.faults:
         reasons = "\n".join(f"  {words_of(fault)}" for fault in report.faults)
         raise FillError(f"{source}: nobody should be paid by this result before this is clear:\n{reasons}")
-    filled = fill_workbook(path, read_map(map_path), report)
+    if mapping.of_valuation:
+        report = with_amounts(source, report, screen)
+    filled = fill_workbook(path, mapping, report)
     _list(filled.plan.changes, screen, len(filled.plan.changes) if dry_run else MAX_LISTED)
     _warn(filled, report, screen)
     visit = f"the visit of {report.visit_date.isoformat()}"
@@ -45,6 +49,21 @@ def fill_command(path: Path, map_path: Path, source: Path, screen: Screen, when:
             f"taken away; the next program that opens the workbook calculates {them}."
         )
     return 0
+
+
+def with_amounts(source: Path, report: ProgressReport, screen: Screen) -> ProgressReport:
+    """Return a result with the amounts of the workbook that lies in its folder, and say so where a person changed it.
+
+    Raises:
+        AsBuiltError: the workbook's amounts can't be known.
+    """
+    folder = source if source.is_dir() else source.parent
+    if read_current(folder) is None:
+        return report
+    valued = as_in_workbook(folder, report)
+    if valued is not report:
+        screen.say(f"{folder / WORKBOOK}: was changed since the run; its amounts count, overrides and rates included.")
+    return valued
 
 
 def _result(source: Path) -> ProgressReport:

@@ -8,6 +8,7 @@ from asbuilt_bim.flow.output.folder import read_current
 from asbuilt_bim.flow.output.publish import no_run
 from asbuilt_bim.report.flat.write import DESCRIPTION, Form, write_tables
 from asbuilt_bim.report.result.document import read_before, read_result
+from asbuilt_bim.terminal.fill_command import with_amounts
 from asbuilt_bim.terminal.screen import Screen
 
 
@@ -24,9 +25,12 @@ def tables_command(source: Path, out: Path, screen: Screen, *, form: str, replac
         if current is None:
             raise ResultError(no_run(source))
         report = read_result(current.folder / "result.json")
-        reports = (*read_before(current.folder, report.visit_date), report)
+        reports = read_before(current.folder, report.visit_date)
     else:
-        reports = (read_result(source),)
+        report, reports = read_result(source), ()
+    if report.cost_lines:
+        report = with_amounts(source, report, screen)
+    reports = (*reports, report)
     if out.exists() and not out.is_dir():
         raise OutputError(f"{out}: is a file; name a folder for the tables")
     if (out / DESCRIPTION).exists() and not replace_them:

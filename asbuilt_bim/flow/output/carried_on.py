@@ -7,21 +7,26 @@ from pathlib import Path
 
 from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
-from asbuilt_bim.errors import CostError
+from asbuilt_bim.errors import CostError, WorkbookError
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import WORKBOOK
+from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Paid, Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.known_again import paid_lines
+from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook
 
 
-def last_workbook(out: OutputFolder, before: ProgressReport | None, named: Path | None = None) -> LastWorkbook | None:
+def last_workbook(
+    out: OutputFolder, before: ProgressReport | None, named: Path | None = None, *, as_it_stands: bool = False
+) -> LastWorkbook | None:
     """Return what the workbook in an output folder holds of persons; None where there is none, or nobody changed it.
 
     `before` is the current run's report, `named` the workbook that the project names: it counts in a folder without
-    one. One that nobody changed holds what its run's result holds.
+    one. One that nobody changed holds what its run's result holds. `as_it_stands`: see `read_last_workbook`.
 
     Raises:
         WorkbookError: it can't be read; see `read_last_workbook`.
@@ -30,8 +35,40 @@ def last_workbook(out: OutputFolder, before: ProgressReport | None, named: Path 
     if copy.is_file():
         written = [run / WORKBOOK for run in (out.path / "runs").iterdir() if (run / WORKBOOK).is_file()]
         unchanged = any(filecmp.cmp(copy, one, shallow=False) for one in written)
-        return None if unchanged and before is not None else read_last_workbook(copy)
+        if unchanged and before is not None:
+            return None
+        return read_last_workbook(copy, as_it_stands=as_it_stands)
     return read_last_workbook(named) if named is not None and before is None else None
+
+
+def with_last(report: ProgressReport, last: LastWorkbook) -> ProgressReport:
+    """Return a result with what persons wrote into its workbook since."""
+    counts = report.valuation is not None and report.valuation.count_observations
+    inputs, notes = inputs_of(ValuationFile(observations="count" if counts else "shown"), last, report)
+    return with_valuation(report, inputs, notes)
+
+
+def as_in_workbook(folder: Path, report: ProgressReport) -> ProgressReport:
+    """Return a folder's result with the amounts of the workbook there; as it is where nobody changed the workbook.
+
+    Raises:
+        WorkbookError: it can't be read, or says another amount than its overrides and rates come to here.
+    """
+    last = last_workbook(OutputFolder(path=folder), report, as_it_stands=True)
+    if last is None:
+        return report
+    made = with_last(report, last)
+    lines = {line.number: line for bill in bills(made) for line in bill.lines}
+    for number in sorted(lines.keys() | last.certified.keys()):
+        line, says = lines.get(number), last.certified.get(number)
+        if line is None or says is None or cents(says) != line.amount:
+            item, comes = (line.line.identification, f"{line.amount:,.2f}") if line else (f"no. {number}", "nothing")
+            raise WorkbookError(
+                f"{folder / WORKBOOK}: item {item}: {'nothing' if says is None else f'{says:,.2f}'} is certified, and "
+                f"this run's result with what you wrote comes to {comes}. Let it calculate (Ctrl+Shift+F9) and save "
+                "it; if it is of another run, run the project again"
+            )
+    return made
 
 
 def inputs_of(

@@ -11,7 +11,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.codes import REVISIONS
 from asbuilt_bim.errors import AsBuiltError, ResultError
-from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook
+from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
@@ -21,7 +21,6 @@ from asbuilt_bim.progress.globalid_remap import inputs_again, known_again, remap
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.valuation.notes import with_valuation
-from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.networks import identities
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
@@ -111,9 +110,7 @@ def publish_again(
     _check_ifc(sources, report)
     last = last_workbook(out, report)
     if last is not None:
-        counts = report.valuation is not None and report.valuation.count_observations
-        inputs, notes = inputs_of(ValuationFile(observations="count" if counts else "shown"), last, report)
-        report = with_valuation(report, inputs, notes)
+        report = with_last(report, last)
     writers, missing = writers_of(current.folder)
     warnings = list(missing)
 

@@ -52,6 +52,11 @@ class FillMap:
     tables: tuple[TableMap, ...]
     unknown: Literal["empty", "word"] = "empty"  # what a cell gets of which nothing is known
 
+    @property
+    def of_valuation(self) -> bool:
+        """Say whether a column gets what only the valuation says, with overrides and changed rates."""
+        return any(name in OF_BILL_LINES for table in self.tables for name in table.columns.values())
+
 
 def read_map(path: Path) -> FillMap:
     """Read and check a map.

@@ -5,7 +5,7 @@ What formulas gave when the workbook was last saved is held against its own rate
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 
@@ -50,16 +50,18 @@ Row = Mapping[str, XlsxCell]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LastWorkbook:
-    """What the last workbook holds of persons, and notes on what of it can't be used."""
+    """What the last workbook holds of persons, notes on what of it can't be used, and the amounts that it says."""
 
     inputs: ValuationInputs
     notes: tuple[Note, ...]
+    certified: Mapping[int, float | None] = field(default_factory=dict)  # by line's number in its bill
 
 
-def read_last_workbook(path: Path) -> LastWorkbook:
+def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkbook:
     """Read a workbook of this program, as a surveyor saved it; one without a valuation holds nothing.
 
     Where it is signed, what it certified is what came before the next valuation; else what stood as previous still is.
+    `as_it_stands` takes it as not signed yet: then it begins no next valuation, and its period is its own.
 
     Raises:
         WorkbookError: it can't be read, its sheets were taken apart, its formulas have no values, or what it certified
@@ -75,7 +77,7 @@ def read_last_workbook(path: Path) -> LastWorkbook:
     lines = _rows(book, BILL, "Key", path)
     parts = _rows(book, PARTS, "Override", path)
     more = [row for row in _rows(book, VARIATIONS, "Done", path) if _text(row, "No.") or _text(row, "Text")]
-    signed = _signature(book, path)
+    signed = None if as_it_stands else _signature(book, path)
     notes: list[Note] = []
     variations = _variations(more, notes)
     earlier = _certificates(book, path)
@@ -94,7 +96,8 @@ def read_last_workbook(path: Path) -> LastWorkbook:
     if signed:
         _check_parts(lines, parts, path)
     _check_sums(inputs, path, signed=signed is not None)
-    return LastWorkbook(inputs=inputs, notes=tuple(notes))
+    certified = {int(_number(row, "No.", path, "line")): _plain(row.get("Certified amount")) for row in lines}
+    return LastWorkbook(inputs=inputs, notes=tuple(notes), certified=certified)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,17 +26,14 @@ from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.sequences import signed
 from tests.report.sample_report import sample_report
-from tests.report.workbook.saved import at, typed
+from tests.report.workbook.saved import at, run_folder, typed
 
 PROJECT = ValuationFile(retention_percent=5.0, tax_percent=19.0, observations="count")
 
 
 def folder(path: Path, report: ProgressReport) -> OutputFolder:
     """Make an output folder with one run in it, and the copy of its workbook."""
-    run = path / "runs" / "20260317T120000Z-00000000"
-    run.mkdir(parents=True)
-    write_workbook(report, run / "quantities.xlsx")
-    (path / "quantities.xlsx").write_bytes((run / "quantities.xlsx").read_bytes())
+    run_folder(path, report)
     return OutputFolder(path=path)
 
 

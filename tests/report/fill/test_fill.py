@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import os
 import stat
 import zipfile
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +23,14 @@ from asbuilt_bim.errors import FillError, Rejection
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import RateChange, ValuationInputs
+from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.report.fill.write import LEFT_S, Filled, fill_workbook, read_map, save_filled
 from asbuilt_bim.report.result.document import write_result
+from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.books import MACRO, Book, by_hand, by_openpyxl, by_xlsxwriter, saved_report, write_map
 from benchmarks.valuation.fill import differences
 from benchmarks.valuation.refused import Refused, plain, refused_books
+from tests.report.workbook.saved import at, run_folder, typed
 
 NOT_READ = pytest.mark.filterwarnings("ignore:.*extension is not supported")
 """What openpyxl says of a workbook that it can't keep whole."""
@@ -204,24 +208,75 @@ def test_groups_add_up_over_class_storey_and_type(tmp_path: Path, result: Progre
     ]
 
 
-def test_a_cost_code_gets_what_the_valuation_certifies_with_a_changed_rate(
-    tmp_path: Path, result: ProgressReport
-) -> None:
-    first = result.cost_lines[0]
+def bill_book(tmp_path: Path, result: ProgressReport) -> tuple[Path, Path]:
+    """A workbook with the first cost line's code, with its map."""
     path = tmp_path / "bill.xlsx"
     book = openpyxl.Workbook()
     sheet: Any = book.active
     sheet.append(["Code"])
-    sheet.append([first.identification])
+    sheet.append([result.cost_lines[0].identification])
     book.save(path)
-    columns = "{B: certified_quantity, C: certified_amount, D: previous_amount}"
-    mapping = write_map(tmp_path / "map.yaml", "Sheet", "{cost_code: A}", columns)
+    columns = "{B: certified_quantity, C: certified_amount, D: previous_amount, E: period_amount}"
+    return path, write_map(tmp_path / "map.yaml", "Sheet", "{cost_code: A}", columns)
+
+
+def test_a_cost_code_gets_what_the_valuation_certifies_with_a_changed_rate(
+    tmp_path: Path, result: ProgressReport
+) -> None:
+    first = result.cost_lines[0]
+    path, mapping = bill_book(tmp_path, result)
     change = RateChange(line=first.global_id, rate=1000.0, why="agreed")
     changed = replace(result, valuation=ValuationInputs(rates=(change,)))
     (line,) = [one for bill in bills(changed) for one in bill.lines if one.line is first]
     found = fill_workbook(path, read_map(mapping), changed)
-    assert [one.new for one in found.plan.changes] == [line.quantity, line.amount, 0.0]
+    assert [one.new for one in found.plan.changes] == [line.quantity, line.amount, 0.0, line.amount]
     assert line.amount == pytest.approx(1000.0 * line.quantity, abs=0.006)
+
+
+def changed_by_a_person(folder: Path, report: ProgressReport) -> ProgressReport:
+    """Sign the workbook of a run's folder, once a rate was changed in it; return what it says."""
+    copy = run_folder(folder, report)
+    change = RateChange(line=report.cost_lines[0].global_id, rate=1000.0, why="agreed")
+    says = with_valuation(report, replace(report.valuation or ValuationInputs(), rates=(change,)))
+    write_workbook(says, copy)
+    typed(copy, {("", "signed_by"): "Ann", ("", "signed_on"): date(2026, 3, 20)})
+    return says
+
+
+def test_fill_and_tables_take_the_amounts_of_the_signed_workbook_that_lies_in_the_folder(
+    tmp_path: Path, result: ProgressReport
+) -> None:
+    said = changed_by_a_person(tmp_path / "out", result)
+    lines = {one.line.global_id: one for bill in bills(said) for one in bill.lines}
+    line = lines[result.cost_lines[0].global_id]
+    path, mapping = bill_book(tmp_path, result)
+    done = run(path, "--map", mapping, "--result", tmp_path / "out")
+    assert done.exit_code == 0 and "was changed since the run; its amounts count" in " ".join(done.output.split())
+    row = [cell.value for cell in openpyxl.load_workbook(path).worksheets[0][2]]
+    assert row[1:] == [line.quantity, line.amount, 0.0, line.amount] and line.amount != 0.0
+    assert line.amount != next(one for bill in bills(result) for one in bill.lines).amount
+    words = ["tables", str(tmp_path / "out"), "--out", str(tmp_path / "tables")]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    with (tmp_path / "tables" / "cost_lines.csv").open(encoding="utf-8-sig") as file:
+        assert {one["line_id"]: float(one["certified_amount"]) for one in csv.DictReader(file)} == {
+            key: one.amount for key, one in lines.items()
+        }
+
+
+def test_a_workbook_in_the_folder_that_was_not_calculated_fills_nothing_and_says_what_to_do(
+    tmp_path: Path, result: ProgressReport
+) -> None:
+    copy = run_folder(tmp_path / "out", result)
+    typed(copy, {at(copy, "Bill", "Rate", 0): 1000.0})
+    path, mapping = bill_book(tmp_path, result)
+    before = path.read_bytes()
+    for words in (["fill", path, "--map", mapping, "--result", tmp_path / "out"],
+                  ["tables", tmp_path / "out", "--out", tmp_path / "tables"]):  # fmt: skip
+        refused = CliRunner().invoke(app, [*map(str, words)])
+        said = " ".join(refused.output.split())
+        assert refused.exit_code == 1 and "is certified, and this run's result with what you wrote comes to" in said
+        assert "Ctrl+Shift+F9" in said
+    assert path.read_bytes() == before and not (tmp_path / "tables").exists()
 
 
 def test_text_goes_in_as_text_and_runs_nowhere(tmp_path: Path, result: ProgressReport) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import zipfile
 from collections.abc import Mapping
@@ -10,6 +11,10 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 import openpyxl
+
+from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.report.result.document import write_result
+from asbuilt_bim.report.workbook.write import write_workbook
 
 Value = str | float | date | None
 
@@ -48,3 +53,15 @@ def at(path: Path, sheet: str, heading: str, row: int) -> tuple[str, str]:
     """Return the place of a cell by its heading and its row below the headings, from 0."""
     cells = openpyxl.load_workbook(path)[sheet][4]
     return sheet, next(cell.column_letter for cell in cells if cell.value == heading) + str(5 + row)
+
+
+def run_folder(path: Path, report: ProgressReport) -> Path:
+    """Make an output folder whose current run is of a report, with the copy of its workbook; return that copy."""
+    run = path / "runs" / "20260317T120000Z-00000000"
+    run.mkdir(parents=True)
+    write_result(report, run / "result.json")
+    write_workbook(report, run / "quantities.xlsx")
+    pointer = {"format": "asbuilt-bim/current", "version": 1, "run": f"runs/{run.name}", "ifc": "x.ifc"}
+    (path / "current.json").write_text(json.dumps(pointer))
+    (path / "quantities.xlsx").write_bytes((run / "quantities.xlsx").read_bytes())
+    return path / "quantities.xlsx"
