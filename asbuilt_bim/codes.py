@@ -258,6 +258,8 @@ class Reason(StrEnum):
     OVERRIDE_UNSIGNED = "override without reason or person"
     OVERRIDE_UNREADABLE = "override is no percentage"
     TERMS_KEPT = "terms of the last workbook kept"
+    RETENTION_CHANGED = "retention is another than was signed"
+    TAX_CHANGED = "tax is another than was signed"
     RATE_CHANGED = "rate changed by a person"
     RATE_UNREADABLE = "rate in the workbook unreadable"
     VARIATION_UNREADABLE = "variation unreadable"

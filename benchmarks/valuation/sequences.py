@@ -58,7 +58,14 @@ def signed(report: ProgressReport) -> ValuationInputs:
     )  # fmt: skip
     variations = {one.variation.number: one.certified for bill in made for one in bill.variations}
     certificates = (*inputs.certificates, one)
-    return replace(inputs, certificates=certificates, before=sums, paid=paid, paid_variations=variations)
+    return replace(
+        inputs,
+        certificates=certificates,
+        before=sums,
+        paid=paid,
+        paid_variations=variations,
+        signed_terms=inputs.terms,
+    )
 
 
 SHARES = st.integers(0, 10**9).map(lambda n: n / 1e9)

@@ -88,7 +88,7 @@ def inputs_of(
     if last is not None and last.inputs is not NO_INPUTS:
         inputs = last.inputs
         if known is not None and known.certificates == inputs.certificates:  # nobody signed what stands there now
-            inputs = replace(inputs, paid=_as_signed(inputs.paid, known.paid))
+            inputs = replace(inputs, paid=_as_signed(inputs.paid, known.paid), signed_terms=known.signed_terms)
     own = _first(project).terms
     named = own != Terms()  # a project file that names none takes none back
     if named and known is not None and known.project_terms not in (None, own) and inputs.terms == known.terms:

@@ -1,11 +1,12 @@
-"""What has to be said of lines whose contract, design and last certificate don't fit each other."""
+"""What has to be said where contract, terms or design don't fit each other, or the last certificate."""
 
 import math
 from collections.abc import Iterator
 
-from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine
+from asbuilt_bim.progress.valuation.inputs import ValuationInputs
 
 OFF = 0.1
 """A contract quantity this far off the design's is told: a tenth is what contracts add for waste and round.
@@ -84,6 +85,19 @@ def _changed(line: BillLine) -> dict[str, str | float]:
     if paid.contract and not math.isclose(paid.contract, given.planned_quantity, rel_tol=1e-9):
         found |= {"contract_was": paid.contract, "contract": given.planned_quantity, "unit": given.unit}
     return found
+
+
+def terms_notes(bill: Bill, inputs: ValuationInputs) -> Iterator[Note]:
+    """Yield where a bill's retention or tax is another than what was certified of it was signed with."""
+    subject, gross = about(SubjectKind.COST_LINE, f"bill {bill.number}"), bill.previous.gross
+    signed, terms = inputs.signed_terms, inputs.terms
+    more = cents(cents(gross * terms.retention) - bill.previous.retention)
+    if gross and more and (signed is None or signed.retention != terms.retention):
+        was = signed.retention if signed else bill.previous.retention / gross
+        values: Values = {"was": was, "now": terms.retention, "amount": more, "currency": bill.currency}
+        yield noted(Reason.RETENTION_CHANGED, subject, **values)
+    if gross and signed is not None and signed.tax != terms.tax:
+        yield noted(Reason.TAX_CHANGED, subject, was=signed.tax, now=terms.tax)
 
 
 def line_subject(line: BillLine) -> Subject:

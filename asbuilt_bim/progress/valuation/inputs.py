@@ -122,6 +122,7 @@ class ValuationInputs:
     paid: tuple[Paid, ...] = ()  # up to the last certificate
     paid_variations: dict[str, float] = field(default_factory=dict)  # by number, in cents, up to the last certificate
     project_terms: Terms | None = None  # what the project file said of them; None in older results
+    signed_terms: Terms | None = None  # of the last certificate; None where there is none, and in older results
 
     @property
     def number(self) -> int:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, bills
-from asbuilt_bim.progress.valuation.contract_notes import contract_notes, line_label, line_subject
+from asbuilt_bim.progress.valuation.contract_notes import contract_notes, line_label, line_subject, terms_notes
 from asbuilt_bim.progress.valuation.held import held_line
 from asbuilt_bim.progress.valuation.inputs import ValuationInputs
 from asbuilt_bim.progress.valuation.known_again import paid_lines
@@ -16,6 +16,7 @@ OF_MONEY = frozenset(
     {
         *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED),
         *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE),
+        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED),
     }
 )
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
@@ -25,6 +26,7 @@ CODES = frozenset(
         *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
         *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
         *(Reason.TERMS_KEPT, Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.CERTIFIED_LINE_CHANGED),
+        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED),
     }
 )
 """Codes of notes that are made anew whenever a workbook is."""
@@ -60,7 +62,7 @@ def valuation_notes(report: ProgressReport) -> list[Note]:
         notes += _later(report, elements)
     for bill in made:
         notes += list(contract_notes(bill))[:MOST]
-        notes += list(_falls(bill))[:MOST]
+        notes += [*list(_falls(bill))[:MOST], *terms_notes(bill, inputs)]
     notes += list(_of_persons(made, inputs))[:MOST]
     later = [one for one in inputs.certificates if one.visit > report.visit_date]
     notes += [

@@ -99,8 +99,9 @@ def money_due(report: ProgressReport) -> tuple[Due, ...]:
 
 
 def _asked(report: ProgressReport, bill: Bill) -> tuple[str, ...]:
-    """Return the notes on a bill's lines and variations that say why money rises or falls."""
+    """Return the notes on a bill, its lines and its variations that say why money rises or falls."""
     own = {line.line.global_id for line in bill.lines} | {one.variation.number for one in bill.variations}
+    own.add(f"bill {bill.number}")
     return tuple(note_words(note) for note in report.notes if note.code in OF_MONEY and note.subject.name in own)
 
 

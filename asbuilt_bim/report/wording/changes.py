@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.globalid_remap import named_again
 from asbuilt_bim.progress.report import (
     Completion,
@@ -17,7 +18,8 @@ from asbuilt_bim.progress.report import (
 from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_words, seen_words
-from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, unit_sign
+from asbuilt_bim.report.wording.of_workbook.valuation_notes import kept_words
+from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, share_of_money, unit_sign
 
 SAME_AREA_M2 = 0.005  # half of the last decimal shown
 
@@ -31,6 +33,7 @@ def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
         *_stations(before, after),
         *_storeys(before, after),
         *_tasks(before, after),
+        *_terms(before, after),
         *cost_changes(before, after),
         *_elements(before, after),
     )
@@ -213,6 +216,17 @@ def _differ(old: float | None, new: float | None, same: float) -> bool:
 def _named(element: ElementProgress) -> str:
     """Name an element."""
     return f"{element.kind} {element.name or element.global_id}"
+
+
+def _terms(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
+    """Say that retention or tax is another, and what that keeps back of what was certified before."""
+    if before.valuation is None or after.valuation is None:
+        return
+    old, new = before.valuation.terms, after.valuation.terms
+    kept = "; ".join(kept_words(note) for note in after.notes if note.code is Reason.RETENTION_CHANGED)
+    for what, was, now, why in (("retention", old.retention, new.retention, kept), ("tax", old.tax, new.tax, "")):
+        if was != now:
+            yield f"{what} {share_of_money(was)} -> {share_of_money(now)}" + (f": {why}" if why else "")
 
 
 def cost_changes(before: ProgressReport, after: ProgressReport) -> Iterator[str]:

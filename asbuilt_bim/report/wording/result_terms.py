@@ -356,6 +356,7 @@ TERMS = {
     "totals": "Its sums, a bill each.",
     "terms": "Retention and tax.",
     "project_terms": "Retention and tax by the project file at that run.",
+    "signed_terms": "Retention and tax that the last valuation was signed with.",
     "count_observations": "Whether what persons saw counts in the valuation.",
     "overrides": "Values set by persons.",
     "rates": "Rates set by persons.",

@@ -29,6 +29,11 @@ def percent_to_a_tenth(share: float) -> str:
     return f"{round(share * 100.0, 1):g} %"
 
 
+def share_of_money(share: float) -> str:
+    """Write retention or tax, to a hundredth of a percent where it has one: `7.75 %`."""
+    return f"{round(share * 100.0, 2):g} %"
+
+
 def percent_certain(share: float) -> str:
     """Write a lower bound as whole percents, rounded down: a certificate may rest on it."""
     return f"{math.floor(share * 100 + 1e-9)} %"

@@ -83,8 +83,10 @@ def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkboo
     earlier = _certificates(book, path)
     bill = _Bill(path=path, lines=lines, parts=parts if signed or earlier else (), signed=signed is not None)
     own = _certificate(book, signed, path) if signed else None
+    terms = Terms(retention=_rate_of(book, "retention_rate", path), tax=_rate_of(book, "tax_rate", path))
     inputs = ValuationInputs(
-        terms=Terms(retention=_rate_of(book, "retention_rate", path), tax=_rate_of(book, "tax_rate", path)),
+        terms=terms,
+        signed_terms=terms if signed else None,
         overrides=tuple(_overrides(parts, bill, notes)),
         rates=tuple(_rates(lines, notes)),
         variations=variations,

@@ -22,6 +22,7 @@ from asbuilt_bim.progress.valuation.inputs import Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.result.document import read_result, write_result
+from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.sequences import signed
@@ -174,3 +175,18 @@ def test_retention_and_tax_go_on_however_a_currency_is_spelt_and_whichever_bill_
     (was,) = bills(with_valuation(plain, first))
     assert (francs.currency, francs.previous.gross, francs.previous.retention) == ("CHF", 0.0, 0.0)
     assert euros.previous == was.cumulative and euros.period.payable == 0.0
+
+
+def test_a_retention_that_the_project_file_raises_after_a_signature_is_among_the_changes(tmp_path: Path) -> None:
+    first, _ = inputs_of(PROJECT, None, None)
+    before = with_valuation(sample_report(), first)
+    typed(run_folder(tmp_path, before), {("", "signed_by"): "Ann", ("", "signed_on"): date(2026, 3, 20)})
+    more = ValuationFile(retention_percent=10.0, tax_percent=19.0, observations="count")
+    inputs, _ = inputs_of(more, last_workbook(OutputFolder(path=tmp_path), before), before)
+    after = with_valuation(sample_report(), inputs)
+    (told,) = [line for line in changes(before, after) if line.startswith("retention")]
+    assert told.startswith("retention 5 % -> 10 %: ") and "more is kept back of what was earned before" in told
+    (out := tmp_path / "next").mkdir()
+    typed(copy := run_folder(out, after), {at(copy, "Cost by element", "Override", 5): 0.3})
+    again, _ = inputs_of(more, last_workbook(OutputFolder(path=out), after), after)
+    assert again.signed_terms == Terms(retention=0.05, tax=0.19) and again.terms.retention == 0.1

@@ -19,6 +19,7 @@ from asbuilt_bim.progress.valuation.inputs import (
     Terms,
     ValuationInputs,
 )
+from asbuilt_bim.progress.valuation.notes import CODES, OF_MONEY
 from asbuilt_bim.report.wording.notes import note_words
 from benchmarks.valuation.made import FIRST, UNSEEN, Seen, cost_line, made_report
 from benchmarks.valuation.sequences import LINES, NONE, PERIODS, WHOLE, check_sequence, signed
@@ -141,6 +142,24 @@ def test_retention_is_of_all_and_tax_of_what_is_added_now() -> None:
     assert bill.period.tax == cents(525.0 * 0.07)
     assert bill.cumulative.tax == cents(bill.previous.tax + bill.period.tax)
     assert bill.period.payable == 525.0 + 36.75
+
+
+def test_another_retention_or_tax_than_was_signed_is_told_with_what_it_keeps_back_until_it_is_signed() -> None:
+    line = cost_line("1", 0, 10.0, 100.0, ["a"])
+    start = ValuationInputs(terms=Terms(retention=0.05, tax=0.19))
+    before = signed(made_report({"a": HALF}, [line], FIRST, start))
+    assert made_report({"a": WHOLE}, [line], FIRST, before).notes == ()
+    report = made_report({"a": HALF}, [line], FIRST, replace(before, terms=Terms(retention=0.1, tax=0.2)))
+    assert [(note.code, note_words(note)) for note in report.notes] == [
+        (Reason.RETENTION_CHANGED, "retention 5 % -> 10 %: 25.00 EUR more is kept back of what was earned before"),
+        (Reason.TAX_CHANGED, "tax 19 % -> 20 %: it is on what this valuation adds. The tax on what was certified "
+         "before stays as it was"),
+    ]  # fmt: skip
+    assert only(report).period.retention == 25.0 and {note.code for note in report.notes} <= OF_MONEY & CODES
+    assert made_report({"a": HALF}, [line], FIRST, signed(report)).notes == ()
+    of_before = replace(before, signed_terms=None, terms=Terms(retention=0.025, tax=0.19))
+    (released,) = made_report({"a": HALF}, [line], FIRST, of_before).notes
+    assert note_words(released).startswith("retention 5 % -> 2.5 %: 12.50 EUR less is kept back, so it is paid out now")
 
 
 def test_overrides_without_a_reason_and_those_whose_element_is_gone_are_named() -> None:

@@ -67,7 +67,7 @@ def test_a_signed_workbook_is_what_came_before_the_next_valuation(workbook: Path
 def test_what_was_certified_goes_through_a_workbook_that_nobody_signed(workbook: Path, tmp_path: Path) -> None:
     first = read_last_workbook(typed(workbook, SIGNED)).inputs
     again = read_last_workbook(written(with_valuation(sample_report(), first), tmp_path / "two.xlsx")).inputs
-    assert again == first
+    assert replace(again, signed_terms=first.terms) == first  # a run takes these from its result
     third = read_last_workbook(typed(tmp_path / "two.xlsx", SIGNED)).inputs
     assert [one.number for one in third.certificates] == [1, 2]
     report = with_valuation(sample_report(), third)

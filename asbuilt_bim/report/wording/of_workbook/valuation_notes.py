@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from asbuilt_bim.codes import Note, Reason
 from asbuilt_bim.report.wording.template import Template, filled
-from asbuilt_bim.report.wording.values import number, percent, percent_to_a_tenth, rate
+from asbuilt_bim.report.wording.values import number, percent, percent_to_a_tenth, rate, share_of_money
 
 _ITEM = "cost item {item}: "
 
@@ -84,6 +84,25 @@ def _was_now(note: Note) -> str:
     return f"from {was} to {now} {note.values['currency']}".rstrip()
 
 
+def kept_words(note: Note) -> str:
+    """Say how much more or less is kept back of what was certified before, by another retention."""
+    amount, currency = float(str(note.values["amount"])), note.values["currency"]
+    more = "more is kept back" if amount > 0.0 else "less is kept back, so it is paid out now,"
+    return f"{number(abs(amount))} {currency}".strip() + f" {more} of what was earned before"
+
+
+def _retention(note: Note) -> str:
+    was, now = (share_of_money(float(str(note.values[key]))) for key in ("was", "now"))
+    return f"retention {was} -> {now}: {kept_words(note)}"
+
+
+def _tax(note: Note) -> str:
+    was, now = (share_of_money(float(str(note.values[key]))) for key in ("was", "now"))
+    return (
+        f"tax {was} -> {now}: it is on what this valuation adds. The tax on what was certified before stays as it was"
+    )
+
+
 def _rate(note: Note) -> str:
     was, now = (rate(float(str(note.values[key]))) for key in ("was", "now"))
     why = note.values["why"]
@@ -141,6 +160,8 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     "nothing to stand for any more",
     Reason.TERMS_KEPT: "retention and tax are the last workbook's, {retention:%} and {tax:%}. The project file says "
     "{project_retention:%} and {project_tax:%}: change them on the sheet Valuation",
+    Reason.RETENTION_CHANGED: _retention,
+    Reason.TAX_CHANGED: _tax,
     Reason.OVERRIDE_UNSIGNED: _unsigned,
     Reason.OVERRIDE_UNREADABLE: _unreadable,
     Reason.RATE_CHANGED: _rate,
