@@ -402,9 +402,15 @@ def _number(row: Row, key: str, path: Path, what: str) -> float:
     """Return a number that has to be there.
 
     Raises:
-        WorkbookError: it isn't: the workbook was saved by something that calculates nothing, or was changed.
+        WorkbookError: it isn't: it is text, or the workbook was changed, or saved by what calculates nothing.
     """
-    value = _plain(row.get(key))
+    cell = row.get(key)
+    value = _plain(cell)
+    if isinstance(cell, str) and cell.strip():
+        raise WorkbookError(
+            f"{path}: {what}: '{key}' is the text '{cell.strip()[:40]}' and no number. Give the cell a number format, "
+            "type it with your spreadsheet's own decimal sign and without a unit, such as 310.50 or 310,50, and save"
+        )
     if value is None:
         raise WorkbookError(f"{path}: {what}: '{key}' has no value, and none is guessed; {_AGAIN}")
     return value

@@ -111,7 +111,7 @@ def test_what_cannot_be_read_of_a_persons_cells_is_named_and_counts_for_nothing(
     workbook: Path, sheet: str, heading: str, value: str | float, code: Reason
 ) -> None:
     if (sheet, heading) == ("Bill", "Rate"):
-        with pytest.raises(WorkbookError, match="'Rate' has no value"):
+        with pytest.raises(WorkbookError, match=r"'Rate' is the text 'a lot' and no number\. Give the cell a number"):
             read_last_workbook(typed(workbook, {at(workbook, sheet, heading, 0): value}))
         return
     last = read_last_workbook(typed(workbook, {at(workbook, sheet, heading, 0): value}))
