@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
@@ -66,6 +66,7 @@ class BillLine:
     gone: bool = False  # it was certified before, and isn't in the costs any more
     best: float | None = None
     replaced_by: str = ""  # of a line that is gone: what its number stands for now
+    left: Mapping[str, bool] = field(default_factory=dict)  # by GlobalId of what it covered: is it still in the design
 
     @property
     def previous_quantity(self) -> float:
@@ -308,6 +309,7 @@ def _bill_line(
         amount=cents(quantity * rate),
         paid=paid,
         best=line.best_quantity_shown,
+        left={key: key in elements for key in paid.elements if key not in line.parts} if paid else {},
     )
 
 

@@ -54,7 +54,7 @@ def design_off(line: BillLine) -> float | None:
 def _lost(line: BillLine, currency: str) -> Note:
     """Return the note on the part of a line that stood for what the design has no longer."""
     given, paid = line.line, line.paid
-    gone = [name or key for key, name in paid.elements.items() if key not in given.parts] if paid else []
+    gone = [paid.elements[key] or key for key in line.left] if paid else []
     quantity = given.planned_quantity * given.lost
     return noted(
         Reason.DESIGN_LOST_WORK,
@@ -62,6 +62,7 @@ def _lost(line: BillLine, currency: str) -> Note:
         item=line_label(line),
         elements=tuple(gone[:MOST_NAMED]),
         count=len(gone),
+        uncovered=sum(line.left.values()),
         quantity=quantity,
         unit=given.unit,
         amount=cents(quantity * line.rate),

@@ -10,6 +10,7 @@ from asbuilt_bim.report.tables import NO_STOREY
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS as COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import PARTS_TITLE
+from asbuilt_bim.report.wording.of_workbook.valuation_notes import lost_words
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, letter, letter_of
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
@@ -76,7 +77,7 @@ def _row(
     n, element, given = number + 1, row.element, row.override
     c = {heading: f"{column}{n}" for heading, column in _C.items()}
     unmeasured = f"(not measured here: {row.others} more)" if row.others else "(nothing measured here)"
-    unmeasured = "(no longer in the design)" if row.lost else unmeasured
+    unmeasured = f"({lost_words(len(line.left), sum(line.left.values()))})" if row.lost else unmeasured
     rate, whole = (_of_line(c, heading, lines) for heading in ("Rate", "Certified amount"))
     takes = row is line.rows[line.rounding_row]
     cells: dict[str, Cell] = {

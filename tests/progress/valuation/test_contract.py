@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
+from pathlib import Path
 
+import openpyxl
 import pytest
 
 from asbuilt_bim.bim.model import CostLine
@@ -14,6 +16,7 @@ from asbuilt_bim.progress.valuation.bill import LOST, Bill, bills
 from asbuilt_bim.progress.valuation.inputs import Override, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.made import FIRST, Seen, cost_line, made_report
 from benchmarks.valuation.sequences import NONE, WHOLE, signed
 
@@ -54,7 +57,22 @@ def test_a_wall_that_the_design_loses_raises_nothing_its_part_stays_unpaid_in_a_
     (note,) = after.notes
     words = note_words(note)
     assert note.code is Reason.DESIGN_LOST_WORK and "4 m3 of its contract, 980.00 EUR" in words.replace("\u202f", "")
-    assert "Wall c" in words
+    assert "what is no longer in the design (Wall c)" in words
+
+
+def test_what_the_costs_alone_no_longer_cover_is_not_said_to_have_left_the_design(tmp_path: Path) -> None:
+    before = signed(report_of(ALL))
+    fewer = replace(LINE, elements=("a", "b", "d"))
+    after = report_of(ALL, fewer, before)
+    (words,) = [note_words(note) for note in after.notes]
+    assert "stood for what is no longer covered by this cost line (Wall c). It stays unpaid" in words
+    write_workbook(after, tmp_path / "q.xlsx")
+    labels = [row[2].value for row in openpyxl.load_workbook(tmp_path / "q.xlsx")["Cost by element"].iter_rows()]
+    assert "(no longer covered by this cost line)" in labels and "(no longer in the design)" not in labels
+    both = report_of({key: one for key, one in ALL.items() if key != "b"}, fewer, before)
+    (words,) = [note_words(note) for note in both.notes if note.code is Reason.DESIGN_LOST_WORK]
+    assert "no longer in the design, or not covered by this cost line (Wall b, Wall c)" in words
+    assert only(after).period.work == 0.0
 
 
 def test_a_wall_built_in_part_that_goes_takes_its_own_amount_and_the_others_keep_theirs() -> None:

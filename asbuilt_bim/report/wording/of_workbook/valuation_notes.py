@@ -55,12 +55,21 @@ def _off(note: Note) -> str:
     )
 
 
+def lost_words(count: int, uncovered: int) -> str:
+    """Say why elements don't stand in their line any more: `uncovered` of the `count` are still in the design."""
+    if count and not uncovered:
+        return "no longer in the design"
+    covered = "covered by this cost line"
+    return f"no longer {covered}" if count and count == uncovered else f"no longer in the design, or not {covered}"
+
+
 def _lost(note: Note) -> str:
+    why = lost_words(*(int(str(note.values.get(key, 0))) for key in ("count", "uncovered")))
     named = f" ({filled('{elements:list}{more}', note)})" if note.values["elements"] else ""
     amount, lost = number(float(str(note.values["amount"]))), _quantity(note, "quantity")
     return filled(
-        f"{{item}}: {lost} {{unit}} of its contract, {amount} {{currency}}, stood for what is no longer in the design"
-        f"{named}. It stays unpaid, in a row of its own. Override that row for what stands, or correct the contract",
+        f"{{item}}: {lost} {{unit}} of its contract, {amount} {{currency}}, stood for what is {why}"
+        f"{named}. It stays unpaid, in a row of its own. Override that row for what stands, or correct the costs",
         note,
     )
 
