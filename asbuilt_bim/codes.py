@@ -261,6 +261,7 @@ class Reason(StrEnum):
     RETENTION_CHANGED = "retention is another than was signed"
     TAX_CHANGED = "tax is another than was signed"
     RATE_CHANGED = "rate changed by a person"
+    RATE_UNUSED = "changed rate without its line"
     RATE_UNREADABLE = "rate in the workbook unreadable"
     VARIATION_UNREADABLE = "variation unreadable"
     CERTIFICATE_LATER = "certificate of a later visit"

@@ -4,13 +4,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
 from asbuilt_bim.progress.money import cents, certified_quantity, total
 from asbuilt_bim.progress.report import NOTHING_SEEN, CostProgress, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.held import most_per_design, per_design
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Override, Paid, RateChange, Variation
-from asbuilt_bim.progress.valuation.known_again import paid_lines
+from asbuilt_bim.progress.valuation.known_again import bill_places, paid_lines
 from asbuilt_bim.progress.valuation.observed import Observed, observed_elements
 
 _LEAST_PART = 1e-9
@@ -188,7 +187,7 @@ def bills(report: ProgressReport) -> tuple[Bill, ...]:
     if not groups and inputs.paid:
         groups = [("", next((one.currency for one in inputs.before), ""))]
     paid = paid_lines(report.cost_lines, inputs.paid)
-    places = _places(groups, report, paid)
+    places, known = bill_places(groups, report.cost_lines, inputs, paid), {one.line for one in inputs.paid}
     made: list[Bill] = []
     number = 0
     for place, (schedule, currency) in enumerate(groups, 1):
@@ -196,31 +195,14 @@ def bills(report: ProgressReport) -> tuple[Bill, ...]:
         lines: list[BillLine] = []
         for line in own:
             number += 1
-            lines.append(_bill_line(number, place, line, elements, seen, report, paid.get(line.global_id)))
+            was = paid.get(line.global_id)
+            keys = ({line.global_id} - known) | ({was.line} if was else set())  # not those of other work
+            lines.append(_bill_line(number, place, line, elements, seen, report, was, keys))
         for lost in _gone(inputs.paid, paid, place, places):
             number += 1
-            lines.append(_gone_line(number, (place, schedule, currency), lost, own))
+            lines.append(_gone_line(number, (place, schedule, currency), lost, own, report.cost_lines))
         made.append(_bill(place, places, schedule, currency, lines, report))
     return tuple(made)
-
-
-def _places(
-    groups: Sequence[tuple[str, str]], report: ProgressReport, paid: Mapping[str, Paid]
-) -> Callable[[int], int]:
-    """Return what tells the place (from 1) of the group that a bill of the last workbook goes on in.
-
-    It is the one of its currency that most of its lines are in, else that of its number, else the last one.
-    """
-    at = {group: place for place, group in enumerate(groups, 1)}
-    kept = [
-        (paid[one.global_id].bill, at[one.schedule, one.currency]) for one in report.cost_lines if one.global_id in paid
-    ]
-    found: dict[int, int] = {}
-    for one in (report.valuation or NO_INPUTS).before:
-        own = [place for (_, currency), place in at.items() if currency_of(currency) == currency_of(one.currency)]
-        usual, places = min(one.bill, len(groups)), own or list(at.values())
-        found[one.bill] = max(places, key=lambda place: (kept.count((one.bill, place)), place == usual), default=usual)
-    return lambda bill: found.get(bill, min(bill, len(groups)))
 
 
 def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, places: Callable[[int], int]) -> list[Paid]:
@@ -230,15 +212,18 @@ def _gone(paid: Sequence[Paid], found: Mapping[str, Paid], place: int, places: C
     return [one for one in lost if places(one.bill) == place]
 
 
-def _gone_line(number: int, bill: tuple[int, str, str], paid: Paid, own: Sequence[CostProgress]) -> BillLine:
+def _gone_line(
+    number: int, bill: tuple[int, str, str], paid: Paid, own: Sequence[CostProgress], every: Sequence[CostProgress]
+) -> BillLine:
     """Return the line of what was certified and isn't in the costs any more: it is worth nothing now.
 
-    `bill` is its number, schedule and currency, `own` are its lines: one of the same item is other work.
+    `bill` is its number, schedule and currency, `own` are its lines: one of the same item is other work. Where one of
+    `every` bill's has its key, it gets one of its own.
     """
     place, schedule, currency = bill
     same = (one for one in own if one.identification and one.identification == paid.identification)
     line = CostProgress(
-        global_id=paid.line,
+        global_id=f"{paid.line} (before)" if any(one.global_id == paid.line for one in every) else paid.line,
         name=paid.text,
         identification=paid.identification,
         elements=(),
@@ -278,9 +263,9 @@ def _bill_line(
     seen: Mapping[str, Observed],
     report: ProgressReport,
     paid: Paid | None,
+    keys: set[str],
 ) -> BillLine:
     inputs = report.valuation or NO_INPUTS
-    keys = {line.global_id, paid.line if paid else line.global_id}
     change = next((one for one in inputs.rates if one.line in keys), None)
     rate = change.rate if change else line.rate
     by_element = {one.element: one for one in inputs.overrides if one.line in keys}

@@ -26,7 +26,7 @@ CODES = frozenset(
         *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
         *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
         *(Reason.TERMS_KEPT, Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.CERTIFIED_LINE_CHANGED),
-        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED),
+        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.RATE_UNUSED),
     }
 )
 """Codes of notes that are made anew whenever a workbook is."""
@@ -107,11 +107,12 @@ def _falls(bill: Bill) -> Iterator[Note]:
 
 
 def _of_persons(made: Sequence[Bill], inputs: ValuationInputs) -> Iterator[Note]:
-    used = set()
+    used = set[int]()
     for bill in made:
         for line in bill.lines:
             if line.rate_change is not None:
                 change = line.rate_change
+                used.add(id(change))
                 values: Values = {
                     "was": line.line.rate,
                     "now": change.rate,
@@ -130,3 +131,6 @@ def _of_persons(made: Sequence[Bill], inputs: ValuationInputs) -> Iterator[Note]
         if id(one) not in used:
             subject = about(SubjectKind.COST_LINE, one.line)
             yield noted(Reason.OVERRIDE_UNUSED, subject, element=one.element, share=one.share, by=one.by)
+    for change in inputs.rates:
+        if id(change) not in used:
+            yield noted(Reason.RATE_UNUSED, about(SubjectKind.COST_LINE, change.line), now=change.rate, why=change.why)

@@ -13,9 +13,11 @@ from asbuilt_bim.bim.model import CostLine
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import LOST, Bill, bills
-from asbuilt_bim.progress.valuation.inputs import Override, ValuationInputs
+from asbuilt_bim.progress.valuation.inputs import Override, RateChange, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.workbook.read import read_last_workbook
 from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.made import FIRST, Seen, cost_line, made_report
 from benchmarks.valuation.sequences import NONE, WHOLE, signed
@@ -162,6 +164,66 @@ def test_another_tables_line_of_the_same_number_is_the_same_only_with_the_same_t
     same = replace(LINE, global_id="costs:other")
     assert [line.gone for line in only(report_of(ALL, same, before)).lines] == [False]
     assert [line.gone for line in only(report_of(ALL, replace(same, name="Slabs"), before)).lines] == [False, True]
+
+
+COLUMNS = replace(cost_line("1.1", 0, 4.0, 310.0, ["a", "b"]), name="Columns")
+WALLS = replace(cost_line("1.2", 0, 8.0, 265.0, ["c", "d"]), name="Walls")
+"""Two lines of one unit, whose numbers a person may exchange in the table."""
+
+
+def exchanged() -> tuple[ProgressReport, ValuationInputs]:
+    """Exchange the numbers of columns and walls after signing, the walls at a person's rate; and what was signed."""
+    seen = {"a": WHOLE, "b": NONE, "c": WHOLE, "d": PART}
+    change = RateChange(line=WALLS.global_id, rate=300.0, why="agreed, B")
+    known = signed(made_report(seen, [COLUMNS, WALLS], FIRST, ValuationInputs(rates=(change,))))
+    lines = [replace(WALLS, global_id="costs:1.1", identification="1.1"),
+             replace(COLUMNS, global_id="costs:1.2", identification="1.2")]  # fmt: skip
+    return made_report(seen, lines, FIRST + timedelta(days=14), known), known
+
+
+def test_numbers_exchanged_in_a_table_keep_what_was_certified_in_rows_of_its_own_and_no_rate_goes_over() -> None:
+    report, known = exchanged()
+    bill = only(report)
+    assert [(line.line.name, line.gone, line.previous, line.rate) for line in bill.lines] == [
+        ("Walls", False, 0.0, 265.0),
+        ("Columns", False, 0.0, 310.0),
+        ("Columns", True, 620.0, 310.0),
+        ("Walls", True, known.paid[1].amount, 300.0),
+    ]
+    assert bill.previous.work == known.before[0].work and len({line.line.global_id for line in bill.lines}) == 4
+    told = [note_words(note) for note in report.notes]
+    assert any("Its number stands for other work now: Walls (m3)" in words for words in told)
+    assert any("rate 300.00 of costs:1.2 has nothing to stand for any more (agreed, B)" in words for words in told)
+    (group,) = cost_groups(report)
+    assert group.earned_lower == bill.cumulative.work and not group.certified  # nothing but what photos say
+
+
+def test_exchanged_numbers_lose_nothing_through_a_workbook_that_nobody_signed_and_come_back(tmp_path: Path) -> None:
+    report, known = exchanged()
+    write_workbook(report, tmp_path / "q.xlsx")
+    inputs = read_last_workbook(tmp_path / "q.xlsx").inputs
+    again = made_report({"a": WHOLE, "b": NONE, "c": WHOLE, "d": PART}, [COLUMNS, WALLS], FIRST, inputs)
+    assert only(again).previous.work == known.before[0].work
+    assert [(line.line.name, line.gone, line.previous) for line in only(again).lines] == [
+        ("Columns", False, 620.0),
+        ("Walls", False, known.paid[1].amount),
+    ]
+
+
+def test_a_text_that_is_put_right_is_of_the_same_line_and_keeps_its_rate() -> None:
+    seen = {"a": WHOLE, "b": NONE, "c": WHOLE, "d": PART}
+    change = RateChange(line=WALLS.global_id, rate=300.0, why="agreed, B")
+    known = signed(made_report(seen, [COLUMNS, WALLS], FIRST, ValuationInputs(rates=(change,))))
+    right = replace(WALLS, name="Walls, C30/37")
+    _, walls = only(made_report(seen, [COLUMNS, right], FIRST, known)).lines
+    assert (walls.gone, walls.period, walls.rate) == (False, 0.0, 300.0)
+    other = replace(WALLS, name="Stairs", elements=("a",))
+    bill = only(made_report(seen, [COLUMNS, other], FIRST, known))
+    assert [(line.line.name, line.gone) for line in bill.lines] == [
+        ("Columns", False),
+        ("Stairs", False),
+        ("Walls", True),
+    ]
 
 
 def test_a_line_that_is_otherwise_than_when_it_was_signed_is_named_with_what_was() -> None:

@@ -120,6 +120,12 @@ def _rate(note: Note) -> str:
     )
 
 
+def _rate_unused(note: Note) -> str:
+    set_to, why = rate(float(str(note.values["now"]))), note.values["why"]
+    text = f"the workbook's rate {set_to} of {{subject.name}} has nothing to stand for any more"
+    return filled(text + (" ({why})" if why else "") + ". The costs' own rate counts", note)
+
+
 def _contradicts(note: Note) -> str:
     values = note.values
     lower, upper = (percent(float(str(values[key]))) for key in ("lower", "upper"))
@@ -174,6 +180,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.OVERRIDE_UNSIGNED: _unsigned,
     Reason.OVERRIDE_UNREADABLE: _unreadable,
     Reason.RATE_CHANGED: _rate,
+    Reason.RATE_UNUSED: _rate_unused,
     Reason.RATE_UNREADABLE: "last workbook, {subject.name}: the rate '{written}' is no number; the costs' own counts",
     Reason.VARIATION_UNREADABLE: "last workbook, {subject.name}: quantity, rate and share done must be numbers, and "
     "the share one from 0 to 100 %. It is worth nothing until then",
