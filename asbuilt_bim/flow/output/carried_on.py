@@ -12,7 +12,7 @@ from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import WORKBOOK
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
-from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.progress.valuation.bill import BEFORE, bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Paid, Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.progress.valuation.notes import with_valuation
@@ -124,7 +124,7 @@ def check_currency(lines: Sequence[CostProgress], inputs: ValuationInputs, files
 
 def _as_signed(read: Sequence[Paid], known: Sequence[Paid]) -> tuple[Paid, ...]:
     """Return what was certified, as an unsigned workbook holds it, with the contract and elements that were signed."""
-    by_line = {one.line: one for one in known}
+    by_line, keys = {one.line: one for one in known}, {one.line for one in read}
     return tuple(
         replace(
             one,
@@ -133,10 +133,15 @@ def _as_signed(read: Sequence[Paid], known: Sequence[Paid]) -> tuple[Paid, ...]:
             elements=then.elements,
             quantities=then.quantities,
         )
-        if (then := by_line.get(one.line))
+        if (then := by_line.get(one.line)) and _same_work(one, then, f"{one.line}{BEFORE}" in keys)
         else one
         for one in read
     )
+
+
+def _same_work(one: Paid, then: Paid, replaced: bool) -> bool:
+    """Say whether a line's number stands for what it stood for; `replaced`: what it stood for has a row of its own."""
+    return one.text == then.text or not (replaced or then.elements.keys().isdisjoint(one.elements))
 
 
 def _terms_kept(project: ValuationFile, kept: Terms) -> tuple[Note, ...]:

@@ -13,6 +13,8 @@ from asbuilt_bim.progress.valuation.known_again import bill_places, paid_lines
 from asbuilt_bim.progress.valuation.observed import Observed, observed_elements
 
 _LEAST_PART = 1e-9
+BEFORE = " (before)"
+"""What the key of a line that is gone ends with, where other work has its key now."""
 LOST = "(not in the design)"
 """What stands in the place of a GlobalId where a row stands for what the design lost since it was signed."""
 
@@ -223,7 +225,7 @@ def _gone_line(
     place, schedule, currency = bill
     same = (one for one in own if one.identification and one.identification == paid.identification)
     line = CostProgress(
-        global_id=f"{paid.line} (before)" if any(one.global_id == paid.line for one in every) else paid.line,
+        global_id=f"{paid.line}{BEFORE}" if any(one.global_id == paid.line for one in every) else paid.line,
         name=paid.text,
         identification=paid.identification,
         elements=(),

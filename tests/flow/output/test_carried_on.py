@@ -26,6 +26,7 @@ from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.sequences import signed
+from tests.progress.valuation.test_contract import exchanged
 from tests.report.sample_report import sample_report
 from tests.report.workbook.saved import at, run_folder, typed
 
@@ -190,3 +191,15 @@ def test_a_retention_that_the_project_file_raises_after_a_signature_is_among_the
     typed(copy := run_folder(out, after), {at(copy, "Cost by element", "Override", 5): 0.3})
     again, _ = inputs_of(more, last_workbook(OutputFolder(path=out), after), after)
     assert again.signed_terms == Terms(retention=0.05, tax=0.19) and again.terms.retention == 0.1
+
+
+def test_an_unsigned_workbook_gives_exchanged_numbers_nothing_of_the_other_works_contract(tmp_path: Path) -> None:
+    report, _ = exchanged()
+    typed(copy := run_folder(tmp_path, report), {at(copy, "Cost by element", "Override", 0): 0.3})
+    inputs, _ = inputs_of(PROJECT, last_workbook(OutputFolder(path=tmp_path), report), report)
+    assert {one.line: (one.text, one.contract, set(one.elements)) for one in inputs.paid} == {
+        "costs:1.1": ("Walls", 8.0, {"c", "d"}),
+        "costs:1.2": ("Columns", 4.0, {"a", "b"}),
+        "costs:1.1 (before)": ("Columns", 0.0, set()),
+        "costs:1.2 (before)": ("Walls", 0.0, set()),
+    }
