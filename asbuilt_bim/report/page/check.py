@@ -7,7 +7,7 @@ from asbuilt_bim.progress.visits.checked import CheckedAspect, CheckedStation, C
 from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.report.drawings.colours import ORDER
 from asbuilt_bim.report.page.environment import environment
-from asbuilt_bim.report.page.visit import places_of, walk_parts
+from asbuilt_bim.report.page.visit import places_of, unhelped, walk_parts
 from asbuilt_bim.report.tables import NO_STOREY
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_page.check_words import (
@@ -76,7 +76,13 @@ def unseen_words(plan: VisitPlan) -> str:
     """Say what of the plan today's stations leave unseen, and what more of them would show."""
     visit = plan.visit
     return still_words(
-        visit.asked_m2, visit.wanted.total_m2, len(plan.stations), visit.seen_m2, plan.unplaced, plan.placed_m2
+        visit.asked_m2,
+        visit.wanted.total_m2,
+        len(plan.stations),
+        visit.seen_m2,
+        plan.unplaced,
+        plan.placed_m2,
+        unhelped(plan),
     )
 
 

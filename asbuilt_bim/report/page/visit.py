@@ -86,7 +86,15 @@ def plan_promise(plan: VisitPlan) -> str:
     """Say what a plan promises by the stations that will be placed, and what the others would add."""
     sure_m2, visit = plan.placed_m2, plan.visit
     more_m2 = visit.seen_m2 - sure_m2
-    return promise_words(len(plan.stations), sure_m2, visit.asked_m2, plan.day.isoformat(), plan.unplaced, more_m2)
+    return promise_words(
+        len(plan.stations), sure_m2, visit.asked_m2, plan.day.isoformat(), plan.unplaced, more_m2, unhelped(plan)
+    )
+
+
+def unhelped(plan: VisitPlan) -> tuple[int, ...]:
+    """Return the stations that will see too few tags, and that none of the places for further ones helps."""
+    helped = {number for tag in plan.tags for number in tag.needy}
+    return tuple(number for number in plan.unplaced if number not in helped)
 
 
 def plan_page(plan: VisitPlan, *, with_result: bool) -> bytes:

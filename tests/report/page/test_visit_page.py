@@ -109,6 +109,13 @@ def test_the_words_say_nothing_of_stations_where_nothing_is_due() -> None:
     assert tag_words((4, 9), 2) == "4, 9" and "needed" in tag_words((4,), 2)
 
 
+def test_a_station_that_no_tag_of_the_list_helps_is_told_what_helps_it() -> None:
+    some = promise_words(5, 9.0, 10.0, "2026-03-02", (4, 5), 1.0, (4,))
+    assert "put up the tags T1, T2" in some and "Station 4: no tag of the list helps there; note where" in some
+    none = promise_words(5, 9.0, 10.0, "2026-03-02", (4, 5), 1.0, (4, 5))
+    assert "T1" not in none and "survey tags in its view" in none
+
+
 def test_what_more_stations_would_show_never_counts_one_of_them_twice() -> None:
     told = still_words(100.0, 60.0, 7, 53.2, (4,), 49.5)
     assert "6 more stations would show another 50 m². Station 4 would add 3.7 m²" in told.replace(

@@ -87,25 +87,38 @@ def helpful_words(element: str, over_floor_m: float, at_m: Sequence[float], need
 
 
 def promise_words(
-    stations: int, seen_m2: float, wanted_m2: float, day: str, unplaced: Sequence[int] = (), more_m2: float = 0.0
+    stations: int,
+    seen_m2: float,
+    wanted_m2: float,
+    day: str,
+    unplaced: Sequence[int] = (),
+    more_m2: float = 0.0,
+    unhelped: Sequence[int] = (),
 ) -> str:
     """Say what a plan promises: by the stations that will be placed, and what the `unplaced` would add."""
     if not wanted_m2:
         return NOTHING_DUE
     if unplaced:
-        return _sure_words(stations - len(unplaced), seen_m2, wanted_m2, day) + " " + unplaced_words(unplaced, more_m2)
+        sure = _sure_words(stations - len(unplaced), seen_m2, wanted_m2, day)
+        return f"{sure} {unplaced_words(unplaced, more_m2, unhelped)}"
     return _sure_words(stations, seen_m2, wanted_m2, day)
 
 
-def unplaced_words(unplaced: Sequence[int], more_m2: float) -> str:
-    """Say which stations see too few tags to be placed, what that costs, and what to do."""
+def unplaced_words(unplaced: Sequence[int], more_m2: float, unhelped: Sequence[int] = ()) -> str:
+    """Say which stations see too few tags to be placed, what that costs, and what to do; no T helps the `unhelped`."""
     one = len(unplaced) == 1
-    which = f"Station {unplaced[0]}" if one else f"Stations {', '.join(map(str, unplaced))}"
+    which = f"Station{'s' * (not one)} {', '.join(map(str, unplaced))}"
+    rest = f"Station{'s' * (len(unhelped) > 1)} {', '.join(map(str, unhelped))}"
+    alone = "note where you stand (`near`), or survey tags in its view"
+    remedy = "put up the tags T1, T2 ... of the list and survey them, or note where you stand (`near`)."
+    if unhelped:
+        some = f"{remedy} {rest}: no tag of the list helps there; {alone}."
+        remedy = f"{alone}." if len(unhelped) == len(unplaced) else some
     adds = f"would add {square_metres(more_m2)}" if more_m2 >= 0.05 else "would add nothing"
     see = "sees" if one else "see"
     return (
-        f"{which} {adds}, but {see} fewer than 2 surveyed tags. A photo that can't be placed counts "
-        "for nothing: put up the tags T1, T2 ... of the list and survey them, or note where you stand (`near`)."
+        f"{which} {adds}, but {see} fewer than 2 surveyed tags. A photo that can't be placed counts for nothing: "
+        f"{remedy}"
     )
 
 
@@ -117,7 +130,13 @@ def _sure_words(stations: int, seen_m2: float, wanted_m2: float, day: str) -> st
 
 
 def still_words(
-    asked_m2: float, left_m2: float, stations: int, more_m2: float, unplaced: Sequence[int] = (), placed_m2: float = 0.0
+    asked_m2: float,
+    left_m2: float,
+    stations: int,
+    more_m2: float,
+    unplaced: Sequence[int] = (),
+    placed_m2: float = 0.0,
+    unhelped: Sequence[int] = (),
 ) -> str:
     """Say what today's stations leave unseen, and what more of them would show; `placed_m2` by those with tags.
 
@@ -133,7 +152,7 @@ def still_words(
     count = "One more station" if sure == 1 else f"{sure} more stations"
     shown = f"{share} {count} would show another {square_metres(placed_m2 if unplaced else more_m2)}"
     if unplaced:
-        return f"{f'{shown}.' if sure else share} {unplaced_words(unplaced, more_m2 - placed_m2)}"
+        return f"{f'{shown}.' if sure else share} {unplaced_words(unplaced, more_m2 - placed_m2, unhelped)}"
     return f"{shown}:"
 
 
