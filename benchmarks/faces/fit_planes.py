@@ -33,7 +33,7 @@ from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
-from benchmarks.faces.fitting import fitting_options, observed, write_model
+from benchmarks.faces.fitting import fitting_options, left_out_sigmas, observed, write_model
 from benchmarks.faces.twins import TwinPair, read_twin
 from benchmarks.table import Line, quantiles, report, told
 
@@ -129,7 +129,7 @@ def document_of(planes: Sequence[Plane], model: HalvesModel) -> dict[str, object
         [fitted([plane for plane in planes if plane.scene != scene]) for scene in scenes] if len(scenes) > 2 else []
     )
     logs = np.log([[one.freedom, one.variance] for one in others] or [[1.0, 1.0]])
-    sigmas = np.sqrt(max(len(scenes) - 1, 1) * np.mean(np.square(logs - logs.mean(axis=0)), axis=0))  # Quenouille 1956
+    sigmas = left_out_sigmas(logs)
     return {
         "format": "asbuilt-bim/halves", "version": 1,
         "freedom": round(model.freedom, 2), "variance": round(model.variance, 3),

@@ -37,7 +37,7 @@ from asbuilt_bim.measure.planes.crossing import Crossing
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
-from benchmarks.faces.fitting import fitting_options, observed, write_model
+from benchmarks.faces.fitting import fitting_options, left_out_sigmas, observed, write_model
 from benchmarks.faces.twins import TwinPair, read_twin
 from benchmarks.table import Line as Told
 from benchmarks.table import quantiles, report, told
@@ -174,13 +174,12 @@ def document_of(errors: Sequence[Error], numbers_px: FloatArray) -> dict[str, ob
     """Return all that sides.json holds; the numbers' sigmas by leaving out each scene in turn."""
     scenes = sorted({one.scene for one in errors})
     others = [fitted([one for one in errors if one.scene != scene]) for scene in scenes] if len(scenes) > 2 else []
-    spread = np.array(others or [numbers_px])
-    sigmas = np.sqrt(max(len(scenes) - 1, 1) * np.mean(np.square(spread - spread.mean(axis=0)), axis=0))
+    sigmas = left_out_sigmas(np.array(others or [numbers_px]))
     base = left_out(errors)
     return {
         "format": "asbuilt-bim/sides", "version": 1,
         **{f"{name}_px": float(f"{value:.3g}") for name, value in zip(NUMBERS[:KEPT], numbers_px, strict=False)},
-        "sigmas_px": [float(f"{sigma:.2g}") for sigma in sigmas[:KEPT]],  # Quenouille 1956
+        "sigmas_px": [float(f"{sigma:.2g}") for sigma in sigmas[:KEPT]],
         "buys": {name: round(base - left_out(errors, name), 2) for name in NUMBERS},
         "fitted_on": {"scenes": scenes, "lines": len(errors), "log_likelihood": round(base, 2)},
     }  # fmt: skip

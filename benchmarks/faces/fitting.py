@@ -9,6 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+
+from asbuilt_bim.geometry.arrays import FloatArray
 from benchmarks.faces.border_truth import crowded_twin
 from benchmarks.faces.twins import TwinPair
 from benchmarks.table import options
@@ -39,6 +42,15 @@ def observed(
         found += of(crowded_twin(seed), f"twin {seed}")
         print(f"scene {seed}: {len(found)} so far", file=sys.stderr, flush=True)
     return found
+
+
+def left_out_sigmas(values: FloatArray) -> FloatArray:
+    """Return what numbers are known to, of what each fit without one scene gives, values (scenes, numbers).
+
+    Reference: Quenouille 1956, notes on bias in estimation.
+    """
+    sigmas: FloatArray = np.sqrt(max(len(values) - 1, 1) * np.mean(np.square(values - values.mean(axis=0)), axis=0))
+    return sigmas
 
 
 def write_model(args: argparse.Namespace, path: Path, document: Mapping[str, object]) -> None:
