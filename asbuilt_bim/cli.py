@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.terminal.guarded import FAILED, full_disk, guarded
+from asbuilt_bim.terminal.guarded import FAILED, drop_unprinted, full_disk, guarded
 from asbuilt_bim.terminal.networks_group import networks
 from asbuilt_bim.terminal.parameters import BOARD, FAMILY_NAMES, Day, FilePath, Metres, PhotoSize
 from asbuilt_bim.terminal.print_group import sheets
@@ -425,3 +425,5 @@ def main() -> None:
             raise
         click.echo(f"error: {full}", err=True)
         raise SystemExit(FAILED) from problem
+    finally:
+        drop_unprinted()

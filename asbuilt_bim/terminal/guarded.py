@@ -1,6 +1,8 @@
 """How every command is run: what goes wrong is a message and an exit code, never a traceback."""
 
 import errno
+import os
+import sys
 from collections.abc import Callable
 
 import click
@@ -45,3 +47,11 @@ def full_disk(problem: BaseException) -> str:
     if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
         return "the disk is full, so what is printed, or a temporary file, can't be written; free some space"
     return ""
+
+
+def drop_unprinted() -> None:
+    """Let go of what couldn't be printed: Python tries it once more as it ends, and would exit with 120."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
