@@ -16,8 +16,6 @@ NEAR_M = 0.3
 SPREAD_M = 0.05
 """Points this near to one line leave the turn about it open."""
 MAX_TRIALS = 80
-MIRRORED_LEAST = 4
-"""Three centres, or four on one wall, are their own mirror image."""
 
 Points = dict[int, FloatArray]
 """Points (n, 3) of prints by id: four corners, or the centre alone."""
@@ -29,11 +27,10 @@ def anchored(
     known_m: Mapping[int, FloatArray],
     sizes_m: Mapping[int, float],
     links: Sequence[PointLink] = (),
-) -> tuple[Places, int]:
+) -> Places:
     """Return all stations and prints that hang together with something known, in the world.
 
     `known_m` are surveyed corners (4, 3) of prints, or centres (1, 3).
-    The number beside them is how many centres agree in the mirror alone: then the survey is of no use.
     """
     corners = {tag: points for tag, points in known_m.items() if len(points) == 4}
     found = grown(viewpoints, starts, corners, sizes_m, links) if starts else Places()
@@ -44,34 +41,11 @@ def anchored(
         known = {tag: _corners(*place) for tag, place in found.tags.items()} | dict(known_m)
         local = {tag: _corners(*block.tags[tag]) for tag in block.tags if tag in known}
         local = {tag: own if len(known[tag]) == 4 else own.mean(axis=0)[None] for tag, own in local.items()}
-        world_from_block, agree = _fit(local, known, mirrored=False)
-        if (mirrored := agree_mirrored(local, known)) > agree:
-            return found, mirrored
+        world_from_block = _fit(local, known)
         if world_from_block is not None:
             _join(found, block, world_from_block)
         left = [one for one in left if one.name not in block.stations]
-    return found, 0
-
-
-def agree_freely(
-    viewpoints: Sequence[Viewpoint], known_m: Mapping[int, FloatArray], sizes_m: Mapping[int, float]
-) -> tuple[int, int]:
-    """Return how many prints agree with what is known, as it is and in the mirror, of the largest group of stations.
-
-    The group is put together by its photos alone.
-    """
-    first = max(viewpoints, key=lambda one: (sum(len(one.seen.keys() & o.seen.keys()) for o in viewpoints), one.name))
-    block = grown(viewpoints, {first.name: np.eye(4)}, {}, sizes_m)
-    local = {tag: _corners(*place).mean(axis=0)[None] for tag, place in block.tags.items() if tag in known_m}
-    known = {tag: points.mean(axis=0)[None] for tag, points in known_m.items()}
-    return _fit(local, known, mirrored=False)[1], agree_mirrored(local, known)
-
-
-def agree_mirrored(local: Points, known: Mapping[int, FloatArray]) -> int:
-    """Return how many prints agree with a mirror image of what is known of them; 0 where too few could tell."""
-    centres = [{tag: points.mean(axis=0)[None] for tag, points in one.items()} for one in (local, known)]
-    agree = _fit(centres[0], centres[1], mirrored=True)[1]
-    return agree if agree >= MIRRORED_LEAST else 0
+    return found
 
 
 def _join(found: Places, block: Places, world_from_block: FloatArray) -> None:
@@ -84,12 +58,12 @@ def _corners(pose: FloatArray, size_m: float) -> FloatArray:
     return apply(pose, SQUARE * size_m)
 
 
-def _fit(local: Points, known: Mapping[int, FloatArray], *, mirrored: bool) -> tuple[FloatArray | None, int]:
-    """Return the move (4, 4) that most prints agree on, and how many do; None where they leave it open."""
+def _fit(local: Points, known: Mapping[int, FloatArray]) -> FloatArray | None:
+    """Return the move (4, 4) that most prints agree on; None where they leave it open."""
     best: tuple[int, float] | None = None
     moved: FloatArray | None = None
     for chosen in _subsets(local):
-        trial = _between(local, known, chosen, mirrored=mirrored)
+        trial = _between(local, known, chosen)
         for _ in range(2):
             if trial is None:
                 break
@@ -100,8 +74,8 @@ def _fit(local: Points, known: Mapping[int, FloatArray], *, mirrored: bool) -> t
             rank = (len(near), -sum(off[tag] for tag in near))
             if best is None or rank > best:
                 best, moved = rank, trial
-            trial = _between(local, known, near, mirrored=mirrored)
-    return (moved, best[0]) if best is not None and best[0] else (None, 0)
+            trial = _between(local, known, near)
+    return moved if best is not None and best[0] else None
 
 
 def _subsets(local: Points) -> Iterator[tuple[int, ...]]:
@@ -114,16 +88,13 @@ def _subsets(local: Points) -> Iterator[tuple[int, ...]]:
         yield trials[int(number * stride)]
 
 
-def _between(
-    local: Points, known: Mapping[int, FloatArray], tags: Sequence[int], *, mirrored: bool
-) -> FloatArray | None:
-    """Return the rigid move nearest to carrying local points to known ones, in the mirror where that is asked for."""
+def _between(local: Points, known: Mapping[int, FloatArray], tags: Sequence[int]) -> FloatArray | None:
+    """Return the rigid move nearest to carrying local points to known ones."""
     if not tags:
         return None
     a, b = np.concatenate([local[tag] for tag in tags]), np.concatenate([known[tag] for tag in tags])
     u, spread, v = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
     if np.sqrt(spread[1]) < SPREAD_M:
         return None
-    sign = np.sign(np.linalg.det(u @ v)) * (-1.0 if mirrored else 1.0)
-    turn = u @ np.diag([1.0, 1.0, sign]) @ v
+    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
     return rigid(turn, b.mean(axis=0) - turn @ a.mean(axis=0))

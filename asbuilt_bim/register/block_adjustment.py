@@ -25,6 +25,8 @@ LOOSE_STATION = np.array([10.0] * 3 + [1e3] * 3) ** -2.0
 LOOSE_TAG = np.array([10.0] * 3 + [1e3] * 3 + [3.0]) ** -2.0
 """What is known of everything: a turn to 10 rad, a place to 1 km, a size to a factor of 20. What no photo holds keeps
 its place so, and has a sigma that says it."""
+NEAREST_M = 0.05
+"""Before a camera: nearer, nothing is seen."""
 _ROUNDS, _STILL = 60, 1e-5  # rounds at most; a step in sigmas of the unknowns that is none
 _DAMPING, _MOST_DAMPING = 1e-4, 1e8
 
@@ -148,6 +150,12 @@ def adjust(
     return _finished(state, rows, seen, known, trust, converged)
 
 
+def ahead(state: State, seen: Sightings) -> NDArray[np.bool_]:
+    """Say of sightings (K,) whether their print lies before the camera; no photo shows it elsewhere."""
+    depth_m = _by_camera(state, seen)[2][2]
+    return np.asarray((depth_m > NEAREST_M).all(axis=1))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trust:
     """Weights (K,), (L,) and (T,) of sightings, of what is known and of links, in 0..1."""
@@ -217,17 +225,12 @@ def _about(one: Known, state: State) -> tuple[FloatArray, float]:
 def _projected(state: State, seen: Sightings) -> tuple[FloatArray | None, FloatArray, FloatArray]:
     """Return seen less predicted pixels (K, 4, 4), their slopes by the corner (K, 4, 4, 3), and the corners (K, 4, 3).
 
-    None where a corner would lie behind its camera: no photo shows it there.
+    None where a corner would lie behind its camera.
     """
-    cameras = seen.cameras
-    f, b, cx, cy = np.array([(c.f_px, c.baseline_m, c.cx_px, c.cy_px) for c in cameras])[seen.station].T[:, :, None]
-    rectified = np.stack([c.rectified_from_left for c in cameras])[seen.station]
-    poses, tags = state.stations[seen.station], state.tags[seen.tag]
-    turn = rectified @ poses[:, :3, :3].transpose(0, 2, 1)
-    square = SQUARE[None] * state.sizes_m[seen.tag, None, None]
-    points = square @ tags[:, :3, :3].transpose(0, 2, 1) + tags[:, None, :3, 3]
-    x, y, z = np.moveaxis((points - poses[:, None, :3, 3]) @ turn.transpose(0, 2, 1), -1, 0)
-    if not np.all(z > 0.05):
+    lenses = np.array([(c.f_px, c.baseline_m, c.cx_px, c.cy_px) for c in seen.cameras])
+    f, b, cx, cy = lenses[seen.station].T[:, :, None]
+    turn, points, (x, y, z) = _by_camera(state, seen)
+    if not np.all(z > NEAREST_M):
         return None, turn, points
     pixels = np.stack([f * x / z + cx, f * y / z + cy, f * (x - b) / z + cx - state.disparity_px, f * y / z + cy], -1)
     zero = np.zeros_like(z)
@@ -235,6 +238,16 @@ def _projected(state: State, seen: Sightings) -> tuple[FloatArray | None, FloatA
     by_left, by_right = np.stack([f / z, zero, -f * x / z**2], -1), np.stack([f / z, zero, -f * (x - b) / z**2], -1)
     by_point = np.stack([by_left, across, by_right, across], axis=2) @ turn[:, None]
     return seen.pixels - pixels, by_point, points
+
+
+def _by_camera(state: State, seen: Sightings) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the cameras' turns (K, 3, 3), corners in the world (K, 4, 3), and in their cameras (3, K, 4)."""
+    rectified = np.stack([c.rectified_from_left for c in seen.cameras])[seen.station]
+    poses, tags = state.stations[seen.station], state.tags[seen.tag]
+    turn = rectified @ poses[:, :3, :3].transpose(0, 2, 1)
+    square = SQUARE[None] * state.sizes_m[seen.tag, None, None]
+    points = square @ tags[:, :3, :3].transpose(0, 2, 1) + tags[:, None, :3, 3]
+    return turn, points, np.moveaxis((points - poses[:, None, :3, 3]) @ turn.transpose(0, 2, 1), -1, 0)
 
 
 def _whitened(rows: FloatArray, seen: Sightings) -> FloatArray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt_bim.codes import Reason, SubjectKind, Value, about
+from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.measure.station import StationMeasurement
@@ -104,10 +104,12 @@ def link_stations(
         points=points,
         links=links,
     )
-    places = place_visit(viewpoints, sources, options)
-    if places.mirrored:
-        seen: dict[str, Value] = {"seen": places.mirrored, "agree_mirrored": places.mirrored, "agree": 0}
-        mirrored = rejected(Reason.SURVEY_MIRRORED, about(SubjectKind.SURVEY), **seen)
+
+    def placed(by: Sources) -> VisitPlaces:
+        return place_visit(viewpoints, by, options)
+
+    places = placed(sources)
+    if (mirrored := _mirrored(places, sources, viewpoints, placed)) is not None:
         return Linked(stations=alone, tags={}, rejections=(), mirrored=mirrored)
     if places.torn is not None:
         agree, count = places.torn
@@ -118,14 +120,41 @@ def link_stations(
         return Linked(stations=stations, tags={}, rejections=(torn,))
     if not places.poses:
         return None
-    exchanged = _exchanged(places, sources, lambda other: place_visit(viewpoints, other, options))
+    exchanged = _exchanged(places, sources, placed)
     wrong = {tag for pair in exchanged for tag in pair} - places.moved_m.keys()
     if wrong:  # what hangs on it stands elsewhere, and nothing else says so
         kept = {tag: marker for tag, marker in survey.items() if tag not in wrong}
-        places = replace(place_visit(viewpoints, replace(sources, survey=kept), options), moved_m=places.moved_m)
+        places = replace(placed(replace(sources, survey=kept)), moved_m=places.moved_m)
     found = {one.station: _of_station(one, alone[one.station], places, given, options) for one in measured}
     tags = {tag: place for tag, place in places.tags.items() if tag not in survey}
     return Linked(stations=found, tags=tags, rejections=_moved(places, sources, exchanged))
+
+
+def _mirrored(
+    places: VisitPlaces,
+    sources: Sources,
+    viewpoints: Sequence[Viewpoint],
+    placed: Callable[[Sources], VisitPlaces],
+) -> Rejection | None:
+    """Return why the survey can't be used, where more of its prints stand as surveyed with its axes exchanged.
+
+    Prints on one wall are their own mirror image, seen from the other side: only all walls together tell.
+    """
+    seen = {tag for one in viewpoints for tag in one.seen if tag in sources.survey}
+    agree = _as_surveyed(places, seen)
+    if agree == len(seen):
+        return None
+    axes = np.array([1, 0, 2])
+    survey = {tag: replace(one, corners_m=frozen(one.corners_m[:, axes])) for tag, one in sources.survey.items()}
+    mirrored = _as_surveyed(placed(replace(sources, survey=survey, starts={})), seen)
+    if mirrored <= agree:
+        return None
+    found = {"seen": len(seen), "agree_mirrored": mirrored, "agree": agree}
+    return rejected(Reason.SURVEY_MIRRORED, about(SubjectKind.SURVEY), **found)
+
+
+def _as_surveyed(places: VisitPlaces, seen: Collection[int]) -> int:
+    return sum(tag in places.tags and tag not in places.moved_m for tag in seen)
 
 
 def _survey_refused(name: str) -> Found:
@@ -169,12 +198,15 @@ def _of_station(
             any_read=True,
         )  # fmt: skip
         return None, (*kept, few)
+    off = name in places.poses_off_m
+    if off:
+        code = Reason.DESIGN_POSE_CONTRADICTS if given[name].method == "design" else Reason.POSE_CONTRADICTS
+        kept += (_pose_off(code, name, places.poses_off_m[name]),)
     if name in places.hanging:
         alone_by = {"marker": places.hanging[name]}
         return None, (*kept, rejected(Reason.STATION_ON_ONE_MARKER, about(SubjectKind.STATION, name), **alone_by))
     pose, covariance = places.poses[name]
     method = own.method if own is not None else "linked"
-    off = name in places.poses_off_m
     by_design = own.by_design if own is not None and not off else None
     method = "linked" if method == "design" and off else method
     placed = StationPose(
@@ -183,9 +215,6 @@ def _of_station(
         by_design=by_design,
     )  # fmt: skip
     refused = judged(placed, options)
-    if off:
-        code = Reason.DESIGN_POSE_CONTRADICTS if given[name].method == "design" else Reason.POSE_CONTRADICTS
-        kept += (_pose_off(code, name, places.poses_off_m[name]),)
     return (None, (*kept, refused)) if refused is not None else (placed, kept)
 
 

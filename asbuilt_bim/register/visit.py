@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.register.anchors import agree_freely, anchored
+from asbuilt_bim.register.anchors import anchored
 from asbuilt_bim.register.between import Between, between
-from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Sightings, State, adjust
+from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Sightings, State, adjust, ahead
 from asbuilt_bim.register.growth import Places, Viewpoint, turned_right
 from asbuilt_bim.register.known import known_pose, known_size, surveyed_centre, surveyed_corners
 from asbuilt_bim.register.moved import moved_since
@@ -57,8 +57,7 @@ class Sources:
 class VisitPlaces:
     """Where stations and prints are, with covariances, and what was left out since it contradicts the rest.
 
-    `used` are the prints that place a station, `not_used` those that it sees where no other station does. `mirrored` is
-    how many centres agree in the mirror alone.
+    `used` are the prints that place a station, `not_used` those that it sees where no other station does.
     """
 
     poses: Mapping[str, tuple[FloatArray, FloatArray]]
@@ -68,7 +67,6 @@ class VisitPlaces:
     not_used: Mapping[str, tuple[int, ...]]
     moved_m: Mapping[int, FloatArray]  # (3,) by which surveyed or remembered prints were moved
     poses_off_m: Mapping[str, FloatArray]  # (3,) of given poses that contradict
-    mirrored: int = 0
     torn: tuple[int, int] | None = None  # how many known places agree, of how many: not most of them
     shared: Mapping[str, frozenset[int]] = field(default_factory=dict)  # prints of a station that are others' or known
     linked_to: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # stations that points link it to
@@ -93,9 +91,7 @@ def place_visit(viewpoints: Sequence[Viewpoint], sources: Sources, options: Regi
 
 def _placed(viewpoints: Sequence[Viewpoint], sources: Sources, options: RegisterOptions) -> VisitPlaces:
     viewpoints = sorted(viewpoints, key=lambda one: one.name)
-    places, mirrored = anchored(viewpoints, sources.starts, _corners(sources), sources.sizes_m, sources.links)
-    if mirrored:
-        return replace(NONE_PLACED, mirrored=mirrored)
+    places = anchored(viewpoints, sources.starts, _corners(sources), sources.sizes_m, sources.links)
     if not places.stations:
         return NONE_PLACED
     done = None
@@ -118,9 +114,6 @@ def _placed(viewpoints: Sequence[Viewpoint], sources: Sources, options: Register
     kept = len(anchors) - len(found.moved_m) - len(found.poses_off_m)
     if 2 * kept > len(anchors) or not found.moved_m:
         return found
-    agree, mirrored = agree_freely(viewpoints, _corners(sources), sources.sizes_m)
-    if mirrored > agree:
-        return replace(NONE_PLACED, mirrored=mirrored)
     return replace(NONE_PLACED, torn=(kept, len(anchors)), shared=shared)
 
 
@@ -268,13 +261,16 @@ def _without_faults(block: _Block, options: RegisterOptions) -> tuple[Adjusted, 
     state = block.state
     sigma_px = options.rig_disparity_px
     made: Adjusted | None = None
+    shown = ahead(state, block.seen)
+    seen = block.seen.kept(shown)
     for reach in REACHES:
-        made = adjust(state, block.seen, block.known, sigma_px, between=block.between, reach=reach)
+        made = adjust(state, seen, block.known, sigma_px, between=block.between, reach=reach)
         if made is None:
             return None
         state = made.state
     assert made is not None
-    kept = _Kept(seen=made.seen_off <= LEFT_OUT_SIGMAS, known=made.known_off <= LEFT_OUT_SIGMAS,
+    shown[shown] = made.seen_off <= LEFT_OUT_SIGMAS
+    kept = _Kept(seen=shown, known=made.known_off <= LEFT_OUT_SIGMAS,
                  between=made.between_off <= LEFT_OUT_SIGMAS)  # fmt: skip
     for _ in range(MOST_LEFT_OUT):
         known = [one for one, keep in zip(block.known, kept.known, strict=True) if keep]
