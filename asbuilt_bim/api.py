@@ -67,7 +67,7 @@ def run(
         before = previous_result(output)
         last = last_workbook(output, before, checked.last_workbook)
         with with_video_stations(checked, store, progress or _silent) as visited:
-            found = with_revision(run_project(visited, place, progress or _silent), before)
+            found = with_revision(run_project(visited, place, progress or _silent, before), before)
             found = with_persons(found, visited, before, last)
             published = publish_run(output, found, visited, datetime.now(UTC), writers)
     store.prune()

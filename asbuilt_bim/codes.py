@@ -245,6 +245,7 @@ class Reason(StrEnum):
     COST_UNIT_UNKNOWN = "unit of cost item unmeasured"  # neither volume, area, length nor number
 
     # On what a person knows, and on the valuation.
+    ACCEPT_MOVED_UNKNOWN = "accepted as moved, and unknown"
     OBSERVATION_UNKNOWN = "observation of an unknown element"
     OBSERVATION_CONTRADICTS = "observation contradicts photos"
     OBSERVATION_SHOWN = "observations shown, not counted"

@@ -1,6 +1,7 @@
 """The design as plain data, in world metres; read by `ifc`, used by everything behind `register`."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
@@ -154,6 +155,11 @@ class BimModel:
     schedule: ScheduleSource | None = None  # the file beside the IFC that the tasks' dates came from
     north: tuple[float, float] | None = None  # where north points in the world's x and y; None where no file says it
     grid_lines: tuple[GridLine, ...] = ()
+    former_ids: Mapping[str, str] = field(default_factory=dict)  # GlobalIds of earlier exports -> those of this one
+
+    def today(self, global_id: str) -> str:
+        """Return the GlobalId that an element has in this design, where an earlier export gave it another one."""
+        return self.former_ids.get(global_id, global_id)
 
     def element(self, global_id: str) -> BimElement:
         """Return the element of a GlobalId.

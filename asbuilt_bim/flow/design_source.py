@@ -47,9 +47,14 @@ def with_costs_table(design: BimModel, project: Project, cache: Cache) -> BimMod
     table = read_costs(project.costs)
     first = {note.subject.name: str(note.values["first"]) for note in design.notes if note.code is Reason.ELEMENT_TWICE}
     measured = frozenset({*(element.global_id for element in design.elements), *first})
-    covered = _covered(project, table.covers, measured, cache)
+    covers = tuple(_as_named_today(cover, design) for cover in table.covers)
+    covered = _covered(project, covers, measured, cache)
     rows = [replace(row, elements=_each_once(row, first)) for row in covered.rows]
     return with_costs(design, table, replace(covered, rows=tuple(rows)))
+
+
+def _as_named_today(cover: Cover, design: BimModel) -> Cover:
+    return replace(cover, global_ids=tuple(dict.fromkeys(map(design.today, cover.global_ids))))
 
 
 def _each_once(row: Covered, first: dict[str, str]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.errors import OutputError, Rejection
 from asbuilt_bim.flow.design_source import design_of, place_on_map, with_costs_table
 from asbuilt_bim.flow.measure_visit import Progress, Workplace, measure_visit, picture_name
 from asbuilt_bim.flow.rig_source import ProjectRig, rig_of
@@ -31,7 +31,7 @@ from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.completion.records import marker_records, place_of
 from asbuilt_bim.progress.completion.summary import summarise
-from asbuilt_bim.progress.globalid_remap import remapped_ids, with_new_ids
+from asbuilt_bim.progress.globalid_remap import former_ids, remapped_ids, with_former_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ElementProgress, MarkerRecord, ProgressReport
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
@@ -153,22 +153,30 @@ def _saying_why(report: ProgressReport) -> ProgressReport:
 
 
 @one_thread()
-def run_project(project: Project, place: Workplace, progress: Progress) -> RunResult:
+def run_project(
+    project: Project, place: Workplace, progress: Progress, before: ProgressReport | None = None
+) -> RunResult:
     """Run every visit of a project in the order of dates, each with the history of those before.
 
+    `before` is what an earlier run in the same place found: it knows the GlobalIds that elements had then.
     A bad station is a rejection in its visit's report. A visit without one good station still gives a report: in it
     everything is as the visits before left it.
 
     Raises:
-        AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used.
+        AsBuiltError: files are missing, or the IFC, the rig, the boards or the survey can't be used; or `before` is of
+            another project.
     """
     timer = StepTimer(time.perf_counter)
     refuse_missing(project)
     progress("read the IFC", 0, 1)
-    design = with_costs_table(design_of(project, place.cache), project, place.cache)
+    past = read_past(project.history, project.visits[0].date)
+    design = _with_former_ids(design_of(project, place.cache), (*past[-1:], before))
+    _refuse_another(before, project, design)
+    design = with_costs_table(design, project, place.cache)
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
     observed, unknown = read_observations(project.observations, design) if project.observations else ((), ())
+    unknown = (*unknown, *_moved_unknown(project.accept_moved, design))
     known_of = known_places(project, lambda: place_on_map(project))
     survey = known_of.survey
     stray = check_survey(survey, design)
@@ -178,7 +186,6 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
     source = rig_of(project, place.cache, progress)
     rig = source.rig
     timer.done("rig")
-    past = read_past(project.history, project.visits[0].date)
     others = remapped_ids(past[-1], design) if past else {}
     known = _Known(
         project=project, place=place, progress=progress, timer=timer, design=design, rig=source, places=known_of,
@@ -207,6 +214,35 @@ def run_project(project: Project, place: Workplace, progress: Progress) -> RunRe
         seconds=timer.seconds,
         from_cache=judged.from_cache,
         past=known.past,
+    )
+
+
+def _with_former_ids(design: BimModel, earlier: Sequence[ProgressReport | None]) -> BimModel:
+    ids = [former_ids(report, design) for report in earlier if report is not None]
+    return replace(design, former_ids={old: today for one in ids for old, today in one.items()})
+
+
+def _refuse_another(before: ProgressReport | None, project: Project, design: BimModel) -> None:
+    """Refuse to go on from another project's result: its certified amounts would be taken off this one's."""
+    if before is None or before.project_name == project.name:
+        return
+    there = {element.global_id for element in design.elements}
+    if not any(design.today(element.global_id) in there for element in before.elements):
+        raise OutputError(
+            f"the folder for the results holds those of another project, {before.project_name[:60]!r}: not one of its "
+            f"walls and columns is in the IFC of {project.name[:60]!r}; choose another --out"
+        )
+
+
+def _moved_unknown(accepted: Collection[str], design: BimModel) -> tuple[Note, ...]:
+    """Return the note on GlobalIds that `accept_moved` lists and no element has."""
+    there = {element.global_id for element in design.elements}
+    lost = [key for key in accepted if design.today(key) not in there]
+    named = tuple(key[:60] for key in lost[:8])
+    return (
+        (noted(Reason.ACCEPT_MOVED_UNKNOWN, about(SubjectKind.DESIGN), elements=named, count=len(lost)),)
+        if lost
+        else ()
     )
 
 
@@ -272,7 +308,7 @@ def _judged(
         of_their_days |= {visit.date} if seen.of_its_day else set()
         known.timer.done("measure")
         rejections = (*known.rig.warnings, *seen.rejections, *known.stray)
-        accepted = project.accepted_shift, project.accept_moved
+        accepted = project.accepted_shift, tuple(map(design.today, project.accept_moved))
         report = monitor(
             seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
             given=known.places.given(visit.date), rough=rough_places(visit, design), barred=barred.get(visit.date, ()),
@@ -282,7 +318,7 @@ def _judged(
         revised = (*remap_notes(past[-1], known.others), *revision_notes(past[-1], report)) if past else ()
         notes = (*report.notes, *known.unknown, *seen.notes, *revised, *lost)
         report = replace(report, rig=seen.rig, notes=notes, observations=known.observed)
-        report = with_tolerance(report, design, project.tolerance)
+        report = with_former_ids(with_tolerance(report, design, project.tolerance), design.former_ids)
         report = replace(
             report, pictures=project.pictures, people_sought=people_sought(project.networks),
             people_outlined=len(known.outlines),

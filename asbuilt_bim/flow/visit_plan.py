@@ -16,6 +16,7 @@ from asbuilt_bim.ifc.apart import read_floors
 from asbuilt_bim.progress.completion.planned import due_by
 from asbuilt_bim.progress.completion.records import place_of
 from asbuilt_bim.progress.completion.wanted_views import begun_by
+from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState
@@ -107,7 +108,7 @@ def known_report(
     current = read_current(result) if result.is_dir() else None
     if result.is_dir() and current is None:
         raise ResultError(f"{result}: holds no run of this program's; name the --out folder of a run, or drop --result")
-    report = read_result(result if current is None else current.folder / "result.json")
+    report = known_again(read_result(result if current is None else current.folder / "result.json"), design)
     if not {one.global_id for one in report.elements} & {one.global_id for one in design.elements}:
         raise ResultError(f"{result}: is of another design: not one element is the same; name a result of this project")
     return report

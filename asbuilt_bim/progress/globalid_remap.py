@@ -43,6 +43,28 @@ def remapped_ids(report: ProgressReport, design: BimModel) -> dict[str, str]:
     return {a: b for a, b in pairs if was.count(a) == 1 and now.count(b) == 1}
 
 
+def former_ids(report: ProgressReport, design: BimModel) -> dict[str, str]:
+    """Return the GlobalIds that elements of a design had in a result and in those before it -> those that they have."""
+    ids, here = remapped_ids(report, design), {element.global_id for element in design.elements}
+    found: dict[str, str] = {}
+    for element in report.elements:
+        today = ids.get(element.global_id, element.global_id)
+        if today in here:
+            found |= {old: today for old in (*element.former_ids, element.global_id) if old not in here}
+    return found
+
+
+def with_former_ids(report: ProgressReport, ids: Mapping[str, str]) -> ProgressReport:
+    """Return a result whose elements know the GlobalIds that they had before, so that the next run knows them, too."""
+    if not ids:
+        return report
+    had: dict[str, list[str]] = {}
+    for old, today in ids.items():
+        had.setdefault(today, []).append(old)
+    elements = (replace(one, former_ids=tuple(had.get(one.global_id, ()))) for one in report.elements)
+    return replace(report, elements=tuple(elements))
+
+
 def known_again(report: ProgressReport, design: BimModel) -> ProgressReport:
     """Return a result as a design names its elements now: what an export gave another GlobalId is no other element."""
     return with_new_ids(report, remapped_ids(report, design))

@@ -94,6 +94,7 @@ class ElementProgress:
     tilt_sigma_rad: float | None = None
     zones: tuple[str, ...] = ()  # names of the zones that it lies in
     tolerance: ToleranceCheck | None = None  # None where the project names none
+    former_ids: tuple[str, ...] = ()  # GlobalIds that earlier exports gave it
 
     @property
     def shown_state(self) -> ShownState:

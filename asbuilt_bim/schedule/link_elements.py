@@ -128,7 +128,7 @@ def _by_global_id(design: BimModel, rows: Sequence[ScheduleRow]) -> _Matched:
     wanted = Counter(key for row in rows for key in row.global_ids if key in tasks)
     for row in rows:
         named = [key for key in row.global_ids if key in tasks]
-        makes = tuple(key for key in row.global_ids if key in elements)
+        makes = tuple(dict.fromkeys(key for key in map(design.today, row.global_ids) if key in elements))
         if len(named) > 1 or any(wanted[key] > 1 for key in named):
             matched.ambiguous[row.uid] = row.name
         elif named:

@@ -95,7 +95,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         last = last_workbook(out, before, project.last_workbook)  # one that can't be read is said before anything else
         with screen.steps() as progress:
             project = until_end.enter_context(with_video_stations(project, cache, progress))
-            result = with_revision(run_project(project, place, progress), before)
+            result = with_revision(run_project(project, place, progress, before), before)
         result = with_persons(result, project, before, last)
         before = known_again(before, result.design) if before is not None else None
         timer = StepTimer(time.perf_counter)

@@ -15,7 +15,7 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about
-from asbuilt_bim.errors import MeasureError
+from asbuilt_bim.errors import MeasureError, OutputError
 from asbuilt_bim.flow.measure_visit import Workplace, measure_stations, options_of, picture_name
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_run, with_revision
@@ -388,6 +388,41 @@ def test_changes_against_an_earlier_run_call_no_element_new_that_an_export_gave_
     assert [code for code in codes(again.reports[-1].notes) if code in REVISIONS] == [Reason.DESIGN_NEW_IDS]
     told = (published.folder / "changes.txt").read_text(encoding="utf-8").lower()
     assert "new in the design" not in told and "no longer in the design" not in told
+
+
+def test_tables_that_name_elements_by_the_ids_of_an_earlier_export_count_at_the_next_run_and_the_one_after(
+    result: RunResult, project: Project, cache: Cache, tmp_path: Path
+) -> None:
+    old, other = (element.global_id for element in result.reports[-1].elements[:2])
+    tables = {
+        "costs": f"item;text;unit;quantity;rate;globalids\n1;walls;m2;10;20;{old} {other}\n",
+        "observations": f"element;date;state;by\n{old};2026-03-15;complete;A. Person\n",
+        "schedule": f"id;name;start;finish;globalids\n7;Pour;2026-03-01;2026-03-05;{other}\n",
+    }
+    for name, text in tables.items():
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+    its = {name: tmp_path / f"{name}.csv" for name in tables}
+    before = result.reports[-1]
+    for number in (1, 2):
+        _exported_again(project, tmp_path / f"{number}.ifc")
+        again = replace(
+            project, ifc=(tmp_path / f"{number}.ifc",), visits=project.visits[1:], accept_moved=(old, "no"), **its
+        )
+        before = run_project(again, Workplace(workers=1, cache=cache), Heard(), before).reports[-1]
+        today = {key: element.global_id for element in before.elements for key in element.former_ids}
+        (line,), (seen,) = before.cost_lines, before.observations
+        assert set(line.elements) == {today[old], today[other]} and seen.element == today[old] != old
+        assert (today[other],) in [task.progress.elements for task in before.tasks]
+        assert Reason.OBSERVATION_UNKNOWN not in codes(before.notes)
+        assert the(before.notes, Reason.ACCEPT_MOVED_UNKNOWN).values["elements"] == ("no",)
+
+
+def test_another_projects_result_is_not_gone_on_from(result: RunResult, project: Project, cache: Cache) -> None:
+    foreign = tuple(replace(element, global_id=f"{k:022d}") for k, element in enumerate(result.reports[-1].elements))
+    faces = tuple(replace(face, element="0" * 22) for face in result.reports[-1].faces)
+    before = replace(result.reports[-1], project_name="Block U", elements=foreign, faces=faces)
+    with pytest.raises(OutputError, match=r"another project, 'Block U'.*choose another --out"):
+        run_project(project, Workplace(workers=1, cache=cache), Heard(), before)
 
 
 def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_ids(

@@ -37,7 +37,7 @@ def read_observations(path: Path, design: BimModel) -> tuple[tuple[Observation, 
     table = read_table(path, COLUMNS, NEEDED, CostError)
     names = Counter(element.name for element in design.elements if element.name)
     known = {element.name: element.global_id for element in design.elements if names[element.name] == 1}
-    known |= {element.global_id: element.global_id for element in design.elements}
+    known |= {element.global_id: element.global_id for element in design.elements} | dict(design.former_ids)
     faults: list[str] = []
     found: list[Observation] = []
     unknown: list[str] = []

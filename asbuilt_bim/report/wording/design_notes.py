@@ -68,5 +68,5 @@ DESIGN_NOTES: Mapping[Reason, Template] = {
     Reason.SHIFT_ACCEPTED: _accepted,
     Reason.SHIFT_NOT_NEEDED: _not_needed,
     Reason.DESIGN_NEW_IDS: f"{_REVISED}{{count}} with new GlobalIds, in the same place: {{elements:list}}{{more}}. "
-    "What was seen of them counts",
+    "What was seen of them counts, and so do tables that name the old ones",
 }

@@ -159,8 +159,10 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.COST_COVERS_NOTHING: _covers_nothing,
     Reason.COST_COVER_UNKNOWN: f"{_ITEM}not in the IFC file: {{elements:list}}{{more}}",
     Reason.COST_UNIT_UNKNOWN: _unit_unknown,
-    Reason.OBSERVATION_UNKNOWN: "{subject.name}: no wall or column, or more than one, is called {elements:quoted}"
-    "{more}. Write the GlobalId",
+    Reason.ACCEPT_MOVED_UNKNOWN: "accept_moved in the project file: no wall or column has the GlobalId "
+    "{elements:quoted}{more}",
+    Reason.OBSERVATION_UNKNOWN: "{subject.name}: no wall or column has as its GlobalId, or alone as its name, "
+    "{elements:quoted}{more}. Write the GlobalId that the IFC file has",
     Reason.OBSERVATION_CONTRADICTS: _contradicts,
     Reason.OBSERVATION_SHOWN: "{count:# observation of a person stands|# observations of persons stand} beside the "
     "photos and doesn't count. To let them count, set valuation.observations to count",
