@@ -187,9 +187,10 @@ def run_project(
     rig = source.rig
     timer.done("rig")
     others = remapped_ids(past[-1], design) if past else {}
+    carried = tuple(with_former_ids(with_new_ids(report, others), design.former_ids) for report in past)
     known = _Known(
         project=project, place=place, progress=progress, timer=timer, design=design, rig=source, places=known_of,
-        past=tuple(with_new_ids(report, others) for report in past), stray=stray, observed=observed, unknown=unknown,
+        past=carried, stray=stray, observed=observed, unknown=unknown,
         others=others, outlines=read_outlines(project),
     )  # fmt: skip
     found, barred = set[Contradiction](), dict[date, tuple[Rejection, ...]]()

@@ -1,5 +1,6 @@
 """What a person has to look at, as topics with GlobalIds that stay the same from run to run."""
 
+import math
 import uuid
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from asbuilt_bim.report.page.rows import next_rows
 from asbuilt_bim.report.task_rows import late_rows
 from asbuilt_bim.report.wording.issue_words import (
     IssueKind,
+    again_text,
     closed_text,
     late_text,
     not_seen_since,
@@ -25,6 +27,8 @@ from asbuilt_bim.report.wording.issue_words import (
 )
 from asbuilt_bim.report.wording.reasons import words_of
 
+SAME_VIEW_M, SAME_VIEW_COS = 2.0, math.cos(math.radians(30.0))
+"""How far apart two stations are, and their directions, at most, that show the same."""
 OPEN, CLOSED = "Open", "Closed"
 _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://asbuilt-bim.org/bcf")
 _OFF_DESIGN = frozenset({Reason.DISPLACED, Reason.DISPLACED_WITH_OTHERS, Reason.OTHER_SIZE, Reason.PAST_DESIGN})
@@ -72,10 +76,19 @@ def _as_now(topic: Topic, report: ProgressReport) -> Topic:
     elif topic.elements:
         is_over = all(element.last_seen == report.visit_date for element in own)
     else:
-        is_over = False  # what was beside the model there may still be
-    text = closed_text(report.visit_date) if is_over else f"{topic.text} {not_seen_since(topic.visit)}"
+        is_over = any(_same_view(topic.camera, station_camera(station)) for station in report.stations)
+    closed = again_text if topic.kind is IssueKind.NOT_IN_MODEL else closed_text
+    text = closed(report.visit_date) if is_over else f"{topic.text} {not_seen_since(topic.visit)}"
     status = CLOSED if is_over else OPEN
     return replace(topic, status=status, text=text, visit=report.visit_date, station="")
+
+
+def _same_view(one: Camera | None, other: Camera | None) -> bool:
+    """Say whether two photos show the same, about: what one of them showed beside the model the other has, or lacks."""
+    if one is None or other is None:
+        return False
+    along = sum(a * b for a, b in zip(one.direction, other.direction, strict=True))
+    return math.dist(one.place_m, other.place_m) < SAME_VIEW_M and along > SAME_VIEW_COS
 
 
 def guid_of(*parts: str) -> str:
@@ -112,7 +125,12 @@ def _of_element(
     kind: IssueKind, element: ElementProgress, text: str, report: ProgressReport, due: date | None = None
 ) -> Topic:
     name, station = element.name or element.global_id, best_station(element, report)
-    return _topic(kind, element.global_id, name, text, (element.global_id,), station, report, due=due)
+    return _topic(kind, _key_of(element), name, text, (element.global_id,), station, report, due=due)
+
+
+def _key_of(element: ElementProgress) -> str:
+    """Return the first GlobalId that an element had: an export with new ones makes no new topics."""
+    return element.former_ids[0] if element.former_ids else element.global_id
 
 
 def best_station(element: ElementProgress, report: ProgressReport) -> StationRecord | None:
@@ -141,9 +159,10 @@ def _not_in_model(report: ProgressReport) -> Iterator[Topic]:
         own = [one for one in report.unmatched if one.subject.at_station == station.name]
         whole = [one for one in own if one.subject.kind is SubjectKind.FACE]
         if whole and station.world_from_left is not None:
-            name = f"photo {station.name}"
-            text = unmatched_text(len(whole), station.name)
-            yield _topic(IssueKind.NOT_IN_MODEL, station.name, name, text, (), station, report)
+            name = f"photo {station.name} of {report.visit_date.isoformat()}"
+            text = unmatched_text(len(whole), station.name, report.visit_date)
+            key = f"{station.name} {report.visit_date.isoformat()}"  # the next visit's photo of that name shows another
+            yield _topic(IssueKind.NOT_IN_MODEL, key, name, text, (), station, report)
 
 
 def _next_views(report: ProgressReport, elements: dict[str, ElementProgress]) -> Iterator[Topic]:
@@ -154,7 +173,7 @@ def _next_views(report: ProgressReport, elements: dict[str, ElementProgress]) ->
                 element.name or element.global_id,
                 f"{words.get(view.element, '')} {state_text(element)}".strip(),
             )
-            topic = _topic(IssueKind.NEXT_VIEW, view.element, name, text, (view.element,), None, report)
+            topic = _topic(IssueKind.NEXT_VIEW, _key_of(element), name, text, (view.element,), None, report)
             yield replace(topic, camera=wanted_camera(view))
 
 

@@ -53,15 +53,22 @@ def late_text(task: str, due: date, late_days: int) -> str:
     return f"Due {day(due)} by the task '{task}', {late_days} day{'' if late_days == 1 else 's'} ago."
 
 
-def unmatched_text(count: int, station: str) -> str:
+def unmatched_text(count: int, station: str, visit: date) -> str:
     """Return what the photo of a station shows that the model doesn't hold."""
     what = "1 measured surface belongs" if count == 1 else f"{count} measured surfaces belong"
-    return f"In photo {station} {what} to nothing in the design: formwork, props, or what the model lacks."
+    return (
+        f"In photo {station} of {day(visit)} {what} to nothing in the design: formwork, props, or what the model lacks."
+    )
 
 
 def not_seen_since(visit: date) -> str:
     """Return that a topic stands as an earlier visit left it."""
     return f"Not looked at since {day(visit)}."
+
+
+def again_text(visit: date) -> str:
+    """Return why what a photo showed beside the model is closed: a newer photo from there has its own topic, or none."""
+    return f"Photographed again at the visit of {day(visit)}."
 
 
 def closed_text(visit: date) -> str:

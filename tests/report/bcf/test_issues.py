@@ -141,6 +141,30 @@ def test_what_a_later_visit_shows_to_be_over_is_closed_and_what_it_did_not_look_
         assert topic.status == status
 
 
+def test_an_export_with_new_ids_makes_no_new_topics() -> None:
+    report = contradicted()
+    new = replace(report.elements[0], global_id="1" * 22, former_ids=(report.elements[0].global_id,))
+    views = tuple(replace(view, element=new.global_id) for view in report.wanted_views)
+    again = replace(report, elements=(new, *report.elements[1:]), wanted_views=views)
+    of_element = (IssueKind.CONTRADICTION, IssueKind.NEXT_VIEW)
+    was, now = ({t.guid for t in all_topics(one) if t.kind in of_element} for one in (report, again))
+    assert was == now != set()
+
+
+def test_what_lay_beside_the_model_is_closed_by_a_photo_from_there_and_not_by_its_stations_name() -> None:
+    report = contradicted()
+    (station,) = [one for one in report.stations if any(u.subject.at_station == one.name for u in report.unmatched)]
+    assert station.world_from_left is not None
+    away = station.world_from_left.copy()
+    away[:3, 3] += [11.0, 0.0, 0.0]
+    for pose, status in ((station.world_from_left, "Closed"), (away, "Open")):
+        moved = tuple(replace(one, world_from_left=pose) if one is station else one for one in report.stations)
+        later = replace(report, stations=moved, visit_date=date(2026, 5, 4))
+        topics = [one for one in all_topics(later, (report,)) if one.kind is IssueKind.NOT_IN_MODEL]
+        assert [one.status for one in topics] == ["Open", status]
+        assert [one.text.split(" of ")[1][:10] for one in topics if one.status == "Open"][0] == "2026-05-04"
+
+
 @pytest.mark.parametrize("version", FILES)
 @pytest.mark.parametrize("name", HOSTILE, ids=range(len(HOSTILE)))
 def test_hostile_names_stay_text(name: str, version: str, tmp_path: Path) -> None:
