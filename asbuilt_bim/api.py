@@ -9,7 +9,14 @@ from asbuilt_bim.errors import OptionError, OutputError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress, Workplace
 from asbuilt_bim.flow.output.carried_on import last_workbook
 from asbuilt_bim.flow.output.folder import open_output
-from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_persons, with_revision
+from asbuilt_bim.flow.output.publish import (
+    previous_result,
+    publish_again,
+    publish_run,
+    with_days_to_come,
+    with_persons,
+    with_revision,
+)
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.ifc import apart
@@ -68,8 +75,9 @@ def run(
         last = last_workbook(output, before, checked.last_workbook)
         with with_video_stations(checked, store, progress or _silent) as visited:
             found = with_revision(run_project(visited, place, progress or _silent, before), before)
-            found = with_persons(found, visited, before, last)
-            published = publish_run(output, found, visited, datetime.now(UTC), writers)
+            when = datetime.now(UTC)
+            found = with_days_to_come(with_persons(found, visited, before, last), when.date())
+            published = publish_run(output, found, visited, when, writers)
     store.prune()
     return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)
 

@@ -171,7 +171,9 @@ def run_project(
     progress("read the IFC", 0, 1)
     past = read_past(project.history, project.visits[0].date)
     design = _with_former_ids(design_of(project, place.cache), (*past[-1:], before))
-    _refuse_another(before, project, design)
+    _refuse_another(before, project, design, "the folder for the results holds those", "choose another --out")
+    for report in past:
+        _refuse_another(report, project, design, "history: has a result", "take it out of the project file")
     design = with_costs_table(design, project, place.cache)
     if project.schedule is not None:
         design = scheduled(design, project.schedule)
@@ -223,15 +225,15 @@ def _with_former_ids(design: BimModel, earlier: Sequence[ProgressReport | None])
     return replace(design, former_ids={old: today for one in ids for old, today in one.items()})
 
 
-def _refuse_another(before: ProgressReport | None, project: Project, design: BimModel) -> None:
-    """Refuse to go on from another project's result: its certified amounts would be taken off this one's."""
+def _refuse_another(before: ProgressReport | None, project: Project, design: BimModel, what: str, advice: str) -> None:
+    """Refuse to go on from another project's result: what it saw and certified isn't this one's."""
     if before is None or before.project_name == project.name:
         return
     there = {element.global_id for element in design.elements}
     if not any(design.today(element.global_id) in there for element in before.elements):
         raise OutputError(
-            f"the folder for the results holds those of another project, {before.project_name[:60]!r}: not one of its "
-            f"walls and columns is in the IFC of {project.name[:60]!r}; choose another --out"
+            f"{what} of another project, {before.project_name[:60]!r} (visit of {before.visit_date.isoformat()}): not "
+            f"one of its walls and columns is in the IFC of {project.name[:60]!r}; {advice}"
         )
 
 

@@ -80,6 +80,14 @@ def a_day_off(visit: Visit, taken: Mapping[str, date]) -> tuple[Note, ...]:
     return (noted(Reason.PHOTOS_A_DAY_OFF, subject, day=day.isoformat(), visit=visit.date.isoformat()),)
 
 
+def to_come(day: date, today: date) -> tuple[Note, ...]:
+    """Return a note where a visit's day is after today's; tomorrow has begun somewhere."""
+    if day - today <= NEAR:
+        return ()
+    subject = about(SubjectKind.VISIT, day.isoformat())
+    return (noted(Reason.VISIT_TO_COME, subject, visit=day.isoformat(), today=today.isoformat()),)
+
+
 def of_other_day(station: str, visit: Visit, taken: Mapping[str, date]) -> Rejection:
     """Return why a station decides nothing whose photos, or those beside it, are of another day than its visit's.
 

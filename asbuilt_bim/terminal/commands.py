@@ -20,6 +20,7 @@ from asbuilt_bim.flow.output.publish import (
     previous_result,
     publish_again,
     publish_run,
+    with_days_to_come,
     with_persons,
     with_revision,
 )
@@ -96,7 +97,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         with screen.steps() as progress:
             project = until_end.enter_context(with_video_stations(project, cache, progress))
             result = with_revision(run_project(project, place, progress, before), before)
-        result = with_persons(result, project, before, last)
+        result = with_days_to_come(with_persons(result, project, before, last), when.date())
         before = known_again(before, result.design) if before is not None else None
         timer = StepTimer(time.perf_counter)
         published = publish_run(out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs)

@@ -417,12 +417,18 @@ def test_tables_that_name_elements_by_the_ids_of_an_earlier_export_count_at_the_
         assert the(before.notes, Reason.ACCEPT_MOVED_UNKNOWN).values["elements"] == ("no",)
 
 
-def test_another_projects_result_is_not_gone_on_from(result: RunResult, project: Project, cache: Cache) -> None:
+def test_another_projects_result_is_not_gone_on_from(
+    result: RunResult, project: Project, cache: Cache, tmp_path: Path
+) -> None:
+    place = Workplace(workers=1, cache=cache)
     foreign = tuple(replace(element, global_id=f"{k:022d}") for k, element in enumerate(result.reports[-1].elements))
     faces = tuple(replace(face, element="0" * 22) for face in result.reports[-1].faces)
     before = replace(result.reports[-1], project_name="Block U", elements=foreign, faces=faces)
     with pytest.raises(OutputError, match=r"another project, 'Block U'.*choose another --out"):
-        run_project(project, Workplace(workers=1, cache=cache), Heard(), before)
+        run_project(project, place, Heard(), before)
+    write_result(replace(before, visit_date=project.visits[0].date), tmp_path / "foreign.json")
+    with pytest.raises(OutputError, match=r"history: has a result of another project, 'Block U'.*take it out"):
+        run_project(replace(project, visits=project.visits[1:], history=(tmp_path / "foreign.json",)), place, Heard())
 
 
 def test_a_visit_under_history_counts_for_a_design_that_was_exported_with_new_ids(

@@ -5,7 +5,7 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.project.check import a_day_off, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import a_day_off, of_other_day, of_other_days, other_days, to_come
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.wording.notes import note_words
@@ -62,3 +62,9 @@ def test_a_station_says_whether_its_own_photos_or_those_beside_it_are_of_another
     visit = _project(tmp_path).visits[0]
     own, beside = (str(words_of(of_other_day(name, visit, {"A1": date(2026, 2, 16)}))) for name in ("A1", "A2"))
     assert "its photos are of 2026-02-16" in own and "don't say their day" in beside
+
+
+def test_a_visit_whose_day_is_yet_to_come_is_told_and_the_next_day_may_have_begun_somewhere() -> None:
+    (note,) = to_come(date(2062, 3, 16), date(2026, 3, 17))
+    assert note.values == {"visit": "2062-03-16", "today": "2026-03-17"}
+    assert to_come(date(2026, 3, 18), date(2026, 3, 17)) == () == to_come(date(2026, 3, 2), date(2026, 3, 17))

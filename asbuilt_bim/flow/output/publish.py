@@ -4,7 +4,7 @@ import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 
 from asbuilt_bim.camera.rig import StereoRig
@@ -21,6 +21,7 @@ from asbuilt_bim.progress.globalid_remap import inputs_again, known_again, remap
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
 from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.project.check import to_come
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.networks import identities
 from asbuilt_bim.report.drawings.colours import STATE_COLOURS
@@ -142,6 +143,12 @@ def previous_result(out: OutputFolder) -> ProgressReport | None:
         return read_result(current.folder / "result.json") if current else None
     except AsBuiltError:  # a damaged earlier result takes nothing from the new one
         return None
+
+
+def with_days_to_come(result: RunResult, today: date) -> RunResult:
+    """Return a run's result with a note where a visit's day is yet to come."""
+    reports = (replace(one, notes=(*to_come(one.visit_date, today), *one.notes)) for one in result.reports)
+    return replace(result, reports=tuple(reports))
 
 
 def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult:

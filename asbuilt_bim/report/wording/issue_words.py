@@ -67,7 +67,7 @@ def not_seen_since(visit: date) -> str:
 
 
 def again_text(visit: date) -> str:
-    """Return why what a photo showed beside the model is closed: a newer photo from there has its own topic, or none."""
+    """Return why what a photo showed beside the model is closed: a newer photo has its own topic, or none."""
     return f"Photographed again at the visit of {day(visit)}."
 
 

@@ -51,7 +51,7 @@ SAMPLES: Values = {
     **dict.fromkeys(("replaced_by", "meant"), "Mauer"),
     "known": ("A3",),
     **dict.fromkeys(("said",), True),
-    **dict.fromkeys(("day", "visit"), "2026-03-02"),
+    **dict.fromkeys(("day", "visit", "today"), "2026-03-02"),
     "number": 2,
     **dict.fromkeys(("distance_m", "x_m", "y_m"), 0.3),
     "retention": 0.1,
