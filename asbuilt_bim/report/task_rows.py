@@ -10,6 +10,7 @@ from asbuilt_bim.progress.completion.planned import (
     Knowledge,
     LateElement,
     due_but_unknown,
+    late_alone,
     late_elements,
     verdict,
 )
@@ -128,14 +129,25 @@ def late_words(report: ProgressReport) -> str:
         return ""
     late, unknown = late_rows(report), len(due_but_unknown(report))
     open_ones = f"; {unknown} {'more ' if late else ''}should stand, and too little was seen of them to say"
-    more = open_ones if unknown else ""
+    more = f"{open_ones if unknown else ''}.{_late_tasks(report)}"
     if not late and report.nothing_seen:
-        return f"Nothing was seen at this visit, so nothing says whether an element is late{more}."
+        return f"Nothing was seen at this visit, so nothing says whether an element is late{more}"
     if not late:
-        return f"No element was seen late{more}."
+        return f"No element was seen late{more}"
     days = f"{late[0].late_days} day{'' if late[0].late_days == 1 else 's'}"
     count = "1 element is" if len(late) == 1 else f"{len(late)} elements are"
-    return f"{count} late, '{plain(late[0].name)}' by {days}{more}."
+    return f"{count} late, '{plain(late[0].name)}' by {days}{more}"
+
+
+def _late_tasks(report: ProgressReport) -> str:
+    """Say which tasks are late by themselves: their elements have a later one; "" where there are none."""
+    alone = [task.progress for task in late_alone(report)]
+    if not alone:
+        return ""
+    first = plain(alone[0].name or alone[0].key)
+    if len(alone) == 1:
+        return f" The task '{first}' is late; its elements have until a later one."
+    return f" {len(alone)} tasks are late, '{first}' among them; their elements have until later ones."
 
 
 def _task_row(task: TaskProgress, report: ProgressReport) -> TaskRow:

@@ -8,7 +8,7 @@ import sys
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -27,6 +27,8 @@ DRAWN_PX = 0.5
 """OpenCV's filled polygons hold the pixels of their border."""
 NEAR_CAMERA_M = 0.3
 FAR_M = 9.8  # what lies further is the yard, which is no body of the truth
+_AROUND = np.ones((3, 3), np.uint8)
+Image = TypeVar("Image", BoolArray, FloatArray)
 
 
 @dataclass(frozen=True, slots=False, kw_only=True, eq=False)
@@ -57,10 +59,19 @@ class TrueFace:
     @property
     def seen_m2(self) -> float:
         """Return the area of what the left photo shows of it."""
-        return float(self._framed(self.area_per_pixel_m2)[self.seen].sum())
+        return self.within_m2(self.seen)
 
     def within_m2(self, outline: BoolArray) -> float:
-        """Return how much of it, seen or not, an outline (H, W) holds."""
+        """Return how much of it, seen or not, an outline (H, W) holds.
+
+        Next to a tangent of a round column a pixel sees a tenth of its lateral surface, though the pixel's middle lies
+        past it: such a pixel is held where its neighbour is.
+        """
+        if self.kind == "cylinder":
+            inner = cv2.erode(self.extent.astype(np.uint8), _AROUND) > 0
+            outline = outline | (
+                self._framed(self.extent & ~inner) & (cv2.dilate(outline.astype(np.uint8), _AROUND) > 0)
+            )
         return float(self._framed(self.area_per_pixel_m2)[outline].sum())
 
     def at_end(self, points: FloatArray, sigma_px: float) -> BoolArray:
@@ -70,7 +81,7 @@ class TrueFace:
         off = self.off_end_px[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
         return np.asarray(np.abs(off) <= max(END_PX, SIGMAS * sigma_px))
 
-    def _framed(self, image: FloatArray) -> FloatArray:
+    def _framed(self, image: Image) -> Image:
         return image[BEYOND_PX:-BEYOND_PX, BEYOND_PX:-BEYOND_PX]
 
 
@@ -123,14 +134,36 @@ def _per_pixel_m2(face: dict[str, Any], camera: RectifiedCamera, extent: BoolArr
     found = np.zeros(extent.shape)
     if face["kind"] == "plane":
         found[rows, columns] = float(normal @ origin) ** 2 / np.maximum(np.abs(rays @ normal), 1e-3) ** 3
-    else:  # the axis is `normal`: what is along it counts nothing for where a ray meets the lateral surface
-        flat = rays - (rays @ normal)[:, None] * normal
-        centre = origin - (origin @ normal) * normal
-        a, b, c = np.sum(flat**2, axis=1), flat @ centre, float(centre @ centre) - face["radius_m"] ** 2
-        depth = (b - np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
-        out = (flat * depth[:, None] - centre) / face["radius_m"]
-        found[rows, columns] = depth**2 / np.maximum(np.abs(np.sum(rays * out, axis=1)), 0.02)
+    else:
+        found[rows, columns] = _of_cylinder(face["radius_m"], origin, normal, rays, camera.f_px) * camera.f_px**2
     return np.asarray(found / camera.f_px**2)
+
+
+def _of_cylinder(radius_m: float, origin: FloatArray, axis: FloatArray, rays: FloatArray, f_px: float) -> FloatArray:
+    """Return the lateral surface that each pixel (N,) sees: its angle round the axis times its height, both exact.
+
+    Per steradian it grows without end towards the tangents; between a pixel's edges the angle doesn't.
+    """
+    centre = origin - (origin @ axis) * axis
+    away = float(np.linalg.norm(centre))
+    ahead = centre / away
+    across = np.cross(axis, ahead)
+    tangent = np.arcsin(radius_m / away)
+
+    def swing(shift_px: float) -> FloatArray:
+        """Return the rays' angle against the axis' direction, in plan, at a pixel's edge; no further than a tangent."""
+        moved = rays + np.array([shift_px / f_px, 0.0, 0.0])
+        return np.clip(np.arctan2(moved @ across, moved @ ahead), -tangent, tangent)
+
+    def round_axis(angle: FloatArray) -> FloatArray:
+        """Return where on the column a ray of such an angle ends, as an angle round its axis."""
+        return np.arcsin(np.clip(away * np.sin(angle) / radius_m, -1.0, 1.0)) - angle
+
+    turned = np.abs(round_axis(swing(0.5)) - round_axis(swing(-0.5)))
+    angle = swing(0.0)
+    level_m = away * np.cos(angle) - np.sqrt(np.maximum(radius_m**2 - (away * np.sin(angle)) ** 2, 0.0))
+    in_plan = np.linalg.norm(rays - (rays @ axis)[:, None] * axis, axis=1)
+    return np.asarray(radius_m * turned * level_m * abs(float(axis[1])) / (f_px * in_plan))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -348,6 +348,19 @@ def test_what_is_due_and_too_little_seen_stands_on_the_sheet_of_late_elements_ma
     assert f"{first.name}</a> (complete as far as seen, at least" in page[page.index('id="late"') :]
 
 
+def test_a_late_task_whose_elements_have_until_a_later_one_is_told_though_no_element_is_late() -> None:
+    report = sample_report()
+    late = next(one for one in report.tasks if one.late)
+    later = replace(
+        late, progress=replace(late.progress, key="L" * 22, name="Fair finish"), late=False,
+        schedule_finish=datetime(2027, 1, 1, 17),
+    )  # fmt: skip
+    assert "until a later" not in late_words(report)
+    told = late_words(replace(report, tasks=(*report.tasks, later)))
+    assert told.startswith("No element was seen late")
+    assert f"The task '{late.progress.name}' is late; its elements have until a later one." in told
+
+
 def test_the_schedule_is_called_so_and_never_the_plan_which_is_a_drawing(tmp_path: Path) -> None:
     page = page_html(sample_report(), {})
     for part in ("time", "tasks"):

@@ -135,6 +135,14 @@ def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
     return tuple(one for one in _overdue(report) if one.element.shown_state in unclear and not _is_late(one.element))
 
 
+def late_alone(report: ProgressReport) -> tuple[TaskProgress, ...]:
+    """Return the late tasks none of whose elements is late: those that are unfinished have until a later task."""
+    unfinished = {element.global_id for element in report.elements if _is_late(element)}
+    over = {one.element.global_id for one in _overdue(report)}
+    open_of = ((task, unfinished & set(task.progress.elements)) for task in report.tasks if task.late)
+    return tuple(task for task, keys in open_of if keys and not keys & over)
+
+
 def _is_late(element: ElementProgress) -> bool:
     return is_unfinished(element.state, element.completion, ProgressOptions())
 
