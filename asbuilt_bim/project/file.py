@@ -282,6 +282,16 @@ class ValuationFile:
     observations: Literal["shown", "count"] = "shown"
     last: str | None = None  # the last workbook, where it lies in another folder than --out
 
+    def __post_init__(self) -> None:
+        """Check that percentages aren't shares.
+
+        Raises:
+            ValueError: one may be: it is above 0 and under 1.
+        """
+        for name, value in (("retention_percent", self.retention_percent), ("tax_percent", self.tax_percent)):
+            if 0.0 < value < 1.0:
+                raise ValueError(f"{name}: {value:g} may be a share; write {100.0 * value:g} for {100.0 * value:g} %")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToleranceFile:

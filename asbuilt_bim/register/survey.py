@@ -183,14 +183,16 @@ def _number(text: str) -> float | None:
 def _offset_hint(survey: Sequence[SurveyedMarker], low: FloatArray, high: FloatArray) -> str:
     middle = np.mean([m.corners_m.mean(axis=0) for m in survey], axis=0)
     target = 0.5 * (low + high)
+    every = np.concatenate([marker.corners_m for marker in survey])
+    span, wanted = float(np.linalg.norm(np.ptp(every, axis=0))) + 1e-3, float(np.linalg.norm(high - low))
     for factor, unit in UNIT_MISTAKES.items():
-        scaled = middle / factor
-        if np.all(np.abs(scaled - target) < FAR_M) and not np.all(np.abs(middle - target) < FAR_M):
+        near = np.all(np.abs(middle / factor - target) < FAR_M) and not np.all(np.abs(middle - target) < FAR_M)
+        if near and abs(np.log(span / factor / wanted)) < abs(np.log(span / wanted)):
             return f"; the numbers look like {unit}"
     exchanged = middle[[1, 0, 2]]
     if np.all(np.abs(exchanged - target) < FAR_M):
         return "; x and y (easting and northing) look exchanged"
-    return ""
+    return "; if it was right before, the IFC was written from another origin since"
 
 
 def _xyz(point: FloatArray) -> str:

@@ -120,3 +120,9 @@ def test_a_pattern_says_what_is_there_instead(tmp_path: Path) -> None:
 def test_a_misspelt_key_is_told_once_and_not_as_missing_too(tmp_path: Path, change: tuple[str, str], says: str) -> None:
     (row,) = named(tmp_path, change)
     assert row.endswith(says)
+
+
+def test_a_retention_or_tax_that_may_be_a_share_is_refused(tmp_path: Path) -> None:
+    for key, value in (("retention_percent", "0.05"), ("tax_percent", "0.19")):
+        (row,) = named(tmp_path, ("visits:", f"valuation: {{{key}: {value}}}\nvisits:"))
+        assert f"{key}: {value} may be a share; write {100 * float(value):g} for" in row

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +155,20 @@ def test_one_marker_far_from_the_building_is_named_and_most_of_them_refuse_the_s
         check_survey([marker(i, np.zeros(3)) for i in range(3)], design)
     with pytest.raises(SurveyError, match="look exchanged"):
         check_survey([marker(i, (FAR + np.array([i, -1.0, 0.0]))[[1, 0, 2]]) for i in range(3)], design)
+
+
+def test_a_survey_in_metres_from_another_origin_is_not_taken_for_one_in_millimetres() -> None:
+    local = model([element("W", "wall", box(-FAR[0], -FAR[1], -FAR[2], 3, 0.25, 3))])  # the model lies at FAR otherwise
+    low = np.concatenate([one.vertices_m for one in local.elements]).min(axis=0)
+    assert np.abs(low).max() < 1.0
+    survey = [
+        SurveyedMarker(marker_id=i, corners_m=frozen([[2000.0 + i, -1500.0, 2.0]]), sigma_m=0.002) for i in range(4)
+    ]
+    with pytest.raises(SurveyError, match="written from another origin"):
+        check_survey(survey, local)
+    in_mm = [replace(one, corners_m=frozen(low + 1000.0 * np.array([[one.marker_id, 1.0, 2.0]]))) for one in survey]
+    with pytest.raises(SurveyError, match="look like millimetres"):
+        check_survey(in_mm, local)
 
 
 def test_lines_may_end_as_on_any_system_and_what_is_no_csv_is_refused_by_line(tmp_path: Path) -> None:
