@@ -16,6 +16,7 @@ from asbuilt_bim.flow.output.publish import (
     with_days_to_come,
     with_persons,
     with_revision,
+    with_visits_gone,
 )
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.flow.video_stations import with_video_stations
@@ -75,6 +76,7 @@ def run(
         last = last_workbook(output, before, checked.last_workbook)
         with with_video_stations(checked, store, progress or _silent) as visited:
             found = with_revision(run_project(visited, place, progress or _silent, before), before)
+            found = with_visits_gone(found, before)
             when = datetime.now(UTC)
             found = with_days_to_come(with_persons(found, visited, before, last), when.date())
             published = publish_run(output, found, visited, when, writers)

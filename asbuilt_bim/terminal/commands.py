@@ -23,6 +23,7 @@ from asbuilt_bim.flow.output.publish import (
     with_days_to_come,
     with_persons,
     with_revision,
+    with_visits_gone,
 )
 from asbuilt_bim.flow.pipeline import RunResult, run_project
 from asbuilt_bim.flow.video_stations import with_video_stations
@@ -97,6 +98,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         with screen.steps() as progress:
             project = until_end.enter_context(with_video_stations(project, cache, progress))
             result = with_revision(run_project(project, place, progress, before), before)
+        result = with_visits_gone(result, before)
         result = with_days_to_come(with_persons(result, project, before, last), when.date())
         before = known_again(before, result.design) if before is not None else None
         timer = StepTimer(time.perf_counter)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
-from asbuilt_bim.codes import REVISIONS
+from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
@@ -166,6 +166,18 @@ def with_revision(result: RunResult, before: ProgressReport | None) -> RunResult
         known = with_new_ids(before, ids)
         notes = (*remap_notes(known, ids), *revision_notes(known, last))
     return replace(result, reports=(*result.reports[:-1], replace(last, notes=(*last.notes, *notes))))
+
+
+def with_visits_gone(result: RunResult, before: ProgressReport | None) -> RunResult:
+    """Return a run's result with a note on visits that the earlier run counted and this one doesn't."""
+    last = result.reports[-1]
+    if before is None:
+        return result
+    counted = {*before.earlier_visits, before.visit_date} - {*last.earlier_visits, last.visit_date}
+    gone = tuple(day.isoformat() for day in sorted(counted) if day < last.visit_date)
+    note = noted(Reason.VISITS_GONE, about(SubjectKind.VISIT, last.visit_date.isoformat()), visits=gone)
+    reports = (*result.reports[:-1], replace(last, notes=(note, *last.notes)))
+    return replace(result, reports=reports) if gone else result
 
 
 def with_persons(

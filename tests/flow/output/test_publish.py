@@ -12,9 +12,10 @@ import ifcopenshell
 import ifcopenshell.util.element
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.output.folder import open_output
-from asbuilt_bim.flow.output.publish import publish_again, publish_run
+from asbuilt_bim.flow.output.publish import publish_again, publish_run, with_visits_gone
 from asbuilt_bim.flow.pipeline import RunResult
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.progress.report import ProgressReport
@@ -90,3 +91,17 @@ def test_making_outputs_again_on_a_full_disk_is_said_in_one_line(
         monkeypatch.setattr(shutil, "copy2", full)
         with pytest.raises(OutputError, match=r"^\S+: the disk is full; nothing of this run was kept"):
             publish_again(out, (), NOON)
+
+
+def test_a_visit_that_the_last_run_counted_and_this_one_lacks_is_told_and_one_that_is_still_to_come_is_not(
+    project: Project,
+) -> None:
+    result = _result(project)
+    alone = replace(result.reports[-1], earlier_visits=())
+    later = replace(alone, visit_date=date(2026, 4, 1), earlier_visits=(EARLIER, TODAY))
+    told = with_visits_gone(replace(result, reports=(alone,)), later).reports[-1].notes
+    (note,) = [one for one in told if one.code is Reason.VISITS_GONE]
+    assert note.values["visits"] == (EARLIER.isoformat(),)
+    kept = replace(alone, earlier_visits=(EARLIER,))
+    assert with_visits_gone(replace(result, reports=(kept,)), later).reports == (kept,)
+    assert with_visits_gone(replace(result, reports=(alone,)), None).reports == (alone,)
