@@ -113,7 +113,7 @@ def shown_by(bench: Workbench, side: BorderSide, reference: Reference) -> Shown:
     behind, before, meets, goes_on = (float(weight @ (kind == k)) for k in (BEHIND, BEFORE, MEETS, GOES_ON))
     framed = at_places(bench.frame, side.points)
     past = float(weight @ (framed | ~profile.paired))
-    edge = (1.0 - float(weight @ framed)) * side.strength
+    edge = (1.0 - float(weight @ framed)) * (1.0 - before) * side.strength  # what stands before has edges of its own
     features = np.array([behind, before, meets, goes_on, past, edge, _stands(bench, side, reference, profile, weight)])
     return Shown(features=features, open_px=float(weight @ open_px))
 
