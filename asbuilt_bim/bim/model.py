@@ -97,6 +97,8 @@ class Task:
     schedule_uid: str = ""  # what a schedule file beside the IFC knows it by
     calendar: WorkCalendar | None = None  # its own working time; None: that of the schedule
     others: int = 0  # building elements that it makes, too, and that are not measured here
+    ifc_finish: datetime | None = None  # its own in the IFC, where a schedule file dates elements of it otherwise
+    finish_from: str = ""  # the schedule file that its planned finish is from; "": the IFC
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -73,15 +73,20 @@ def _by_elements(
 
 
 def _spanned(task: Task, of: Mapping[str, Sequence[Task]]) -> Task:
-    """Return a task from the first start to the last finish of its elements; no start where one is missing."""
+    """Return a task from the first start to the last finish of its elements; none of either where one is missing."""
     plans = [plan for key in task.elements for plan in of.get(key, ())]
     if task.others or any(key not in of for key in task.elements):
         plans.append(task)
-    finishes = [plan.schedule_finish for plan in plans if plan.schedule_finish is not None]
     starts = [plan.schedule_start for plan in plans if plan.schedule_start is not None]
-    finish = max(finishes) if len(finishes) == len(plans) else None
     start = min(starts) if len(starts) == len(plans) else None
-    return replace(task, schedule_start=start, schedule_finish=finish)
+    last = max(plans, key=lambda plan: plan.schedule_finish or datetime.max)
+    return replace(
+        task,
+        schedule_start=start,
+        schedule_finish=last.schedule_finish,
+        finish_from=last.finish_from,
+        ifc_finish=task.schedule_finish,
+    )
 
 
 def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str], schedule: ScheduleFile) -> Task:
@@ -98,6 +103,7 @@ def _dated(task: Task, row: ScheduleRow, key_of: dict[str, str], schedule: Sched
         links=links or task.links,
         schedule_uid=row.uid,
         calendar=schedule.calendars.get(row.calendar),
+        finish_from=schedule.source.name if finish is not None and finish == row.finish else "",
     )
 
 

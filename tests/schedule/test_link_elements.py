@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.progress.completion.planned import planned_share
+from asbuilt_bim.progress.completion.planned import due_by, planned_share
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.schedule.link_elements import with_schedule
 from asbuilt_bim.schedule.read import read_schedule
@@ -132,6 +132,28 @@ def test_elements_that_the_rows_leave_out_keep_the_ifcs_dates_in_their_task(tmp_
     text = f"name,start,finish,globalids\nOne,2026-03-02,2026-03-13,{COLUMN}\n"
     (whole, _) = with_schedule(design(late), read_schedule(written(tmp_path, text, "plan.csv"))).tasks
     assert (whole.schedule_start, whole.schedule_finish) == (OLD, datetime(2027, 1, 2))
+
+
+def test_elements_that_the_rows_leave_out_are_due_by_their_ifc_tasks_own_finish(tmp_path: Path) -> None:
+    both = replace(task(TASK_A, "Ground floor"), elements=(COLUMN, WALL), schedule_finish=datetime(2026, 3, 10, 17))
+    text = f"name,start,finish,globalids\nOne,2026-03-02,{{}},{COLUMN}\n"
+    for last, due in (("2026-03-13", {WALL}), ("2026-03-06", {WALL, COLUMN})):
+        plan = read_schedule(written(tmp_path, text.format(last), "plan.csv"))
+        made = with_schedule(design(both), plan)
+        assert due_by(made.tasks, date(2026, 3, 11)) == due, "the wall's IFC task is stretched to the column's row"
+        assert due_by(made.tasks, date(2026, 3, 10)) == due - {WALL}
+        note = the(made.notes, Reason.SCHEDULE_DATES_TAKEN)
+        assert note_words(note).endswith("'Ground floor'. Their other elements are due by the IFC's")
+    (whole, _) = made.tasks
+    assert (whole.finish_from, whole.ifc_finish) == ("", datetime(2026, 3, 10, 17))
+
+
+def test_a_task_knows_the_schedule_file_that_its_finish_is_from(tmp_path: Path) -> None:
+    both = replace(task(TASK_A, "Ground floor"), elements=(COLUMN, WALL))
+    text = f"name,start,finish,globalids\nWalls,2026-03-02,2026-03-06,\nOne,2026-03-02,2026-03-13,{COLUMN}\nC,,,\n"
+    plan = read_schedule(written(tmp_path, text, "plan.csv"))
+    made = with_schedule(design(both, task(TASK_B, "Walls"), task("2TaskCGlobalId00000001", "C")), plan)
+    assert [one.finish_from for one in made.tasks] == ["plan.csv", "plan.csv", "", "plan.csv"]
 
 
 def test_a_task_of_the_ifc_whose_elements_no_row_names_keeps_its_dates(tmp_path: Path) -> None:

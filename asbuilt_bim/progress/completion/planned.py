@@ -172,7 +172,7 @@ def _due(tasks: Iterable[Task | TaskProgress]) -> Mapping[str, tuple[datetime, s
     """Return element -> (latest planned finish, its task); an element with a task without a finish is left out.
 
     A row of the schedule file without any date, that is no task of the IFC, says nothing of when an element is due.
-    Of an element that such a row dates, the tasks of the IFC that no row matches say nothing: one of both counts.
+    IFC tasks that no row matches say nothing of what such a row dates; the rest is due by their finish in the IFC.
     """
     due: dict[str, tuple[datetime, str]] = {}
     open_ended: set[str] = set()
@@ -184,11 +184,12 @@ def _due(tasks: Iterable[Task | TaskProgress]) -> Mapping[str, tuple[datetime, s
         for key in own.elements:
             if not is_row and not task.schedule_uid and key in dated:
                 continue
-            if task.schedule_finish is None:
+            finish = task.ifc_finish or task.schedule_finish
+            if finish is None:
                 if not is_row or task.schedule_start is not None:
                     open_ended.add(key)
-            elif key not in due or task.schedule_finish.date() > due[key][0].date():
-                due[key] = (task.schedule_finish, own.name)
+            elif key not in due or finish.date() > due[key][0].date():
+                due[key] = (finish, own.name)
     return {key: value for key, value in due.items() if key not in open_ended}
 
 

@@ -129,6 +129,8 @@ def task_progress(
         schedule_uid=task.schedule_uid,
         planned=planned_share(task.schedule_start, task.schedule_finish, visit_date, calendar),
         others=others,
+        ifc_finish=task.ifc_finish,
+        finish_from=task.finish_from,
     )
     unfinished_on = _last(element.unfinished_on for element in members)
     best, least, most = days_behind(made, made.progress.completion, visit_date, calendar, unfinished_on)

@@ -64,7 +64,7 @@ _DATES: Mapping[Reason, Template] = {
     Reason.SCHEDULE_DATES_MORE: f"{_FILE}{{count:# more task|# more tasks}} with such dates",
     Reason.SCHEDULE_ROWS_UNDATED: _undated,
     Reason.SCHEDULE_DATES_TAKEN: f"{_FILE}it gives {{elements:# element|# elements}} dates of their own. They count, "
-    "and the IFC's don't, for these tasks of the IFC: {tasks:quoted}{more}",
+    "and the IFC's don't, for these tasks of the IFC: {tasks:quoted}{more}. Their other elements are due by the IFC's",
     Reason.SCHEDULE_AMBIGUOUS: f"{_FILE}not linked, because more than one task fits: {{tasks:quoted}}{{more}}. Give "
     "them GlobalIds or ids of their own",
     Reason.SCHEDULE_NOT_LINKED: f"{_FILE}{{linked}} of its {{of}} tasks are linked to walls or columns. No task of the "

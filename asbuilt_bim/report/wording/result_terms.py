@@ -159,6 +159,8 @@ TERMS = {
     "progress": "The task's name, elements and completion.",
     "schedule_start": "Planned start.",
     "schedule_finish": "Planned finish.",
+    "ifc_finish": "The task's own finish in the IFC file, where a schedule file dates elements of it; null elsewhere.",
+    "finish_from": "Name of the schedule file that schedule_finish is from; empty where the IFC file gives it.",
     "actual_start": "First visit that saw something built; null where unknown.",
     "actual_finish": "Visit that saw all its elements complete, at least 97 % of each certain; null before.",
     "late": "Planned finish has passed and it is not complete; null where unknown.",

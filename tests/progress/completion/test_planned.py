@@ -12,6 +12,7 @@ from asbuilt_bim.progress.completion.planned import days_behind, due_but_unknown
 from asbuilt_bim.progress.completion.summary import task_progress
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, TaskProgress
+from asbuilt_bim.report.result.convert import report_from_document, report_to_document
 from asbuilt_bim.report.wording.notes import note_words
 from tests.report.sample_report import sample_report
 
@@ -168,6 +169,14 @@ def test_the_date_that_a_row_of_the_schedule_gives_an_element_is_its_only_one_be
         late = {late.element.global_id: late for late in late_elements(replace(report, tasks=(task, row)))}
         assert late[one].late_days == days, "a task that the file dates, too, makes it as well"
         assert {late[key].late_days for key in late.keys() - {one}} == {3}
+
+
+def test_what_a_schedule_file_doesnt_date_is_due_by_the_finish_of_its_task_in_the_ifc() -> None:
+    report = sample_report()
+    late = late_elements(report)
+    stretched = [replace(t, ifc_finish=t.schedule_finish, schedule_finish=datetime(2026, 5, 1)) for t in report.tasks]
+    read = report_from_document(report_to_document(replace(report, tasks=tuple(stretched))))
+    assert [(one.due, one.late_days) for one in late_elements(read)] == [(one.due, one.late_days) for one in late]
 
 
 def test_what_may_be_complete_by_its_bounds_is_not_called_late_but_should_stand() -> None:
