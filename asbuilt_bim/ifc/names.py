@@ -66,6 +66,8 @@ MARKS: tuple[Mark, ...] = (
     Mark(name="Basis", kind="text", meaning="which number went into the schedule or the cost line, and why"),
     Mark(name="DaysBehind", kind="count", meaning="days behind plan by the best estimate, negative: ahead"),
     Mark(name="DaysLate", kind="count", meaning="days from planned finish to the visit, 0 where not late"),
+    Mark(name="PlannedFinish", kind="date", meaning="planned finish that counts, where a schedule file gives it"),
+    Mark(name="PlannedFinishFrom", kind="label", meaning="schedule file that PlannedFinish is from"),
     Mark(name="ForecastFinish", kind="date", meaning="finish by what is certain, at the planned pace"),
     Mark(name="ElementsComplete", kind="count", meaning="elements in the state complete"),
     Mark(name="ElementsCompleteAsFarAsSeen", kind="count", meaning="elements in the state complete as far as seen"),

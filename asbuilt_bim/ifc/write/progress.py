@@ -88,10 +88,12 @@ def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressRe
 
 def _dates(task: TaskProgress, report: ProgressReport) -> dict[str, Value | None]:
     """Return how a task stands against its plan, as every other file has it."""
-    finish = forecast_of(task, report).finish
+    finish, planned = forecast_of(task, report).finish, task.schedule_finish if task.finish_from else None
     return {
         "DaysBehind": task.behind_days_shown,
         "DaysLate": late_days(task.schedule_finish, task.late, report.visit_date),
+        "PlannedFinish": None if planned is None else planned.date(),
+        "PlannedFinishFrom": task.finish_from or None,
         "ForecastFinish": None if finish is None else finish.date(),
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -220,6 +221,24 @@ def test_a_task_that_makes_a_slab_too_holds_its_lower_bound_as_all_other_schedul
     assert (time.DataOrigin, time.ActualStart) == ("MEASURED", "2026-03-02T08:00:00")
     basis = _psets(file, "IfcTask", "pour half")["AsBuilt_Progress"]["Basis"]
     assert basis == "Completion is the lower bound: 1 more not measured here"
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_a_finish_that_a_schedule_file_gives_stands_with_its_file_beside_the_days_late(
+    schema: str, tmp_path: Path
+) -> None:
+    source = _model(schema, tmp_path)
+    report = report_on(read_design(source), BEST)
+    half = next(task for task in report.tasks if task.progress.name == "pour half")
+    filed = replace(half, schedule_finish=datetime(2026, 2, 27, 17), finish_from="plan.csv", late=True)
+    others = tuple(task for task in report.tasks if task is not half)
+    write_asbuilt(source, replace(report, tasks=(filed, *others)), tmp_path / "w.ifc")
+    file = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    said = _psets(file, "IfcTask", "pour half")["AsBuilt_Progress"]
+    assert (said["PlannedFinish"], said["PlannedFinishFrom"]) == ("2026-02-27", "plan.csv")
+    assert said["DaysLate"] == 3  # to the visit of 2 March; the IFC's own finish is another
+    assert not _psets(file, "IfcTask", "pour full")["AsBuilt_Progress"].keys() & {"PlannedFinish", "PlannedFinishFrom"}
+    assert _complaints(tmp_path / "w.ifc") <= _complaints(source)
 
 
 def test_ifc2x3_tasks_carry_their_completion_in_the_time_control(tmp_path: Path) -> None:
