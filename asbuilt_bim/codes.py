@@ -274,6 +274,7 @@ class Reason(StrEnum):
     SCHEDULE_OWN_CALENDARS = "own calendars in schedule"
     SCHEDULE_LOST_CALENDARS = "lost calendars in schedule"
     SCHEDULE_DURATIONS_UNREAD = "durations not read"
+    SCHEDULE_ACTUALS_UNREAD = "actuals not read"
     SCHEDULE_DATE_UNREADABLE = "date in schedule unreadable"
     SCHEDULE_FINISH_BEFORE_START = "finish before start in schedule"
     SCHEDULE_DATE_CONTRADICTED = "date in schedule contradicted"

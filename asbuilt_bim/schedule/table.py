@@ -1,11 +1,11 @@
 """A schedule as CSV: one task a line, its columns named in the first."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
 from pathlib import Path
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
+from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, moment
 from asbuilt_bim.storage.csv_file import csv_table
@@ -16,9 +16,14 @@ COLUMNS = {
     "name": ("name", "task", "taskname", "activityname", "activity"),
     "start": ("start", "plannedstart", "startdate", "schedulestart"),
     "finish": ("finish", "end", "plannedfinish", "finishdate", "enddate", "schedulefinish"),
+    "baseline start": ("baselinestart", "baselinestartdate", "blprojectstart"),
+    "baseline finish": ("baselinefinish", "baselinefinishdate", "baselineend", "blprojectfinish"),
     "globalids": ("globalid", "globalids", "elements", "ifcglobalid", "ifcglobalids"),
 }
 """What a column may be called; capitals, spaces, dashes and underscores don't count."""
+_ACTUAL = re.compile(r"actual(start|finish|end)(date)?|.*(%|percent|pct)(work)?completed?")
+_NO_DATE = ("", "NA", "NV")
+"""How MS Project's tables leave a date out, in English and in German."""
 _GERMAN = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 MAX_FAULTS = 8
 
@@ -32,30 +37,42 @@ def csv_rows(data: bytes, path: Path) -> tuple[tuple[ScheduleRow, ...], tuple[No
     table = csv_table(data, str(path), ScheduleError)
     places = _places(table.header, path)
     faults: list[str] = []
-    rows = []
+    rows, baselines = list[ScheduleRow](), 0
     for number, cells in table.rows:
         got = {key: cells[index] if index < len(cells) else "" for key, index in places.items()}
         rows.append(_row(number, got, faults))
+        baselines += _has_baseline(got)
     if faults:
         more = f"\n  and {len(faults) - MAX_FAULTS} more" if len(faults) > MAX_FAULTS else ""
         raise ScheduleError(f"{path}: can't be used:\n  " + "\n  ".join(faults[:MAX_FAULTS]) + more)
-    return tuple(rows), _unread(table.header, rows, path)
-
-
-def _unread(header: Sequence[str], rows: Sequence[ScheduleRow], path: Path) -> tuple[Note, ...]:
-    """Say that durations aren't read, where a task has a start and no finish: which days are worked, no CSV says."""
-    named = [cell for cell in header if re.sub(r"[\s_-]", "", cell).casefold() in DURATIONS]
-    lack = sum(1 for row in rows if row.start and not row.finish)
-    if not named or not lack:
-        return ()
     subject = about(SubjectKind.SCHEDULE, path.name)
-    return (noted(Reason.SCHEDULE_DURATIONS_UNREAD, subject, column=named[0][:40], count=lack),)
+    note = noted(Reason.SCHEDULE_BASELINES, subject, count=baselines, of=len(rows))
+    return tuple(rows), (*((note,) if baselines else ()), *_unread(table.header, rows, subject))
+
+
+def _unread(header: Sequence[str], rows: Sequence[ScheduleRow], subject: Subject) -> Iterator[Note]:
+    """Name the columns of what is measured here, and of durations where a task has a start and no finish.
+
+    Which days are worked, no CSV says.
+    """
+    named = [cell[:40] for cell in header if _plain(cell) in DURATIONS]
+    lack = sum(1 for row in rows if row.start and not row.finish)
+    if named and lack:
+        yield noted(Reason.SCHEDULE_DURATIONS_UNREAD, subject, column=named[0], count=lack)
+    if actual := [cell[:40] for cell in header if _ACTUAL.fullmatch(_plain(cell))]:
+        yield noted(Reason.SCHEDULE_ACTUALS_UNREAD, subject, columns=tuple(actual[:MAX_FAULTS]), count=len(actual))
+
+
+def _has_baseline(got: Mapping[str, str]) -> bool:
+    """Say whether a task has a baseline with both dates: then that is its plan, as in MS Project XML."""
+    return all(got.get(f"baseline {end}", "").upper() not in _NO_DATE for end in ("start", "finish"))
 
 
 def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:
-    start, finish = _date(got["start"], False, number, faults), _date(got["finish"], True, number, faults)
+    first, last = (("baseline " if _has_baseline(got) else "") + end for end in ("start", "finish"))
+    start, finish = _date(got[first], False, number, faults), _date(got[last], True, number, faults)
     if start and finish and finish < start:
-        faults.append(f"line {number}: finish {got['finish']} is before start {got['start']}")
+        faults.append(f"line {number}: {last} {got[last]} is before {first} {got[first]}")
     if not got.get("name") and not got.get("id"):
         faults.append(f"line {number}: has neither an id nor a name")
     return ScheduleRow(
@@ -71,7 +88,7 @@ def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:
 
 
 def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime | None:
-    if not written:
+    if written.upper() in _NO_DATE:
         return None
     if dotted := _GERMAN.fullmatch(written):
         try:
@@ -88,9 +105,9 @@ def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime |
 
 def _places(header: Sequence[str], path: Path) -> dict[str, int]:
     """Return where each column is; a start, a finish, and a name or an id must be there."""
-    names = [re.sub(r"[\s_-]", "", cell).casefold() for cell in header]
+    names = [_plain(cell) for cell in header]
     places = {key: names.index(name) for key, known in COLUMNS.items() for name in reversed(known) if name in names}
-    for key in ("start", "finish"):
+    for key in ("start", "finish", "baseline start", "baseline finish"):
         twice = [cell for cell, name in zip(header, names, strict=True) if name in COLUMNS[key]]
         if len(twice) > 1:
             raise ScheduleError(
@@ -104,3 +121,7 @@ def _places(header: Sequence[str], path: Path) -> dict[str, int]:
             "id, name, start, finish, and where wanted globalids"
         )
     return places
+
+
+def _plain(heading: str) -> str:
+    return re.sub(r"[\s_-]", "", heading).casefold()

@@ -9,6 +9,7 @@ import pytest
 from asbuilt_bim.bim.schedule import TaskLink
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import ScheduleError
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.schedule.read import read_schedule
 from tests.notes import codes, the
 from tests.schedule.files import COLUMN, MSP, P6, TASK_A, WALL, written
@@ -145,6 +146,28 @@ def test_durations_in_a_csv_are_said_not_to_be_read_where_a_finish_is_missing(tm
     (note,) = read_schedule(written(tmp_path, text, "plan.csv")).notes
     assert note.code == Reason.SCHEDULE_DURATIONS_UNREAD and note.values == {"column": "Duration", "count": 1}
     assert read_schedule(written(tmp_path, text.replace("5,\n", "5,2026-03-06\n"), "plan.csv")).notes == ()
+
+
+def test_a_csv_row_is_judged_by_its_baseline_where_it_has_both_dates_as_ms_project_xml_is(tmp_path: Path) -> None:
+    heads = "name,start,finish,Baseline Start,baseline_finish\n"
+    moved, half = "A,2026-02-20,2026-03-20,20.02.2026,2026-03-10\n", "B,2026-02-20,2026-03-21,2026-02-20,NA\n"
+    found = read_schedule(written(tmp_path, heads + moved + half, "plan.csv"))
+    assert [row.finish for row in found.rows] == [datetime(2026, 3, 10, 17), datetime(2026, 3, 21, 17)]
+    assert the(found.notes, Reason.SCHEDULE_BASELINES).values == {"count": 1, "of": 2}
+    with pytest.raises(ScheduleError, match=r"line 2: baseline finish 2026-02-10 is before baseline start 20\.02"):
+        read_schedule(written(tmp_path, heads + moved.replace("03-10", "02-10"), "plan.csv"))
+    plain = read_schedule(written(tmp_path, heads + "A,2026-02-20,2026-03-20,,\n", "plan.csv"))
+    assert plain.notes == () and plain.rows[0].finish == datetime(2026, 3, 20, 17)
+
+
+def test_columns_of_what_is_measured_here_are_said_once_not_to_be_read(tmp_path: Path) -> None:
+    text = "name,start,finish,Actual Finish,% complete,physical % complete,actually\nA,2026-03-02,2026-03-06,,50,40,x\n"
+    (note,) = read_schedule(written(tmp_path, text, "plan.csv")).notes
+    assert note.values == {"columns": ("Actual Finish", "% complete", "physical % complete"), "count": 3}
+    assert note_words(note) == (
+        "Schedule plan.csv: the columns 'Actual Finish', '% complete', 'physical % complete' aren't read. What has "
+        "begun and what stands, photos say"
+    )
 
 
 def test_a_sign_for_inches_in_a_name_is_no_quotation(tmp_path: Path) -> None:

@@ -57,6 +57,8 @@ _DATES: Mapping[Reason, Template] = {
     "project's counts",
     Reason.SCHEDULE_DURATIONS_UNREAD: f"{_FILE}the column '{{column}}' isn't read. Write the finish of "
     "{count:# task that has|# tasks that have} only a start",
+    Reason.SCHEDULE_ACTUALS_UNREAD: f"{_FILE}the {{count:column|columns}} {{columns:quoted}}{{more}} "
+    "{count:isn't|aren't} read. What has begun and what stands, photos say",
     Reason.SCHEDULE_DATE_UNREADABLE: _row("its {end} '{written}' is no date from {years[0]} to {years[1]}"),
     Reason.SCHEDULE_FINISH_BEFORE_START: _row("its finish {finish} is before its start {start}"),
     Reason.SCHEDULE_DATE_CONTRADICTED: _row("it has only a {given}, and the IFC's {missing} contradicts it"),

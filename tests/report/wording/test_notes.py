@@ -34,7 +34,7 @@ SAMPLES: Values = {
     **dict.fromkeys(("column", "given", "missing", "kind", "model", "last_before", "first_after", "unit"), "Mauer"),
     **dict.fromkeys(("start", "finish", "since", "begun", "later"), "2026-03-02"),
     **dict.fromkeys(("ifc_dates", "takes_off", "rounded", "left_empty"), True),
-    **dict.fromkeys(("elements", "tasks", "schedules", "stations", "visits"), ("A3",)),
+    **dict.fromkeys(("elements", "tasks", "schedules", "stations", "visits", "columns"), ("A3",)),
     **dict.fromkeys(("turn_rad", "turn_before_rad", "turn_after_rad"), ANGLES),
     **dict.fromkeys(("turn_sigma_rad", "turn_before_sigma_rad", "turn_after_sigma_rad"), ANGLES),
     "text": "Mauer",
