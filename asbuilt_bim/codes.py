@@ -283,6 +283,8 @@ class Reason(StrEnum):
     SCHEDULE_ROWS_UNDATED = "tasks of schedule without dates"
     SCHEDULE_DATES_TAKEN = "dates of schedule before the IFC's"
     SCHEDULE_AMBIGUOUS = "tasks fit more than once"
+    SCHEDULE_TASK_TAKEN = "task of another row"
+    SCHEDULE_NUMBER_ALONE = "mere number links nothing"
     SCHEDULE_NOT_LINKED = "tasks not linked"
     SCHEDULE_LACKS_TASKS = "schedule lacks tasks"
 

@@ -6,7 +6,7 @@ go by identification alone (unless it is a mere outline number), and last by nam
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
@@ -15,6 +15,8 @@ from asbuilt_bim.bim.schedule import SCHEDULE_KEY
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.schedule.rows import ScheduleFile, ScheduleRow
 
+_KeyOf = Callable[[str, str], tuple[str, ...] | None]
+"""What a task or row of an identification and a name is matched by; None where it has no such key."""
 _OUTLINE_NUMBER = re.compile(r"[\d.\s-]*")
 MAX_NAMED = 8
 
@@ -46,7 +48,10 @@ def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
     made = [_dated(t, rows[uid], key_of, schedule) for uid, t in matched.task_of.items() if t.global_id not in old]
     kept, taken = _by_elements(kept, row_of, [task for task in made if task.schedule_finish is not None])
     ours = {*row_of, *(task.global_id for task in taken)}
-    notes = _notes(schedule, matched, [task for task in design.tasks if task.global_id not in ours])
+    notes = [*_notes(schedule, matched), *_unlinked(design.tasks, schedule, matched)]
+    if left := [task.name for task in design.tasks if task.global_id not in ours]:
+        subject = about(SubjectKind.SCHEDULE, schedule.source.name)
+        notes.append(noted(Reason.SCHEDULE_LACKS_TASKS, subject, **_some(left)))
     if taken:
         subject = about(SubjectKind.SCHEDULE, schedule.source.name)
         named = {key for task in made if task.schedule_finish is not None for key in task.elements}
@@ -155,7 +160,7 @@ def _match(
     tasks: Sequence[Task],
     rows: Sequence[ScheduleRow],
     matched: _Matched,
-    key_of: Callable[[str, str], tuple[str, ...] | None],
+    key_of: _KeyOf,
 ) -> None:
     """Match rows and tasks that share a key, where one row and one task have it; otherwise name the row."""
     taken = {task.global_id for task in matched.task_of.values()}
@@ -194,7 +199,7 @@ def _plain(text: str) -> str:
     return " ".join(text.split()).casefold()
 
 
-def _notes(schedule: ScheduleFile, matched: _Matched, left: Sequence[Task]) -> list[Note]:
+def _notes(schedule: ScheduleFile, matched: _Matched) -> list[Note]:
     subject, rows = about(SubjectKind.SCHEDULE, schedule.source.name), schedule.rows
     linked = ((matched.task_of[row.uid], row) for row in rows if row.uid in matched.task_of)
     faults = [fault for fault in (_dates(task, row)[2] for task, row in linked) if fault is not None]
@@ -206,16 +211,38 @@ def _notes(schedule: ScheduleFile, matched: _Matched, left: Sequence[Task]) -> l
         dated = sum(matched.task_of[row.uid].schedule_finish is not None for row in undated)
         values: Values = {**_some([row.name for row in undated]), "dated": dated}
         notes.append(noted(Reason.SCHEDULE_ROWS_UNDATED, subject, **values))
-    if matched.ambiguous:
-        values = _some([*dict.fromkeys(matched.ambiguous.values())])
-        notes.append(noted(Reason.SCHEDULE_AMBIGUOUS, subject, **values))
-    if alone := [row.name for row in rows if row.uid not in matched.task_of and row.uid not in matched.ambiguous]:
-        values = {**_some(alone), "linked": len(matched.task_of), "of": len(rows)}
-        notes.append(noted(Reason.SCHEDULE_NOT_LINKED, subject, **values))
-    if left:
-        values = _some([task.name for task in left])
-        notes.append(noted(Reason.SCHEDULE_LACKS_TASKS, subject, **values))
     return notes
+
+
+def _unlinked(tasks: Sequence[Task], schedule: ScheduleFile, matched: _Matched) -> Iterator[Note]:
+    """Say why rows are tied to nothing: they fit more than once, their task has another row, or none has their name."""
+    linked = {task.global_id for task in matched.task_of.values()}
+    free = [task for task in tasks if task.global_id not in linked]
+    taken = [task for task in tasks if task.global_id in linked]
+    numbers = {_plain(task.identification) for task in free} - {""}
+    free_ids, taken_ids, taken_names = _keys(free, _identification), _keys(taken, _identification), _keys(taken, _name)
+    found: dict[Reason, list[str]] = {}
+    for row in schedule.rows:
+        key, name = _identification(row.identification, row.name), row.name
+        if row.uid in matched.task_of:
+            continue
+        if row.uid in matched.ambiguous or key in free_ids:
+            code = Reason.SCHEDULE_AMBIGUOUS
+        elif key in taken_ids or _name("", row.name) in taken_names:
+            code = Reason.SCHEDULE_TASK_TAKEN
+        elif _plain(row.identification) in numbers:
+            code, name = Reason.SCHEDULE_NUMBER_ALONE, row.identification
+        else:
+            code = Reason.SCHEDULE_NOT_LINKED
+        found.setdefault(code, []).append(name)
+    sums: Values = {"linked": len(matched.task_of), "of": len(schedule.rows)}
+    for code, names in found.items():
+        values = {**_some([*dict.fromkeys(names)]), **(sums if code is Reason.SCHEDULE_NOT_LINKED else {})}
+        yield noted(code, about(SubjectKind.SCHEDULE, schedule.source.name), **values)
+
+
+def _keys(tasks: Sequence[Task], key_of: _KeyOf) -> set[tuple[str, ...]]:
+    return {key for task in tasks if (key := key_of(task.identification, task.name)) is not None}
 
 
 def _some(names: Sequence[str]) -> Values:

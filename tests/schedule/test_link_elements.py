@@ -93,6 +93,27 @@ def test_what_fits_twice_is_tied_to_neither_and_named(tmp_path: Path) -> None:
     assert all(one.schedule_start == OLD for one in twice.tasks)
 
 
+@pytest.mark.parametrize(
+    ("rows", "code", "named"),
+    [
+        ("1.2.1,,D", Reason.SCHEDULE_NUMBER_ALONE, "1.2.1"),
+        ("1.2.1,Shell,D", Reason.SCHEDULE_NUMBER_ALONE, "1.2.1"),
+        ("1.2.2,Walls,D 1.2.3,Walls,D", Reason.SCHEDULE_TASK_TAKEN, "Walls"),
+        ("A1,Piers,D A1,More,D", Reason.SCHEDULE_AMBIGUOUS, "Piers"),
+        (",Walls,D ,Walls,D", Reason.SCHEDULE_AMBIGUOUS, "Walls"),
+        ("1.2.2,Walls,D 1.2.2,Paint,D", Reason.SCHEDULE_NOT_LINKED, "Paint"),
+    ],
+)
+def test_why_a_row_is_tied_to_nothing_is_said_as_it_is(tmp_path: Path, rows: str, code: Reason, named: str) -> None:
+    text = "id,name,start,finish\n" + rows.replace(" ", "\n").replace("D", "2026-03-02,2026-03-13")
+    third = task("2TaskCGlobalId00000001", "C", "A1")
+    tasks = (task(TASK_A, "Columns", "1.2.1"), task(TASK_B, "Walls", "1.2.2"), third)
+    tied = with_schedule(design(*tasks), read_schedule(written(tmp_path, text, "plan.csv")))
+    (note,) = [one for one in tied.notes if one.code is not Reason.SCHEDULE_LACKS_TASKS]
+    assert note.code is code
+    assert note.values["tasks"][0] == named  # type: ignore[index]
+
+
 def test_outline_number_and_name_together_tell_two_of_a_name_apart(tmp_path: Path) -> None:
     plan = read_schedule(written(tmp_path, MSP.replace("<Name>Painting</Name>", "<Name>Walls</Name><WBS>2.2</WBS>")))
     tied = with_schedule(design(task(TASK_A, "Walls", "1.2"), task(TASK_B, "Walls", "2.2")), plan)

@@ -67,11 +67,15 @@ _DATES: Mapping[Reason, Template] = {
     Reason.SCHEDULE_ROWS_UNDATED: _undated,
     Reason.SCHEDULE_DATES_TAKEN: f"{_FILE}it gives {{elements:# element|# elements}} dates of their own. They count, "
     "and the IFC's don't, for these tasks of the IFC: {tasks:quoted}{more}. Their other elements are due by the IFC's",
-    Reason.SCHEDULE_AMBIGUOUS: f"{_FILE}not linked, because more than one task fits: {{tasks:quoted}}{{more}}. Give "
-    "them GlobalIds or ids of their own",
-    Reason.SCHEDULE_NOT_LINKED: f"{_FILE}{{linked}} of its {{of}} tasks are linked to walls or columns. No task of the "
-    "IFC has the GlobalId, id or name of {tasks:quoted}{more}",
-    Reason.SCHEDULE_LACKS_TASKS: f"{_FILE}these tasks of the IFC aren't in it and keep their own dates: "
+    Reason.SCHEDULE_AMBIGUOUS: f"{_FILE}not linked, because more than one row or task fits: {{tasks:quoted}}{{more}}. "
+    "Give a task of the IFC one row, or each row the GlobalIds of its elements; tell tasks of one name apart by ids",
+    Reason.SCHEDULE_TASK_TAKEN: f"{_FILE}not linked, because another row has their task of the IFC: "
+    "{tasks:quoted}{more}. Give a task of the IFC one row, or each row the GlobalIds of its elements",
+    Reason.SCHEDULE_NUMBER_ALONE: f"{_FILE}not linked, because a mere number isn't enough: {{tasks:quoted}}{{more}}. "
+    "Where the IFC's task of that number is meant, write its name beside it",
+    Reason.SCHEDULE_NOT_LINKED: f"{_FILE}{{linked}} of its {{of}} tasks are linked to walls or columns. None of the "
+    "IFC's other tasks has the GlobalId, id or name of {tasks:quoted}{more}",
+    Reason.SCHEDULE_LACKS_TASKS: f"{_FILE}these tasks of the IFC get no dates from it and keep their own: "
     "{tasks:quoted}{more}",
 }
 
