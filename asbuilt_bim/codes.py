@@ -286,6 +286,7 @@ class Reason(StrEnum):
     SCHEDULE_TASK_TAKEN = "task of another row"
     SCHEDULE_NUMBER_ALONE = "mere number links nothing"
     SCHEDULE_NOT_LINKED = "tasks not linked"
+    SCHEDULE_IDS_UNKNOWN = "GlobalIds of schedule unknown"
     SCHEDULE_LACKS_TASKS = "schedule lacks tasks"
 
     # On surfaces and elements.

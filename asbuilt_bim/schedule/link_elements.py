@@ -48,12 +48,11 @@ def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
     made = [_dated(t, rows[uid], key_of, schedule) for uid, t in matched.task_of.items() if t.global_id not in old]
     kept, taken = _by_elements(kept, row_of, [task for task in made if task.schedule_finish is not None])
     ours = {*row_of, *(task.global_id for task in taken)}
-    notes = [*_notes(schedule, matched), *_unlinked(design.tasks, schedule, matched)]
+    notes = [*_notes(schedule, matched), *_unlinked(design.tasks, schedule, matched), *_unknown_ids(design, schedule)]
+    subject = about(SubjectKind.SCHEDULE, schedule.source.name)
     if left := [task.name for task in design.tasks if task.global_id not in ours]:
-        subject = about(SubjectKind.SCHEDULE, schedule.source.name)
         notes.append(noted(Reason.SCHEDULE_LACKS_TASKS, subject, **_some(left)))
     if taken:
-        subject = about(SubjectKind.SCHEDULE, schedule.source.name)
         named = {key for task in made if task.schedule_finish is not None for key in task.elements}
         elements = len(named & {key for task in taken for key in task.elements})
         values: Values = {**_some([task.name for task in taken]), "elements": elements}
@@ -239,6 +238,16 @@ def _unlinked(tasks: Sequence[Task], schedule: ScheduleFile, matched: _Matched) 
     for code, names in found.items():
         values = {**_some([*dict.fromkeys(names)]), **(sums if code is Reason.SCHEDULE_NOT_LINKED else {})}
         yield noted(code, about(SubjectKind.SCHEDULE, schedule.source.name), **values)
+
+
+def _unknown_ids(design: BimModel, schedule: ScheduleFile) -> Iterator[Note]:
+    """Name what stands in the file's lists of GlobalIds and is none of the design's."""
+    known = {task.global_id for task in design.tasks} | {element.global_id for element in design.elements}
+    known |= {obstacle.global_id for obstacle in design.obstacles}
+    listed = dict.fromkeys(key for row in schedule.rows for key in row.listed)
+    if unknown := [key for key in listed if design.today(key) not in known]:
+        values: Values = {"elements": tuple(unknown[:MAX_NAMED]), "count": len(unknown)}
+        yield noted(Reason.SCHEDULE_IDS_UNKNOWN, about(SubjectKind.SCHEDULE, schedule.source.name), **values)
 
 
 def _keys(tasks: Sequence[Task], key_of: _KeyOf) -> set[tuple[str, ...]]:

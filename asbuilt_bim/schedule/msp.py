@@ -9,7 +9,7 @@ from pathlib import Path
 
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
-from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids, moment
+from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids, listed, moment
 from asbuilt_bim.schedule.safe_xml import child, children, text
 
 _LINKS: dict[str, LinkKind] = {"0": "FF", "1": "FS", "2": "SF", "3": "SS"}
@@ -37,6 +37,7 @@ def msp_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tup
         baseline = _baseline(task)
         baselines += baseline is not None
         holder = task if baseline is None else baseline
+        fields = [text(field, "Value") for field in children(task, "ExtendedAttribute")]
         start, finish, fault = dates(text(holder, "Start"), text(holder, "Finish"), text(task, "Name"))
         rows.append(
             ScheduleRow(
@@ -47,7 +48,8 @@ def msp_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tup
                 start=start,
                 finish=finish,
                 links=tuple(_links(task)),
-                global_ids=global_ids(text(field, "Value") for field in children(task, "ExtendedAttribute")),
+                global_ids=global_ids(fields),
+                listed=listed(fields),
                 fault=fault,
                 calendar=text(task, "CalendarUID"),
             )

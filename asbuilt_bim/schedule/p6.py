@@ -7,7 +7,7 @@ from pathlib import Path
 from asbuilt_bim.bim.schedule import LinkKind, TaskLink
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.schedule.msp import number
-from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids
+from asbuilt_bim.schedule.rows import ScheduleRow, dates, global_ids, listed
 from asbuilt_bim.schedule.safe_xml import children, text
 
 _LINKS: dict[str, LinkKind] = {
@@ -49,6 +49,7 @@ def _row(activity: ET.Element, wbs: dict[str, ET.Element], links: dict[str, list
         text(activity, "PlannedFinishDate") or text(activity, "FinishDate"),
         text(activity, "Name"),
     )
+    fields = [text(field, "TextValue") for field in children(activity, "UDF")]
     return ScheduleRow(
         uid=text(activity, "ObjectId"),
         name=text(activity, "Name"),
@@ -57,7 +58,8 @@ def _row(activity: ET.Element, wbs: dict[str, ET.Element], links: dict[str, list
         start=start,
         finish=finish,
         links=tuple(links.get(text(activity, "ObjectId"), ())),
-        global_ids=global_ids(text(field, "TextValue") for field in children(activity, "UDF")),
+        global_ids=global_ids(fields),
+        listed=listed(fields),
         fault=fault,
         calendar=text(activity, "CalendarObjectId"),
     )

@@ -15,6 +15,9 @@ DAY_START, DAY_END = time(8), time(17)
 """What a date without a time means: the customary working day of both MS Project and P6."""
 _GLOBAL_ID = re.compile(r"(?<![0-9A-Za-z_$])[0-3][0-9A-Za-z_$]{21}(?![0-9A-Za-z_$])")
 
+_WORD = re.compile(r"[^\s,;|]+")
+_NEARLY = re.compile(r"[0-9A-Za-z_$]{21,23}")  # a sign wrong, too many or missing
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScheduleRow:
@@ -28,6 +31,7 @@ class ScheduleRow:
     finish: datetime | None
     links: tuple[TaskLink, ...]
     global_ids: tuple[str, ...]  # of IFC tasks or of elements, out of its custom fields
+    listed: tuple[str, ...] = ()  # what stands as a GlobalId in fields that list them, mistyped or not
     fault: Note | None = None  # why its dates don't count, where they don't
     calendar: str = ""  # the number of its own calendar
 
@@ -45,6 +49,20 @@ class ScheduleFile:
 def global_ids(texts: Iterable[str]) -> tuple[str, ...]:
     """Return the IFC GlobalIds that stand in some texts, each once, in their order."""
     return tuple(dict.fromkeys(found for text in texts for found in _GLOBAL_ID.findall(text)))
+
+
+def listed(texts: Iterable[str]) -> tuple[str, ...]:
+    """Return what stands as a GlobalId, mistyped or not, in those texts that list GlobalIds: several, or nothing else.
+
+    Any other text may stand in a custom field.
+    """
+    found: dict[str, None] = {}
+    for text in texts:
+        words, sound = _WORD.findall(text), len(_GLOBAL_ID.findall(text))
+        like = [word for word in words if _NEARLY.fullmatch(word)]
+        if sound > 1 or (sound and len(like) == len(words)):
+            found.update(dict.fromkeys(like))
+    return tuple(found)
 
 
 def moment(text: str, *, end: bool) -> datetime | None:

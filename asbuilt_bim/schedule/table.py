@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, moment
+from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, listed, moment
 from asbuilt_bim.storage.csv_file import csv_table
 
 DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days")
@@ -84,6 +84,7 @@ def _row(number: int, got: Mapping[str, str], faults: list[str]) -> ScheduleRow:
         finish=finish,
         links=(),
         global_ids=global_ids([got.get("globalids", "")]),
+        listed=listed([got.get("globalids", "")]),
     )
 
 

@@ -185,6 +185,32 @@ def test_a_task_of_the_ifc_whose_elements_no_row_names_keeps_its_dates(tmp_path:
     assert all(note.code is not Reason.SCHEDULE_DATES_TAKEN for note in made.notes)
 
 
+@pytest.mark.parametrize("kind", ["plan.csv", "msp.xml", "p6.xml"])
+@pytest.mark.parametrize(
+    ("cell", "named"),
+    [
+        (f"{COLUMN} 1WallGlobalId00000000X", ("1WallGlobalId00000000X",)),
+        (f"1WallGlobalId00000001;{COLUMN}", ("1WallGlobalId00000001",)),  # a sign is missing
+        ("1WallGlobalId00000000X", ("1WallGlobalId00000000X",)),
+        (f"ifc: {COLUMN} {WALL} 1WallGlobalId00000000X", ("1WallGlobalId00000000X",)),
+        (f"{COLUMN} {WALL}", ()),
+        ("see order 1WallGlobalId00000000X", ()),
+        ("Bauabschnitt_West_Wand", ()),
+    ],
+)
+def test_a_mistyped_global_id_is_named_where_a_field_lists_global_ids(
+    tmp_path: Path, kind: str, cell: str, named: tuple[str, ...]
+) -> None:
+    text = {
+        "plan.csv": f'name,start,finish,globalids\nPart,2026-03-02,2026-03-13,"{cell}"\n',
+        "msp.xml": MSP.replace("<WBS>1.1</WBS>", f"<ExtendedAttribute><Value>{cell}</Value></ExtendedAttribute>"),
+        "p6.xml": P6.replace("ifc 2TaskAGlobalId00000001", cell),
+    }[kind]
+    made = with_schedule(design(task(TASK_A, "Ground floor")), read_schedule(written(tmp_path, text, kind)))
+    found = [note for note in made.notes if note.code is Reason.SCHEDULE_IDS_UNKNOWN]
+    assert [note.values["elements"] for note in found] == ([named] if named else [])
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -75,6 +75,8 @@ _DATES: Mapping[Reason, Template] = {
     "Where the IFC's task of that number is meant, write its name beside it",
     Reason.SCHEDULE_NOT_LINKED: f"{_FILE}{{linked}} of its {{of}} tasks are linked to walls or columns. None of the "
     "IFC's other tasks has the GlobalId, id or name of {tasks:quoted}{more}",
+    Reason.SCHEDULE_IDS_UNKNOWN: f"{_FILE}no wall or column that is measured here and no task of the IFC has the "
+    "{count:GlobalId|GlobalIds} {elements:quoted}{more}. Correct what is mistyped",
     Reason.SCHEDULE_LACKS_TASKS: f"{_FILE}these tasks of the IFC get no dates from it and keep their own: "
     "{tasks:quoted}{more}",
 }
