@@ -115,3 +115,5 @@ class ScheduleSource:
     digest: str  # sha256 of the file
     kind: Literal["MS Project XML", "Primavera P6 XML", "CSV"]
     calendar: WorkCalendar
+    last_uid: int = 0  # the largest number that the file knows a task by
+    other_ids: tuple[str, ...] = ()  # of its activities that are no task of the IFC, and have the id of one

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 from asbuilt_bim.bim.model import BimModel, Task
-from asbuilt_bim.bim.schedule import SCHEDULE_KEY
+from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, ScheduleSource
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.schedule.rows import ScheduleFile, ScheduleRow
 
@@ -48,6 +48,7 @@ def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
     made = [_dated(t, rows[uid], key_of, schedule) for uid, t in matched.task_of.items() if t.global_id not in old]
     kept, taken = _by_elements(kept, row_of, [task for task in made if task.schedule_finish is not None])
     ours = {*row_of, *(task.global_id for task in taken)}
+    kept = [task if task.global_id in ours else replace(task, calendar=EVERY_DAY) for task in kept]
     notes = [*_notes(schedule, matched), *_unlinked(design.tasks, schedule, matched), *_unknown_ids(design, schedule)]
     subject = about(SubjectKind.SCHEDULE, schedule.source.name)
     if left := [task.name for task in design.tasks if task.global_id not in ours]:
@@ -57,7 +58,19 @@ def with_schedule(design: BimModel, schedule: ScheduleFile) -> BimModel:
         elements = len(named & {key for task in taken for key in task.elements})
         values: Values = {**_some([task.name for task in taken]), "elements": elements}
         notes.append(noted(Reason.SCHEDULE_DATES_TAKEN, subject, **values))
-    return replace(design, tasks=(*kept, *made), notes=(*design.notes, *notes), schedule=schedule.source)
+    source = _with_ids_of_others(schedule, matched, kept)
+    return replace(design, tasks=(*kept, *made), notes=(*design.notes, *notes), schedule=source)
+
+
+def _with_ids_of_others(schedule: ScheduleFile, matched: _Matched, kept: Sequence[Task]) -> ScheduleSource:
+    """Return the schedule's source with the ids of activities that are linked to no task, and that a task has, too.
+
+    An export may not give them to that task: an import would take one for the other.
+    """
+    ours = {_plain(task.identification) for task in kept if task.identification}
+    foreign = (row.identification for row in schedule.rows if row.uid not in matched.task_of)
+    others = dict.fromkeys(one for one in foreign if _plain(one) in ours)
+    return replace(schedule.source, other_ids=tuple(others))
 
 
 def _by_elements(

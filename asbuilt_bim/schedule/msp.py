@@ -58,6 +58,12 @@ def msp_rows(root: ET.Element, path: Path) -> tuple[tuple[ScheduleRow, ...], tup
     return tuple(rows), ((note,) if baselines else ())
 
 
+def last_uid(root: ET.Element) -> int:
+    """Return the largest UID that a task or summary of the file has."""
+    uids = (text(task, "UID") for tasks in children(root, "Tasks") for task in children(tasks, "Task"))
+    return max((int(uid) for uid in uids if uid.isdecimal() and len(uid) < 11), default=0)
+
+
 def _baseline(task: ET.Element) -> ET.Element | None:
     """Return a task's first baseline where it has both dates: a task in progress has moved its own."""
     for baseline in children(task, "Baseline"):

@@ -10,7 +10,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.calendars import msp_calendar, msp_recurring, own_calendars, p6_calendar
 from asbuilt_bim.schedule.link_elements import with_schedule
-from asbuilt_bim.schedule.msp import msp_rows
+from asbuilt_bim.schedule.msp import last_uid, msp_rows
 from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
 from asbuilt_bim.schedule.safe_xml import local, parse_xml
@@ -46,7 +46,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
             raise ScheduleError(f"{path}: is {what}; save it as XML (MS Project, P6) or as CSV")
     if data.startswith(b"ERMHDR"):
         raise ScheduleError(f"{path}: is a P6 XER file; export it as Primavera P6 XML")
-    calendar, calendars = EVERY_DAY, dict[str, WorkCalendar]()
+    calendar, calendars, last = EVERY_DAY, dict[str, WorkCalendar](), 0
     kind: Literal["MS Project XML", "Primavera P6 XML", "CSV"] = "CSV"
     if _looks_like_xml(data):
         root = parse_xml(data, path)
@@ -54,6 +54,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
             kind, (rows, notes), calendar = "Primavera P6 XML", p6_rows(root, path), p6_calendar(root, path)
         elif local(root.tag) == "Project":
             kind, (rows, notes), calendar = "MS Project XML", msp_rows(root, path), msp_calendar(root, path)
+            last = last_uid(root)
             if recurring := msp_recurring(root):
                 notes = (*notes, _count(Reason.SCHEDULE_RECURRING, recurring, path))
         else:
@@ -69,7 +70,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
         rows, notes = csv_rows(data, path)
     _check(rows, path)
     digest = f"sha256:{hashlib.sha256(data).hexdigest()}"
-    source = ScheduleSource(name=path.name, digest=digest, kind=kind, calendar=calendar)
+    source = ScheduleSource(name=path.name, digest=digest, kind=kind, calendar=calendar, last_uid=last)
     return ScheduleFile(source=source, rows=rows, notes=notes, calendars=calendars)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar, WorkDay, weekday
+from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource, TaskLink, WorkCalendar, WorkDay, weekday
 from asbuilt_bim.progress.report import Completion, ProgressReport, TaskProgress
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.schedule.lines import schedule_lines
@@ -249,6 +249,21 @@ def test_the_calendar_comes_along(tmp_path: Path) -> None:
     assert all(time.findtext("Start") for time in found[""].iter("WorkTime"))  # an empty one stops MPXJ
     assert part.findtext("PlannedDuration") == "112"  # 23 February to 13 March: 14 working days
     assert part.findtext("ActualDuration") == "80"  # 2 to 16 March without the holiday
+
+
+def test_no_task_gets_the_number_or_id_of_another_task_of_the_planners_file(tmp_path: Path) -> None:
+    source = ScheduleSource(
+        name="p.xml", digest="", kind="MS Project XML", calendar=EVERY_DAY, last_uid=40, other_ids=("1.1.2",)
+    )
+    linked, ours = replace(PART, schedule_uid="7"), replace(WHOLE, identification="1.1.2", schedule_uid="")
+    report = replace(report_of(linked, ours), schedule=source)
+    found = msp(report, tmp_path)
+    uids = {name: int(one.findtext("UID", "")) for name, one in found.items() if name}
+    assert uids.pop("part") == 7 and min(uids.values()) > 40
+    ids = {name: one.findtext("Id") for name, one in p6(report, tmp_path).items() if name}
+    assert ids["whole"] not in ("1.1.2", None)
+    theirs = replace(report, tasks=(replace(ours, schedule_uid="9"),))
+    assert p6(theirs, tmp_path)["whole"].findtext("Id") == "1.1.2"
 
 
 @pytest.mark.parametrize("sort", ["msp", "p6"])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from asbuilt_bim.bim.schedule import EVERY_DAY
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.progress.completion.planned import due_by, planned_share
 from asbuilt_bim.report.wording.notes import note_words
@@ -38,6 +39,20 @@ def test_a_global_id_goes_before_a_name_and_an_activity_id_ties_what_has_another
     by_key = {one.global_id: one for one in tied.tasks}
     assert by_key[TASK_A].identification == "A1000"
     assert by_key[TASK_B].identification == "A1010"
+
+
+def test_a_schedule_that_dates_no_task_of_the_ifc_brings_them_no_calendar(tmp_path: Path) -> None:
+    for text in (MSP, P6):
+        tied = with_schedule(design(task(TASK_B, "Facade")), read_schedule(written(tmp_path, text)))
+        assert [one.calendar for one in tied.tasks] == [EVERY_DAY]
+
+
+def test_an_export_is_told_the_ids_of_what_the_file_has_beside_the_ifcs_tasks(tmp_path: Path) -> None:
+    tied = with_schedule(design(task(TASK_A, "Columns")), read_schedule(written(tmp_path, MSP)))
+    assert tied.schedule is not None and tied.schedule.last_uid == 14  # of a blank line
+    named = P6.replace("<Id>A1010</Id>", "<Id>1.1.2</Id>")
+    tied = with_schedule(design(task(TASK_B, "Walls", "1.1.2")), read_schedule(written(tmp_path, named)))
+    assert tied.schedule is not None and tied.schedule.other_ids == ("1.1.2",)
 
 
 def test_a_task_with_a_calendar_of_its_own_is_held_against_that(tmp_path: Path) -> None:
@@ -181,7 +196,7 @@ def test_a_task_of_the_ifc_whose_elements_no_row_names_keeps_its_dates(tmp_path:
     other = replace(task(TASK_A, "Ground floor"), elements=(WALL,))
     text = f"name,start,finish,globalids\nOne,2026-03-02,2026-03-13,{COLUMN}\n"
     made = with_schedule(design(other), read_schedule(written(tmp_path, text, "plan.csv")))
-    assert made.tasks[0] == other
+    assert made.tasks[0] == replace(other, calendar=EVERY_DAY)
     assert all(note.code is not Reason.SCHEDULE_DATES_TAKEN for note in made.notes)
 
 

@@ -35,7 +35,7 @@ def write_msp(report: ProgressReport, path: Path) -> None:
         OutputError: the file can't be written.
     """
     lines = schedule_lines(report)
-    uids = _uids(lines)
+    uids = _uids(lines, report.schedule.last_uid if report.schedule else 0)
     by_key = {line.task.progress.key: uids[line.number] for line in lines if line.task}
     root = _project(report, lines)
     tasks = ET.SubElement(root, "Tasks")
@@ -167,13 +167,16 @@ def _write_times(parent: ET.Element, day: WorkDay) -> None:
             add_all(one, FromTime=_clock(span.from_min), ToTime=_clock(span.to_min % DAY_MIN))
 
 
-def _uids(lines: Iterable[ScheduleLine]) -> dict[str, int]:
-    """Return outline number -> UID: those of the MS Project file that the plan came from, free ones for the others."""
+def _uids(lines: Iterable[ScheduleLine], last: int) -> dict[str, int]:
+    """Return outline number -> UID: those of the MS Project file that the plan came from, free ones for the others.
+
+    Free are those over the file's `last` one: an import would give what stands here to that task.
+    """
     lines = list(lines)
     known = {ln.number: int(ln.task.schedule_uid) for ln in lines if ln.task and ln.task.schedule_uid.isdecimal()}
-    if len(set(known.values())) < len(known) or max(known.values(), default=0) > 2**31 - len(lines) - 1:
-        known = {}
-    free = max(known.values(), default=0)
+    free = max(last, *known.values()) if known else last
+    if len(set(known.values())) < len(known) or free > 2**31 - len(lines) - 1:
+        known, free = {}, 0
     for line in lines:
         if line.number not in known:
             free += 1

@@ -7,7 +7,7 @@ they are. Elements are in alphabetical order, as P6's own schema (p6apibo.xsd) h
 
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from datetime import datetime
 from pathlib import Path
 
@@ -61,7 +61,7 @@ def write_p6(report: ProgressReport, path: Path) -> None:
     for line in lines:
         if line.task is None:
             _write_wbs(project, line, objects)
-    ids = _activity_ids(lines)
+    ids = _activity_ids(lines, set(report.schedule.other_ids) if report.schedule else set())
     for line in lines:
         if line.task is not None:
             _write_activity(project, line, line.task, ids[line.number], objects)
@@ -155,19 +155,26 @@ def _write_links(project: ET.Element, lines: Sequence[ScheduleLine], objects: di
         )
 
 
-def _activity_ids(lines: Sequence[ScheduleLine]) -> dict[str, str]:
-    """Return outline number -> activity id: the schedule's own where it is one, so that P6 finds its activity again."""
-    own = {line.number: one_line(line.task.identification, 1000) for line in lines if line.task}
+def _activity_ids(lines: Sequence[ScheduleLine], others: Set[str]) -> dict[str, str]:
+    """Return outline number -> activity id: the schedule's own where it is one, so that P6 finds its activity again.
+
+    The ids of its `others` are left to these.
+    """
+    own = {line.number: _own_id(line.task, others) for line in lines if line.task}
     count = Counter(own.values())
     taken = {key for key in own.values() if key and count[key] == 1 and len(key) <= _ID}
     ids, free = {}, 1000
     for number, key in own.items():
         if key not in taken:
-            while (key := f"A{free}") in taken:
+            while (key := f"AB{free}") in taken:
                 free += 10
             free += 10
         ids[number] = key
     return ids
+
+
+def _own_id(task: TaskProgress, others: Set[str]) -> str:
+    return "" if task.identification in others and not task.schedule_uid else one_line(task.identification, 1000)
 
 
 def _write_calendar(root: ET.Element, calendar: WorkCalendar) -> None:

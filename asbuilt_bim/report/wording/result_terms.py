@@ -152,6 +152,8 @@ TERMS = {
     "move_m": "How it stands beside its design, in world metres; null where it doesn't, or isn't known to.",
     "ElementProgress.as_far_as_seen": "It is complete as far as seen: under 90 % of it is certain (nearly_all).",
     "GroupProgress.as_far_as_seen": "Of the complete ones, how many are under 90 % certain. Tables count them apart.",
+    "last_uid": "The largest number that the schedule file knows a task by.",
+    "other_ids": "Ids of activities of the file that are linked to no task, and that a task of the IFC has, too.",
     "former_ids": "GlobalIds that earlier exports of the IFC file gave it.",
     "zones": "Names of the zones that it lies in.",
     "type_name": "Name of its type in the IFC file; empty where it has none.",
