@@ -12,6 +12,7 @@ from asbuilt_bim.geometry.transform import cross
 WELD_M = 1e-5
 """Vertices nearer than this are one: modellers' own precision, a hundredth of the coplanarity tolerance."""
 _CHUNK = 2_000_000  # point-triangle pairs tested at once: bounds the memory to some 100 MB
+_NEXT = [1, 2, 0]
 _RAY = np.array([0.2718281828, 0.5772156649, 0.7701635339])  # along no wall, edge or diagonal that is ever drawn
 
 
@@ -86,7 +87,8 @@ def signed_volume(mesh: Mesh) -> float:
     """Return the volume in m3 by the divergence theorem: below zero when the mesh is inside out."""
     if len(mesh.triangles) == 0:
         return 0.0
-    a, b, c = np.moveaxis(mesh.corners_m - mesh.corners_m.reshape(-1, 3).mean(axis=0), 1, 0)
+    corners = mesh.corners_m
+    a, b, c = (corners - corners.reshape(-1, 3).mean(axis=0)).transpose(1, 0, 2)
     return float(np.sum(a * cross(b, c)) / 6.0)
 
 
@@ -124,18 +126,13 @@ def section(mesh: Mesh, frame: PlaneFrame, lift_m: float) -> FloatArray:
     height = (mesh.vertices_m - frame.origin_m) @ frame.normal - lift_m
     if height.size == 0 or height.min() > 0.0 or height.max() <= -1e-9:
         return np.zeros((0, 2, 2))
-    height = np.where(np.abs(height) < 1e-9, 1e-9, height)
-    over = (height > 0.0)[mesh.triangles].sum(axis=1)
-    cut = mesh.triangles[(over == 1) | (over == 2)]
-    if len(cut) == 0:
-        return np.zeros((0, 2, 2))
-    start, end = cut, cut[:, [1, 2, 0]]
-    low, high = height[start], height[end]
-    crosses = (low > 0.0) != (high > 0.0)  # two of the three edges of each triangle
-    share = low / np.where(crosses, low - high, 1.0)
-    points = mesh.vertices_m[start] + share[..., None] * (mesh.vertices_m[end] - mesh.vertices_m[start])
-    segments: FloatArray = frame.to_uv(points[crosses]).reshape(-1, 2, 2)
-    return segments
+    height[np.abs(height) < 1e-9] = 1e-9
+    over = (height > 0.0)[mesh.triangles]
+    crosses = over != over[:, _NEXT]  # two of the three edges of each triangle that is cut
+    start, end = mesh.triangles[crosses], mesh.triangles[:, _NEXT][crosses]
+    share = height[start] / (height[start] - height[end])
+    points = mesh.vertices_m[start] + share[:, None] * (mesh.vertices_m[end] - mesh.vertices_m[start])
+    return frame.to_uv(points).reshape(-1, 2, 2)
 
 
 def crossings(mesh: Mesh, origins_m: ArrayLike, direction: ArrayLike) -> tuple[NDArray[np.int64], FloatArray]:

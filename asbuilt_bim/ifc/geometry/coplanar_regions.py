@@ -52,10 +52,10 @@ def coplanar_regions(mesh: Mesh) -> tuple[CoplanarRegion, ...]:
     start = np.flatnonzero(np.diff(leader[order], prepend=-1))
     means, areas = np.add.reduceat(across[order], start), np.add.reduceat(double[order], start) / 2.0
     means /= np.sqrt((means**2).sum(axis=1))[:, None]
-    own = np.split(lateral[order].astype(np.int32), start[1:])
+    own, first = lateral[order].astype(np.int32), start.tolist()
     return tuple(
-        CoplanarRegion(normal=normal, triangles=triangles, area_m2=area_m2)
-        for normal, triangles, area_m2 in zip(means, own, areas.tolist(), strict=True)
+        CoplanarRegion(normal=normal, triangles=own[begin:end], area_m2=area_m2)
+        for normal, begin, end, area_m2 in zip(means, first, [*first[1:], len(own)], areas.tolist(), strict=True)
     )
 
 
@@ -81,14 +81,12 @@ def _leaders(corners: FloatArray, normals: FloatArray, sliver: BoolArray) -> NDA
 
 def _coplanar(corners: FloatArray, normals: FloatArray, sliver: BoolArray, seeds: NDArray[np.intp]) -> BoolArray:
     """Say of each seed (S, T) which triangles lie in its plane; a round column has sixty, so all are asked at once."""
-    facing = normals[seeds]
-    turned = facing @ normals.T
-    points = corners - corners[0, 0]
-    offset = (points[seeds, 0] * facing).sum(axis=1)[:, None]
-    alike: BoolArray = np.ones(turned.shape, dtype=bool)
-    for corner in range(3):
-        alike &= np.abs(facing @ points[:, corner].T - offset) < COPLANAR_M
-    alike &= (turned > np.cos(COPLANAR_RAD)) | (sliver & (turned > 0.0))
+    turned = normals[seeds] @ normals.T
+    alike: BoolArray = (turned > np.cos(COPLANAR_RAD)) | (sliver & (turned > 0.0))
+    which, other = np.nonzero(alike)
+    seed = seeds[which]
+    heights = ((corners[other] - corners[seed, :1]) * normals[seed, None]).sum(axis=2)
+    alike[which, other] = (np.abs(heights) < COPLANAR_M).all(axis=1)
     alike[np.arange(len(seeds)), seeds] = True
     return alike
 

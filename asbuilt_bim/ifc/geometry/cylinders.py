@@ -48,8 +48,9 @@ def _chains(mesh: Mesh, parts: tuple[CoplanarRegion, ...]) -> list[list[int]]:
     if _none_alike(normals):
         return []
     part_of = np.full(len(mesh.triangles), -1)
-    for number, part in enumerate(parts):
-        part_of[part.triangles] = number
+    part_of[np.concatenate([part.triangles for part in parts])] = np.repeat(
+        np.arange(len(parts)), [len(part.triangles) for part in parts]
+    )
     edges = np.concatenate([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]])
     owner = np.tile(part_of, 3)
     edges, owner = np.sort(edges[owner >= 0], axis=1), owner[owner >= 0]
