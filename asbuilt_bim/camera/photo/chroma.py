@@ -1,5 +1,6 @@
 """Whether a photo has any colour: a grey one says nothing of what things are made of."""
 
+import cv2
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import ByteImage
@@ -14,6 +15,6 @@ def is_grey(image: ByteImage) -> bool:
     """Say whether a photo (H, W, 3) has no chroma at all: taken without colour, or turned to grey since."""
     if image.ndim == 2 or image.size == 0:
         return True
-    small = image[::2, ::2].astype(np.int16)
-    apart = small.max(axis=2) - small.min(axis=2)
+    blue, green, red = cv2.split(image[::2, ::2])
+    apart = cv2.max(cv2.max(blue, green), red) - cv2.min(cv2.min(blue, green), red)
     return float(np.mean(apart > ROUNDING)) <= OF_PIXELS
