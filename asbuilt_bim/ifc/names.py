@@ -75,6 +75,7 @@ MARKS: tuple[Mark, ...] = (
     Mark(name="ElementsNotStarted", kind="count", meaning="elements in the state not started"),
     Mark(name="ElementsDisplaced", kind="count", meaning="elements beside their design: none of them counts"),
     Mark(name="ElementsUnknown", kind="count", meaning="elements in the state unknown: never read as not built"),
+    Mark(name="Files", kind="text", meaning="files whose elements are counted, where several: don't add up over files"),
     Mark(name="OriginalTaskTime", kind="label", meaning="NONE where the task had no task time before"),
     Mark(name="OriginalDataOrigin", kind="label", meaning="task's DataOrigin before it was overwritten"),
     Mark(name="OriginalStatusTime", kind="label", meaning="task's StatusTime before it was overwritten"),

@@ -78,13 +78,15 @@ def mark_file(
         history.write(element)
         if painter is not None:
             painter.paint(element, progress)
+    files = report.provenance.ifc_name if report.provenance is not None else ""
+    files = "" if files == Path(name).name else files
     for group in report.storeys:
         if (thing := marker.find(group.key, "IfcBuildingStorey")) is not None:
-            mark_storey(marker, thing, group, report, photographed)
+            mark_storey(marker, thing, group, report, photographed, files)
             history.write(thing)
     for task in report.tasks:
         if (thing := marker.find(task.progress.key, "IfcTask")) is not None:
-            mark_task(marker, thing, task, report)
+            mark_task(marker, thing, task, report, files)
             history.write(thing)
     history.finish()
     write_costs(marker, report.cost_lines, report.visit_date)

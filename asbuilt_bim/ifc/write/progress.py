@@ -62,13 +62,21 @@ def mark_element(
 
 
 def mark_storey(
-    marker: Marker, storey: Any, group: GroupProgress, report: ProgressReport, photographed_m2: Mapping[str, float]
+    marker: Marker,
+    storey: Any,
+    group: GroupProgress,
+    report: ProgressReport,
+    photographed_m2: Mapping[str, float],
+    files: str,
 ) -> None:
-    """Give a storey its sets; the areas are sums over its walls and columns, absent where none was measured."""
+    """Give a storey its sets; the areas are sums over its walls and columns, absent where none was measured.
+
+    `files` names those that hold them where it isn't this one alone, "" otherwise.
+    """
     inside = set(group.elements)
     measured = any(e.as_built_area_m2 is not None for e in report.elements if e.global_id in inside)
     photographed = [area for key, area in photographed_m2.items() if key in inside]
-    marker.properties(storey, _group_values(group, report))
+    marker.properties(storey, _group_values(group, report) | {"Files": files or None})
     marker.areas(
         storey,
         {
@@ -80,10 +88,11 @@ def mark_storey(
     )
 
 
-def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport) -> None:
-    """Write a task's measured time, and our set with what was overwritten."""
+def mark_task(marker: Marker, thing: Any, task: TaskProgress, report: ProgressReport, files: str) -> None:
+    """Write a task's measured time, and our set with what was overwritten; `files` as of a storey."""
     kept = write_task(marker, thing, task, report.visit_date)
-    marker.properties(thing, _group_values(task.progress, report) | _dates(task, report) | kept.values, kept.dates)
+    values = _group_values(task.progress, report) | {"Files": files or None} | _dates(task, report) | kept.values
+    marker.properties(thing, values, kept.dates)
 
 
 def _dates(task: TaskProgress, report: ProgressReport) -> dict[str, Value | None]:

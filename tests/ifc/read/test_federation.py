@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import ifcopenshell
+import ifcopenshell.util.element
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
 from tests.notes import codes, the
+from tests.report.sample_report import sample_report
 
 
 def _named(design: BimModel, name: str) -> BimElement:
@@ -152,6 +155,22 @@ def test_each_element_is_written_into_the_file_that_owns_it(tmp_path: Path) -> N
     assert "C" in marked[1] and "W" not in marked[1]
     with pytest.raises(ResultError, match="are in none of these files"):
         write_copies(paths[1:], report, tmp_path / "less")
+
+
+def test_a_storey_of_several_files_says_whose_numbers_it_has_and_one_of_a_single_file_does_not(tmp_path: Path) -> None:
+    sources = _pair(tmp_path)
+    for paths in (sources, sources[:1]):
+        design = read_design(paths)
+        made_from = sample_report().provenance
+        assert made_from is not None
+        report = report_on(design, {element.name: 1.0 for element in design.elements})
+        report = replace(report, provenance=replace(made_from, ifc_name=design.file_name))
+        told = set()
+        for path in write_copies(paths, report, tmp_path / "out"):
+            file = ifcopenshell.open(str(path))
+            for storey in file.by_type("IfcBuildingStorey"):
+                told.add(ifcopenshell.util.element.get_psets(storey).get("AsBuilt_Progress", {}).get("Files"))
+        assert told - {None} == ({design.file_name} if len(paths) > 1 else set())
 
 
 def test_two_files_of_one_name_in_two_folders_get_copies_of_two_names(tmp_path: Path) -> None:
