@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import date, datetime
+from datetime import date, datetime, time
 from pathlib import Path
 
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
@@ -12,19 +12,20 @@ from asbuilt_bim.storage.csv_file import csv_table
 
 DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days")
 COLUMNS = {
-    "id": ("id", "identification", "taskid", "activityid", "wbs"),
-    "name": ("name", "task", "taskname", "activityname", "activity"),
-    "start": ("start", "plannedstart", "startdate", "schedulestart"),
-    "finish": ("finish", "end", "plannedfinish", "finishdate", "enddate", "schedulefinish"),
-    "baseline start": ("baselinestart", "baselinestartdate", "blprojectstart"),
-    "baseline finish": ("baselinefinish", "baselinefinishdate", "baselineend", "blprojectfinish"),
+    "id": ("id", "identification", "taskid", "activityid", "wbs", "nr", "nr.", "psp", "pspcode"),
+    "name": ("name", "task", "taskname", "activityname", "activity", "vorgangsname", "vorgang"),
+    "start": ("start", "plannedstart", "startdate", "schedulestart", "anfang", "beginn"),
+    "finish": ("finish", "end", "plannedfinish", "finishdate", "enddate", "schedulefinish", "ende"),
+    "baseline start": ("baselinestart", "baselinestartdate", "blprojectstart", "geplanteranfang"),
+    "baseline finish": ("baselinefinish", "baselinefinishdate", "baselineend", "blprojectfinish", "geplantesende"),
     "globalids": ("globalid", "globalids", "elements", "ifcglobalid", "ifcglobalids"),
 }
 """What a column may be called; capitals, spaces, dashes and underscores don't count."""
 _ACTUAL = re.compile(r"actual(start|finish|end)(date)?|.*(%|percent|pct)(work)?completed?")
 _NO_DATE = ("", "NA", "NV")
 """How MS Project's tables leave a date out, in English and in German."""
-_GERMAN = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
+_GERMAN = re.compile(r"(?:[A-Za-z]{2,3}\.? )?(\d{1,2})\.(\d{1,2})\.(\d{4}|\d{2})(?: (\d{1,2}):(\d{2}))?")
+"""02.03.2026, as MS Project writes it in German, too: `Mo 02.03.26 08:00`."""
 MAX_FAULTS = 8
 
 
@@ -93,8 +94,10 @@ def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime |
         return None
     if dotted := _GERMAN.fullmatch(written):
         try:
-            day, month, year = (int(part) for part in dotted.groups())
-            return at_time(date(year, month, day), end=end)
+            day, month, year = (int(part) for part in dotted.groups()[:3])
+            hour, minute = dotted.groups()[3:]
+            on = date(year if year > 99 else 2000 + year, month, day)
+            return datetime.combine(on, time(int(hour), int(minute))) if hour else at_time(on, end=end)
         except ValueError:
             pass
     when = moment(written, end=end)

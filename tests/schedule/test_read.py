@@ -141,6 +141,19 @@ def test_a_csv_schedule_is_read_with_whatever_sign_and_date_form_is_unmistakable
     assert row.global_ids == (COLUMN, WALL)
 
 
+def test_a_table_that_ms_project_exports_in_german_is_read(tmp_path: Path) -> None:
+    text = "Nr.;Vorgangsname;Dauer;Anfang;Ende;Geplanter Anfang;Geplantes Ende\n"
+    text += "7;Wände EG;5 Tage;Mo 02.03.26 08:00;Fr 06.03.26 17:00;23.02.2026;27.02.26\n"
+    text += "8;Dach;1 Tag;09.03.26;09.03.26;NV;NV\n"
+    walls, roof = read_schedule(written(tmp_path, text, "plan.csv")).rows
+    assert (walls.identification, walls.name) == ("7", "Wände EG")
+    assert walls.start and walls.finish and roof.start
+    assert (walls.start.date(), walls.finish.date()) == (date(2026, 2, 23), date(2026, 2, 27))  # its baseline
+    assert roof.start.date() == date(2026, 3, 9)
+    late = text.replace("23.02.2026;27.02.26", "NV;NV")
+    assert read_schedule(written(tmp_path, late, "plan.csv")).rows[0].finish == datetime(2026, 3, 6, 17)
+
+
 def test_durations_in_a_csv_are_said_not_to_be_read_where_a_finish_is_missing(tmp_path: Path) -> None:
     text = "name,start,Duration,finish\nA,2026-03-02,5,\nB,2026-03-02,5,2026-03-06\n"
     (note,) = read_schedule(written(tmp_path, text, "plan.csv")).notes
