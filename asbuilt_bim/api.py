@@ -9,15 +9,7 @@ from asbuilt_bim.errors import OptionError, OutputError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress, Workplace
 from asbuilt_bim.flow.output.carried_on import last_workbook
 from asbuilt_bim.flow.output.folder import open_output
-from asbuilt_bim.flow.output.publish import (
-    previous_result,
-    publish_again,
-    publish_run,
-    with_days_to_come,
-    with_persons,
-    with_revision,
-    with_visits_gone,
-)
+from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_what_is_known
 from asbuilt_bim.flow.pipeline import run_project
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.ifc import apart
@@ -75,10 +67,9 @@ def run(
         before = previous_result(output)
         last = last_workbook(output, before, checked.last_workbook)
         with with_video_stations(checked, store, progress or _silent) as visited:
-            found = with_revision(run_project(visited, place, progress or _silent, before), before)
-            found = with_visits_gone(found, before)
             when = datetime.now(UTC)
-            found = with_days_to_come(with_persons(found, visited, before, last), when.date())
+            found = run_project(visited, place, progress or _silent, before)
+            found = with_what_is_known(found, visited, before, last, when.date())
             published = publish_run(output, found, visited, when, writers)
     store.prune()
     return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)

@@ -20,10 +20,7 @@ from asbuilt_bim.flow.output.publish import (
     previous_result,
     publish_again,
     publish_run,
-    with_days_to_come,
-    with_persons,
-    with_revision,
-    with_visits_gone,
+    with_what_is_known,
 )
 from asbuilt_bim.flow.pipeline import RunResult, run_project
 from asbuilt_bim.flow.video_stations import with_video_stations
@@ -97,9 +94,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         last = last_workbook(out, before, project.last_workbook)  # one that can't be read is said before anything else
         with screen.steps() as progress:
             project = until_end.enter_context(with_video_stations(project, cache, progress))
-            result = with_revision(run_project(project, place, progress, before), before)
-        result = with_visits_gone(result, before)
-        result = with_days_to_come(with_persons(result, project, before, last), when.date())
+            result = run_project(project, place, progress, before)
+        result = with_what_is_known(result, project, before, last, when.date())
         before = known_again(before, result.design) if before is not None else None
         timer = StepTimer(time.perf_counter)
         published = publish_run(out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs)

@@ -145,6 +145,18 @@ def previous_result(out: OutputFolder) -> ProgressReport | None:
         return None
 
 
+def with_what_is_known(
+    result: RunResult, project: Project, before: ProgressReport | None, last: LastWorkbook | None, today: date
+) -> RunResult:
+    """Return a run's result with all that the folder's earlier run, persons and the calendar say of it.
+
+    Raises:
+        CostError: what was certified before is of another currency than the costs now.
+    """
+    compared = with_visits_gone(with_revision(result, before), before)
+    return with_days_to_come(with_persons(compared, project, before, last), today)
+
+
 def with_days_to_come(result: RunResult, today: date) -> RunResult:
     """Return a run's result with a note where a visit's day is yet to come."""
     reports = (replace(one, notes=(*to_come(one.visit_date, today), *one.notes)) for one in result.reports)
