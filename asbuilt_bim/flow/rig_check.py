@@ -86,7 +86,7 @@ def watch_rig(
         records.append(_record(verdict, refined=False))
         notes += _rows_told(verdict)
         if verdict.state == "knocked":
-            found.update({name: _refused(found[name], verdict) for name in names})
+            found.update({name: _refused(found[name], verdict) for name in names if _is_of(found[name], verdict)})
         doubt = rig_doubt(verdict, names, rig)
         warnings += [doubt] if doubt is not None else []
     notes += [_knocked_between(before, after) for before, after in pairwise(verdicts)]
@@ -212,6 +212,11 @@ def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tup
         current = by_name.get(name, current)
         groups[current].append(name)
     return list(zip(verdicts, groups, strict=True))
+
+
+def _is_of(outcome: Outcome, verdict: RigVerdict) -> bool:
+    """Say whether a verdict is on a station: one that was refused before, and says nothing of the rig, has its cause."""
+    return outcome.station in verdict.stations or not isinstance(outcome, RejectedStation)
 
 
 def _still_knocked(
