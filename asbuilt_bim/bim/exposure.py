@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from asbuilt_bim.bim.mesh import Mesh, pieces, section
 from asbuilt_bim.bim.model import BimElement, DesignFace, Obstacle
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Rings, area, bounds, enclosed, grown, region_from, rings_area, shape_of
@@ -28,7 +28,7 @@ STRIPS = 48
 """A full lateral surface is cut along this many flat strips (7.5 degrees: 1 mm off at a radius of half a metre)."""
 
 _BROKEN = (ArithmeticError, LookupError, RuntimeError, ValueError, ShapelyError)
-_TOUCH_M = 1e-9  # what rounding may add: a floor that reaches no further into a strip of a round column ends under it
+_TOUCH_M = 1e-9  # what rounding may add: a floor that reaches no further over a face's border ends under it
 _AT_ONCE = 1024  # windows asked for at once: bounds the memory where everything is near everything
 
 
@@ -37,8 +37,7 @@ class _Windows:
     """Rectangles (W,) that faces are cut in: a flat face has one in its plane, a cylinder a strip for each tangent.
 
     `origin_m`, `u`, `v`, `normal` (W, 3) are the planes' frames, `box_uv_m` (W, 4) is (u0, v0, u1, v1) in them.
-    `shift_m` (W,) is the lateral surface's u less the strip's, `strip` (W,) says which are strips, `first` (F + 1,)
-    where each face's windows begin.
+    `shift_m` (W,) is the lateral surface's u less the strip's, `first` (F + 1,) where each face's windows begin.
     """
 
     origin_m: FloatArray
@@ -47,7 +46,6 @@ class _Windows:
     normal: FloatArray
     box_uv_m: FloatArray
     shift_m: FloatArray
-    strip: BoolArray
     first: NDArray[np.intp]
 
     def corners_m(self, some: slice) -> FloatArray:
@@ -68,7 +66,6 @@ def _windows(faces: Sequence[DesignFace]) -> _Windows:
     columns = zip(*rows, strict=True) if rows else [[np.zeros((0, n))] for n in (3, 3, 3, 4, 1)]
     origin, u, v, box, shift = (np.concatenate(list(column)) for column in columns)
     count = [len(row[0]) for row in rows]
-    round_ones = [isinstance(face.frame, CylinderFrame) for face in faces]
     return _Windows(
         origin_m=origin,
         u=u,
@@ -76,7 +73,6 @@ def _windows(faces: Sequence[DesignFace]) -> _Windows:
         normal=cross(u, v),
         box_uv_m=box,
         shift_m=shift.reshape(-1),
-        strip=np.repeat(np.array(round_ones, dtype=bool), count),
         first=np.cumsum([0, *count]),
     )
 
@@ -110,10 +106,10 @@ class _Solids:
         self._boxes_m = np.array([mesh.bounds_m for mesh in self.meshes]).reshape(-1, 2, 3)
         self._tree = shapely.STRtree(_plan_boxes(self._boxes_m))
 
-    def near(self, windows: _Windows, least_m: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def near(self, windows: _Windows, least_m: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return pairs (N,) of windows and solids, by window: the solid's box meets the plane and reaches into it.
 
-        It comes within `NEAR_M` of the rectangle, and by more than `least_m` (W,) over each of its borders.
+        It comes within `NEAR_M` of the rectangle, and by more than `least_m` over each of its borders.
         """
         found: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = [(np.zeros(0, np.intp), np.zeros(0, np.intp))]
         for first in range(0, len(windows.origin_m), _AT_ONCE):
@@ -130,8 +126,8 @@ class _Solids:
             for axis, column in ((windows.u[some][which], 0), (windows.v[some][which], 1)):
                 at = ((middle - windows.origin_m[some][which]) * axis).sum(axis=1)
                 reach = (half * np.abs(axis)).sum(axis=1)
-                least, borders = least_m[some][which], windows.box_uv_m[some][which]
-                meets &= (at - reach < borders[:, column + 2] - least) & (at + reach > borders[:, column] + least)
+                borders = windows.box_uv_m[some][which]
+                meets &= (at - reach < borders[:, column + 2] - least_m) & (at + reach > borders[:, column] + least_m)
             order = np.lexsort((np.arange(len(which)), which))
             order = order[meets[order]]
             found.append((which[order] + first, solid[order]))
@@ -154,7 +150,7 @@ def expose(
     done: list[BimElement] = []
     notes: list[Note] = []
     windows = _windows([face for element in elements for face in element.faces])
-    which, solid = solids.near(windows, np.where(windows.strip, _TOUCH_M, -NEAR_M))
+    which, solid = solids.near(windows, _TOUCH_M)
     start = iter(np.searchsorted(which, windows.first).tolist())
     begin = next(start)
     for element in elements:
@@ -183,7 +179,7 @@ def touching(elements: Sequence[BimElement], obstacles: Sequence[Obstacle]) -> f
     """Return the places in `obstacles` of those that meet a face of an element: all that `expose` would take off."""
     solids = _Solids(obstacles)
     windows = _windows([face for element in elements for face in element.faces])
-    near = solids.near(windows, np.full(len(windows.strip), -NEAR_M))
+    near = solids.near(windows, -NEAR_M)
     found: set[int] = set()
     for window, number in zip(*(one.tolist() for one in near), strict=True):
         owner = solids.owners[number]

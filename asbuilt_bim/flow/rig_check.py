@@ -215,7 +215,7 @@ def _stretches(names: Sequence[str], verdicts: Sequence[RigVerdict]) -> list[tup
 
 
 def _is_of(outcome: Outcome, verdict: RigVerdict) -> bool:
-    """Say whether a verdict is on a station: one that was refused before, and says nothing of the rig, has its cause."""
+    """Say whether a verdict is on a station: one refused before that says nothing of the rig has a cause of its own."""
     return outcome.station in verdict.stations or not isinstance(outcome, RejectedStation)
 
 
