@@ -316,6 +316,7 @@ class Reason(StrEnum):
     DISPLACED_ACCEPTED = "displaced and accepted"
 
     # On visits and revisions of the design.
+    PHOTOS_IN_PROJECT = "photos in the project already"
     VISITS_GONE = "visits gone"  # that the earlier run in the folder counted
     VISIT_TO_COME = "visit to come"  # its day is after that of the run
     PHOTOS_A_DAY_OFF = "photos a day off"  # they count: a camera's clock may be

@@ -4,7 +4,8 @@ A station that passes will be measured, unless its faces show what only faces ca
 One that tags don't place is measured at once, since the design or points may.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import filecmp
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -12,7 +13,7 @@ import cv2
 
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.errors import AsBuiltError, PhotoError, Rejection, rejected
 from asbuilt_bim.flow.check_places import PlacedBy, placed_today
 from asbuilt_bim.flow.measure_visit import Progress, lost_station, options_of, read_pair, with_photos
@@ -24,7 +25,7 @@ from asbuilt_bim.measure.station import RejectedStation, StationMeasurement, Sta
 from asbuilt_bim.measure.station_faces import thumbnail
 from asbuilt_bim.measure.step_timer import Clock, StepTimer
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit, Looked, checked_station
-from asbuilt_bim.project.check import a_day_off, is_of, of_other_day, of_other_days, other_days
+from asbuilt_bim.project.check import NEAR, a_day_off, is_of, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.register.scale import KnownLength
 from asbuilt_bim.report.tables import station_of
@@ -87,6 +88,8 @@ def check_stations(
     barred = {
         name: of_other_day(name, visit, taken) for visit in visits for name in of_other_days(visit, _of(visit, taken))
     }
+    copies = _copies(stations, project)
+    barred |= _taken_again(copies, taken, day)
     showing = {name: one.thumbnail_jpeg for name, one in found.items() if isinstance(one, StationMeasurement)}
     barred |= stations_shown_before(day, {k: v for k, v in showing.items() if k not in barred}, ()).refused
     showed = dict(found)
@@ -105,6 +108,7 @@ def check_stations(
     lacks = bool(_of(visits[0], taken)) and not any(is_of(day, visit) for visit in project.visits)
     others = tuple(visit.date for visit in project.visits) if lacks else None
     notes = [note for visit in visits for note in a_day_off(visit, _of(visit, taken))]
+    notes += _in_project(copies, barred)
     return replace(visited, faults=(*off, *visited.faults), notes=(*notes, *visited.notes), other_visits=others)
 
 
@@ -116,6 +120,43 @@ def _visits(day: date, stations: Sequence[Station], project: Project) -> tuple[V
         told = tuple(here.pop(left) for one in visit.stations if (left := one.left.resolve()) in here)
         named += [replace(visit, stations=told)] if told else []
     return Visit(date=day, stations=tuple(here.values())), *named
+
+
+def _copies(stations: Sequence[Station], project: Project) -> dict[str, tuple[date, str]]:
+    """Return the stations whose left photo is, byte for byte, that of a station of the project: its visit and name.
+
+    What was saved again in between a run finds: it looks at all photos.
+    """
+    here = {one.left.resolve() for one in stations}
+    others: dict[int, list[tuple[date, Station]]] = {}
+    for visit in project.visits:
+        for one in visit.stations:
+            if one.left.resolve() not in here and one.left.is_file():
+                others.setdefault(one.left.stat().st_size, []).append((visit.date, one))
+    found: dict[str, tuple[date, str]] = {}
+    for station in (one for one in stations if one.left.is_file()):
+        for day, other in others.get(station.left.stat().st_size, ()):
+            if filecmp.cmp(station.left, other.left, shallow=False):
+                found[station.name] = day, other.name
+    return found
+
+
+def _taken_again(copies: Mapping[str, tuple[date, str]], taken: Mapping[str, date], day: date) -> dict[str, Rejection]:
+    """Refuse copies of another visit's photos that no EXIF dates: they are no photos of this `day`."""
+    return {
+        name: rejected(
+            Reason.PHOTOS_OF_OTHER_STATION, about(SubjectKind.STATION, name), other=other, other_visit=when.isoformat()
+        )
+        for name, (when, other) in copies.items()
+        if name not in taken and abs(when - day) > NEAR
+    }
+
+
+def _in_project(copies: Mapping[str, tuple[date, str]], barred: Collection[str]) -> tuple[Note, ...]:
+    """Return a note on stations whose photos the project has already, where they were taken: they count once."""
+    had = [f"{other} of {when.isoformat()}" for name, (when, other) in copies.items() if name not in barred]
+    values: Values = {"stations": tuple(dict.fromkeys(had))[:8], "count": len(set(had))}
+    return (noted(Reason.PHOTOS_IN_PROJECT, about(SubjectKind.VISIT), **values),) if had else ()
 
 
 def _of(visit: Visit, taken: Mapping[str, date]) -> dict[str, date]:

@@ -177,6 +177,33 @@ def dated(project: Project, day: date, **changes: object) -> Project:
     return replace(project, visits=(Visit(date=day, stations=stations),), **changes)  # type: ignore[arg-type]
 
 
+def test_copies_of_photos_that_the_project_has_are_told_so_and_without_a_day_of_their_own_refused(
+    project: Project, tmp_path: Path
+) -> None:
+    (station,) = project.visits[-1].stations
+    folder = tmp_path / "card"
+    folder.mkdir()
+    for side, path in (("left", station.left), ("right", station.right)):
+        assert path is not None
+        shutil.copyfile(path, folder / f"again_{side}.jpg")
+    told = check(project, folder)
+    (note,) = [one for one in told.notes if one.code is Reason.PHOTOS_IN_PROJECT]
+    assert note.values["stations"] == (f"{station.name} of {project.visits[-1].date.isoformat()}",)
+    undated = tmp_path / "undated"
+    undated.mkdir()
+    for side in ("left", "right"):
+        image = cv2.imdecode(np.fromfile(folder / f"again_{side}.jpg", np.uint8), cv2.IMREAD_COLOR)
+        cv2.imwrite(str(undated / f"own_{side}.png"), image)
+        shutil.copyfile(undated / f"own_{side}.png", undated / f"copy_{side}.png")
+    own = replace(station, left=undated / "own_left.png", right=undated / "own_right.png")
+    older = replace(project, visits=(replace(project.visits[-1], stations=(own,)),))
+    for side in ("left", "right"):
+        (tmp_path / "today").mkdir(exist_ok=True)
+        shutil.move(undated / f"copy_{side}.png", tmp_path / "today" / f"copy_{side}.png")
+    (copy,) = check(older, tmp_path / "today").stations
+    assert Reason.PHOTOS_OF_OTHER_STATION in why(copy)
+
+
 def test_photos_that_no_visit_of_the_project_is_of_will_not_just_count(project: Project, tmp_path: Path) -> None:
     folder = photos(tmp_path / "today", "G1")
     late = check(dated(project, date(2026, 3, 19)), folder)

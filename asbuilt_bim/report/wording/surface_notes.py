@@ -113,6 +113,8 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     f"{_ACCEPT}",
     Reason.DISPLACED_ACCEPTED: f"Built {_OFF}, and accepted in the project file: it is judged where it stands",
     Reason.STATIONS_NOT_USED: _not_used,
+    Reason.PHOTOS_IN_PROJECT: "The project has these photos already, as {stations:list}{more}. They count there, "
+    "and once",
     Reason.VISITS_GONE: "The last run counted what was seen on {visits:list}, and this one doesn't: the project file "
     "lacks it. Put it back, or name that visit's result under history",
     Reason.VISIT_TO_COME: "The visit's day, {visit}, is yet to come: by this computer's clock it is {today}. If the "
