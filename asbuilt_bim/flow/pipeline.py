@@ -314,8 +314,8 @@ def _judged(
         accepted = project.accepted_shift, tuple(map(design.today, project.accept_moved))
         report = monitor(
             seen.measured, rejections, survey, design, history, visit.date, project.options, *accepted, share=share,
-            given=known.places.given(visit.date), rough=rough_places(visit, design), barred=barred.get(visit.date, ()),
-            scale_share=seen.scale_share,
+            given=known.places.given(visit.date, seen.measured), rough=rough_places(visit, design),
+            barred=barred.get(visit.date, ()), scale_share=seen.scale_share,
             control_points=known.places.clicked(visit.date, known.rig.rig, seen.measured),
         )  # fmt: skip
         revised = (*remap_notes(past[-1], known.others), *revision_notes(past[-1], report)) if past else ()

@@ -13,9 +13,11 @@ from numpy.typing import ArrayLike
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import unit
 from asbuilt_bim.measure.station import DepthReference, StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
 from asbuilt_bim.register.by_design.joint import looked_for, poses_by_design
+from asbuilt_bim.register.by_design.place import LEVEL_SIGMA_RAD
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.known import known_points
 from asbuilt_bim.register.linked import SUPERSEDED, Found, link_stations, worth_linking
@@ -209,6 +211,23 @@ def given_pose(station: str, world_from_left: ArrayLike, sigma_rad: float, sigma
         markers_used=(),
         method="given",
     )
+
+
+def levelled(pose: StationPose, up: FloatArray) -> StationPose:
+    """Return a given pose whose pitch and roll nobody measured, turned level by what is plumb: `up` (3,), left frame.
+
+    Its bearing stays as given.
+    """
+    up = unit(up)
+    ahead = np.array([0.0, 0.0, 1.0])
+    ahead = unit(ahead - (ahead @ up) * up)
+    level_from_left = np.stack([np.cross(ahead, up), ahead, up])
+    east, north = unit(pose.world_from_left[:2, 2])
+    world_from_level = np.array([[north, east, 0.0], [-east, north, 0.0], [0.0, 0.0, 1.0]])
+    world_from_left, covariance = pose.world_from_left.copy(), pose.covariance.copy()
+    world_from_left[:3, :3] = world_from_level @ level_from_left
+    covariance[:2, :2] = np.eye(2) * LEVEL_SIGMA_RAD**2
+    return replace(pose, world_from_left=frozen(world_from_left), covariance=frozen(covariance))
 
 
 def mirrored_survey(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import date
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -67,6 +68,20 @@ def test_a_pose_is_read_with_its_sigmas(tmp_path: Path) -> None:
     assert np.sqrt(pose.covariance[5, 5]) == pytest.approx(0.02)
     assert np.degrees(np.sqrt(pose.covariance[0, 0])) == pytest.approx(0.5)
     assert known.given(date(2026, 3, 9)) == {}
+
+
+def test_pitch_and_roll_that_are_left_out_are_those_that_the_photos_show_to_be_plumb(tmp_path: Path) -> None:
+    true = looking(np.radians(30.0), np.radians(-3.0), np.radians(2.0))
+    known = places(tmp_path, "2026-03-02,A1,1,2,3.5,30,,-3,0.02,0.5\n")
+    seen = SimpleNamespace(station="A1", vertical=true.T @ [0.0, 0.0, 1.0])
+    pose = known.given(DAY, [seen])["A1"]  # type: ignore[list-item]
+    np.testing.assert_allclose(pose.world_from_left[:3, :3], true, atol=1e-9)
+    sigma_deg = np.degrees(np.sqrt(np.diag(pose.covariance)[:3]))
+    assert sigma_deg[:2].max() < 0.1 and sigma_deg[2] == pytest.approx(0.5)
+    blind = known.given(DAY, [SimpleNamespace(station="A1", vertical=None)])["A1"]  # type: ignore[list-item]
+    assert np.degrees(np.sqrt(blind.covariance[0, 0])) > 20.0  # nothing says how it was tilted
+    whole = places(tmp_path, "2026-03-02,A1,1,2,3.5,30,-3,2,0.02,0.5\n").given(DAY, [seen])["A1"]  # type: ignore[list-item]
+    np.testing.assert_allclose(whole.world_from_left[:3, :3], true, atol=1e-9)
 
 
 def test_a_pose_on_the_map_is_brought_into_the_ifc_world_scale_and_all(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import inverse, rigid, rotation_from_vector
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.project.model import Project
-from asbuilt_bim.register.placement import ControlPoint, given_pose
+from asbuilt_bim.register.placement import ControlPoint, given_pose, levelled
 from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.survey import MAX_COORDINATE_M, read_survey
 from asbuilt_bim.storage.table_file import Columns, TableFile, TableRow, day_in, number_in, read_table, refused_rows
@@ -57,6 +57,7 @@ class GivenPose:
     world_from_left: FloatArray
     sigma_m: float
     sigma_rad: float
+    by_plumb: bool = False  # its pitch or its roll is left out: what is plumb in the photos says both
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,13 +79,23 @@ class KnownPlaces:
     poses: tuple[GivenPose, ...] = ()
     points: tuple[ClickedPoint, ...] = ()
 
-    def given(self, day: date) -> dict[str, StationPose]:
-        """Return a visit's given poses by station."""
-        return {
-            one.station: given_pose(one.station, one.world_from_left, one.sigma_rad, one.sigma_m)
-            for one in self.poses
-            if one.day in (None, day)
-        }
+    def given(self, day: date, measured: Sequence[StationMeasurement] | None = None) -> dict[str, StationPose]:
+        """Return a visit's given poses by station.
+
+        Pitch and roll that are left out are those that the `measured` station's plumb lines show; of one that shows
+        none they are open. Where nothing is measured yet, the camera is taken for level.
+        """
+        ups = None if measured is None else {one.station: one.vertical for one in measured}
+        found: dict[str, StationPose] = {}
+        for one in self.poses:
+            if one.day not in (None, day):
+                continue
+            pose = given_pose(one.station, one.world_from_left, one.sigma_rad, one.sigma_m)
+            if one.by_plumb and ups is not None:
+                up = ups.get(one.station)
+                pose = _open(pose) if up is None else levelled(pose, up)
+            found[one.station] = pose
+        return found
 
     def clicked(
         self, day: date, rig: StereoRig, measured: Sequence[StationMeasurement]
@@ -203,6 +214,7 @@ def _pose(row: TableRow, table: TableFile) -> GivenPose:
         world_from_left=frozen(rigid(looking(float(bearing), float(pitch), float(roll)), _xyz(row, table))),
         sigma_m=number_of(row, "sigma_m", table, LEAST_SIGMA, MOST_SIGMA_M),
         sigma_rad=float(np.radians(sigma_deg)),
+        by_plumb=not (row.text("pitch_deg").strip() and row.text("roll_deg").strip()),
     )
 
 
@@ -215,6 +227,13 @@ def _point(row: TableRow, table: TableFile) -> ClickedPoint:
         world_m=frozen(_xyz(row, table)),
         photo_px=frozen(pixel),
     )
+
+
+def _open(pose: StationPose) -> StationPose:
+    """Return a pose of whose pitch and roll nothing is known."""
+    covariance = pose.covariance.copy()
+    covariance[:2, :2] = np.eye(2) * np.radians(MOST_SIGMA_DEG) ** 2
+    return replace(pose, covariance=frozen(covariance))
 
 
 def looking(bearing_rad: float, pitch_rad: float, roll_rad: float) -> FloatArray:

@@ -180,7 +180,7 @@ PLACES: Table = {
         reason="its pose is too uncertain {ahead_m:.0f} m ahead",
         value="{sigma_m:mm}",
         limit="{limit_m:mm}",
-        remedy="show markers that are nearer, or further apart in the frame",
+        remedy="show markers that are nearer, or further apart in the frame; measure poses that are given better",
     ),
     Reason.SURVEY_MIRRORED: Words(
         reason="it is a mirror image of the site: of {seen} markers in view {agree_mirrored} agree in the mirror, "
