@@ -12,7 +12,7 @@ import numpy as np
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.register.anchors import anchored
 from asbuilt_bim.register.between import Between, between
-from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Sightings, State, adjust, ahead
+from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Rows, Sightings, State, adjust, ahead
 from asbuilt_bim.register.growth import Places, Viewpoint, turned_right
 from asbuilt_bim.register.known import known_pose, known_size, surveyed_centre, surveyed_corners
 from asbuilt_bim.register.moved import moved_since
@@ -228,8 +228,19 @@ def _known(names: Sequence[str], ids: Sequence[int], sources: Sources, origin: F
             near = pose.copy()
             near[:3, 3] -= origin
             rows.append(known_pose(f"station {name}", index, near, covariance))
-        rows.extend(replace(one, index=index) for one in sources.points.get(name, ()))
+        rows.extend(_from_origin(one, index, origin) for one in sources.points.get(name, ()))
     return tuple(rows)
+
+
+def _from_origin(one: Known, index: int, origin: FloatArray) -> Known:
+    """Return the rows of a control point, which lies in the world, for the pose of its station from the origin."""
+
+    def rows(pose: FloatArray, size_m: float) -> Rows:
+        there = pose.copy()
+        there[:3, 3] += origin
+        return one.rows(there, size_m)
+
+    return replace(one, index=index, rows=rows)
 
 
 def _remembered(index: int, tag: int, place: TagPlace, origin: FloatArray, count: int) -> list[Known]:

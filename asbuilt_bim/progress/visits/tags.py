@@ -118,7 +118,10 @@ def helpful_tags(
     size_m: float,
     standing: Sequence[BimElement],
 ) -> tuple[HelpfulTag, ...]:
-    """Return two places a storey at most, each the one that helps most stations; none where every one sees enough."""
+    """Return two places a storey at most, each the one that helps most stations; none where every one sees enough.
+
+    A station is helped where it sees enough tags with those that are found.
+    """
     found: list[HelpfulTag] = []
     for storey in dict.fromkeys(station.storey for station in visit.stations):
         stations = [station for station in visit.stations if station.storey == storey]
@@ -130,12 +133,20 @@ def helpful_tags(
         if not len(points) or not (lacking > 0).any():
             continue
         sees = np.array([_seen(rig, visit.around, one.world_from_left, points, normals, size_m) for one in stations])
-        usable = np.ones(len(points), dtype=np.bool_)
+        usable, short = np.ones(len(points), dtype=np.bool_), lacking > 0
+        taken: list[int] = []
         for _ in range(_PER_STOREY):
             helped = (lacking[:, None] > 0) & sees & usable
             best = int(np.lexsort((-(sees & usable).sum(axis=0), -helped.sum(axis=0)))[0])
             if not helped[:, best].any():
                 break
+            taken.append(best)
+            lacking = lacking - sees[:, best]
+            usable &= np.linalg.norm(points - points[best], axis=1) > APART_M
+        for best in taken:
+            helped_by = short & (lacking <= 0) & sees[:, best]
+            if not helped_by.any():
+                continue
             found.append(
                 HelpfulTag(
                     storey=storey,
@@ -143,11 +154,9 @@ def helpful_tags(
                     middle_m=points[best],
                     over_floor_m=float(height[best]),
                     stations=tuple(one.number for one, yes in zip(stations, sees[:, best], strict=True) if yes),
-                    needy=tuple(one.number for one, yes in zip(stations, helped[:, best], strict=True) if yes),
+                    needy=tuple(one.number for one, yes in zip(stations, helped_by, strict=True) if yes),
                 )
             )
-            lacking = lacking - sees[:, best]
-            usable &= np.linalg.norm(points - points[best], axis=1) > APART_M
     return tuple(found)
 
 
