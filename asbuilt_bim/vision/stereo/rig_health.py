@@ -162,11 +162,15 @@ def levelled(verdict: RigVerdict, camera: RectifiedCamera) -> RigVerdict:
 def refined_rig(rig: StereoRig, verdict: RigVerdict, camera: RectifiedCamera) -> StereoRig:
     """Return the rig as the verdict's matches show it; the baseline's length and both lenses stay as calibrated.
 
-    Its covariance is the calibration's where matches can't tell, and the matches' where they can.
+    Its covariance is the calibration's where matches can't tell, and the matches' where they can. So are the angles to
+    which a rig without one is trusted.
     """
     found = corrected_rig(rig, camera, verdict.correction_rad)
     if not np.any(rig.covariance):
-        return found
+        lens = rig.lens_left_px**2 * verdict.from_lens @ verdict.from_lens.T
+        own = np.sqrt(np.diag(verdict.noise + lens))
+        pitch, yaw, roll, down, ahead = np.where(own > 0.0, own, rig.width.turn_rad).tolist()
+        return replace(found, width=replace(rig.width, turn_rad=(pitch, yaw, roll, down, ahead)))
     steps = []
     for k in range(5):
         step = np.zeros(5)

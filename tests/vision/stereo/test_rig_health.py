@@ -28,6 +28,7 @@ from asbuilt_bim.vision.stereo.rig_health import (
     StationHealth,
     judge,
     judge_visit,
+    levelled,
     refined_rig,
     station_health,
 )
@@ -192,6 +193,18 @@ def test_the_refined_rig_is_sound_and_knows_its_yaw_better_than_the_calibration_
     assert np.all(np.linalg.eigvalsh(found.covariance) > -1e-12)
     off = inverse(found.right_from_left) @ true.right_from_left
     assert np.abs(off[:3, 3]).max() < 0.001
+
+
+def test_a_refined_rig_without_covariance_is_trusted_to_what_its_matches_leave_open_and_not_to_its_file() -> None:
+    bare = replace(calibrated(), covariance=frozen(np.zeros_like(calibrated().covariance)))
+    true = turned(bare, (0.0, 0.5, 0.0))
+    verdict = judge([health("S1", true, bare, 1)], bare)
+    camera = rectification(bare).camera
+    yaw = refined_rig(bare, verdict, camera).width.turn_rad[1]
+    before = bare.width.turn_rad[1]
+    assert np.hypot(yaw, before) == pytest.approx(np.sqrt(verdict.covariance[1, 1])) and yaw > 1.2 * before
+    by_rows = refined_rig(bare, levelled(verdict, camera), camera)
+    assert by_rows.width.turn_rad[1] == before  # rows say nothing of it
 
 
 def knock_text(verdict: RigVerdict) -> str:
