@@ -16,6 +16,8 @@ MAX_FILES, MAX_DEPTH = 50_000, 4
 _DESIGNS = (".ifc", ".ifczip")
 _VIDEOS = (".mp4", ".mov", ".avi", ".mkv")
 _PHOTOS = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+PICTURES = (*_PHOTOS, ".heic", ".heif", ".webp", ".bmp", ".gif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
+"""Photos, and what else people take for one."""
 _SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("links", "rechts"), ("cam0", "cam1"), ("L", "R"))
 """How people tell the two cameras' photos apart, in the order in which it is looked for."""
 _BOARDS = re.compile(r"[ck]al(ib|\b|_)|board|chess|schach|charuco", re.IGNORECASE)
@@ -130,15 +132,6 @@ def _day_of_name(file: Path) -> date | None:
             with contextlib.suppress(ValueError):
                 return date(*(int(part) for part in found.groups()))
     return None
-
-
-def pairs_in(folder: Path) -> FoundPhotos | None:
-    """Return the photo pairs that lie in a folder itself, by the patterns that most of its photos fit; None: not one.
-
-    Raises:
-        OSError: the folder can't be read.
-    """
-    return _pairs(folder, folder, photos_in(folder))
 
 
 def partner_of(photo: Path) -> tuple[Path, Path] | None:

@@ -5,12 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, PhotoError
-from asbuilt_bim.project.file import PatternsFile, StationFile
-from asbuilt_bim.project.found import name_of, pairs_in, partner_of, photos_in
+from asbuilt_bim.project.found import PICTURES, name_of, partner_of, photos_in
 from asbuilt_bim.project.model import Project, Station
-from asbuilt_bim.project.paths import PathChecker, file_alike
-from asbuilt_bim.project.stations import listed_stations
-from asbuilt_bim.storage.structure import Problems
+from asbuilt_bim.project.paths import file_alike
+from asbuilt_bim.project.stations import counted
 
 
 def stations_of(photos: Sequence[Path], project: Project) -> tuple[Station, ...]:
@@ -69,7 +67,6 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
         PhotoError: it holds none.
     """
     try:
-        found = None if side_by_side else pairs_in(folder)
         photos = photos_in(folder)
     except OSError as problem:
         raise PhotoError(f"{folder}: can't be read: {problem.strerror or problem}") from problem
@@ -77,22 +74,21 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
         raise PhotoError(f"{folder}: holds no photos (jpg, png, tif); name the folder with today's pairs")
     if side_by_side:
         return tuple(Station(name=path.stem, left=path, right=path) for path in photos)
-    if found is None:
-        lone = [partner_of(photo) for photo in photos]
-        if all(lone):  # each says its side, and the other photo isn't there
-            return tuple(Station(name=name_of(*pair), left=pair[0], right=pair[1]) for pair in lone if pair)
+    pairs = dict.fromkeys(pair for photo in photos if (pair := partner_of(photo)) is not None)
+    if not pairs:
         count = "the camera of its only photo" if len(photos) == 1 else f"which camera took its {len(photos)} photos"
         raise PhotoError(
             f"{folder}: nobody can tell {count}; name them left and right "
             "(A1_left.jpg, A1_right.jpg), or name the photos in pairs"
         )
-    checker = PathChecker(folder=folder, allow_outside=True, problems=Problems())
-    patterns = PatternsFile(left=found.left, right=found.right)
-    listed = listed_stations(patterns, "photos", checker)
-    if checker.problems.found:
-        raise PhotoError("\n".join(f"{folder}: {problem.text}" for problem in checker.problems.found))
-    return tuple(_station(one, folder) for one in listed)
+    named = [Station(name=name_of(left, right), left=left, right=right) for left, right in pairs]
+    return _named_apart(sorted(named, key=lambda one: counted(one.name)))
 
 
-def _station(one: StationFile, folder: Path) -> Station:
-    return Station(name=one.name, left=folder / (one.left or ""), right=folder / (one.right or ""))
+def left_over(photos: Sequence[Path], stations: Sequence[Station]) -> tuple[str, ...]:
+    """Return the names of the pictures in a folder that are of no station: they say no side, or can't be read here."""
+    if len(photos) != 1 or not photos[0].is_dir():
+        return ()
+    used = {path for one in stations for path in (one.left, one.right)}
+    inside = (one for one in photos[0].iterdir() if one.is_file() and not one.name.startswith("."))
+    return tuple(sorted(one.name for one in inside if one.suffix.lower() in PICTURES and one not in used))

@@ -37,7 +37,7 @@ def listed_stations(
         stations = _pairs(written.left or "", written.right or "", where, checker)
     if len(stations) > MAX_STATIONS:
         checker.problems.add(where, f"{len(stations):,} stations, limit {MAX_STATIONS:,}; name the folder of one visit")
-    return tuple(sorted(stations, key=lambda one: _counted(one.name))[:MAX_STATIONS])
+    return tuple(sorted(stations, key=lambda one: counted(one.name))[:MAX_STATIONS])
 
 
 def _pairs(left: str, right: str, where: str, checker: PathChecker) -> list[StationFile]:
@@ -75,7 +75,7 @@ def _text(path: Path, checker: PathChecker) -> str:
     return path.relative_to(checker.folder).as_posix() if path.is_relative_to(checker.folder) else str(path)
 
 
-def _counted(name: str) -> list[tuple[int, str]]:
+def counted(name: str) -> list[tuple[int, str]]:
     """Return what sorts A2 before A10."""
     return [(int(part), "") if part.isdecimal() else (-1, part.casefold()) for part in _NUMBERS.split(name)]
 

@@ -24,7 +24,7 @@ from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.model import Project, Visit
-from asbuilt_bim.project.photos import stations_of
+from asbuilt_bim.project.photos import left_over, stations_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import known_places
 from asbuilt_bim.register.pose import SurveyedMarker
@@ -46,6 +46,7 @@ from asbuilt_bim.storage.atomic_write import place_problem, replace_bytes
 from asbuilt_bim.terminal.screen import Screen
 
 INCOMPLETE = 1
+MOST_NAMED = 8
 TABLE_WIDTH = 110
 _HEAD = 2048  # bytes of a page that say who made it
 _STYLES = {"ok": "green", "doubtful": "yellow", "not": "bold red", "unchecked": "dim"}
@@ -74,6 +75,11 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
     refuse_missing(project)
     stations = near_of(stations_of(request.photos, project), project)
+    if alone := left_over(request.photos, stations):
+        some = ", ".join(alone[:MOST_NAMED]) + (
+            f" and {len(alone) - MOST_NAMED} more" if len(alone) > MOST_NAMED else ""
+        )
+        screen.warn(f"not checked, since their names say no side or nothing here reads them: {some}")
     cache = Cache(folder=default_folder())
     shown = Visit(date=day_of(stations, today), stations=stations)
     today_too = replace(project, visits=(*project.visits, shown))  # its photos say their size, tables name its stations

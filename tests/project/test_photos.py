@@ -10,7 +10,7 @@ import pytest
 
 from asbuilt_bim.errors import OptionError, PhotoError
 from asbuilt_bim.project.model import Project, Station, Visit
-from asbuilt_bim.project.photos import stations_of
+from asbuilt_bim.project.photos import left_over, stations_of
 from asbuilt_bim.project.read import read_project
 from tests.project_folder import plain, write_project
 
@@ -32,6 +32,17 @@ def test_a_folder_of_pairs_is_stations_in_the_order_that_people_count_in(project
     found = stations_of([touched(tmp_path / "today", *names, "notes.txt", ".hidden_left.jpg")], project)
     assert [one.name for one in found] == ["A1", "A2", "A10"]
     assert found[0].right == tmp_path / "today" / "A1_right.jpg"
+
+
+def test_every_photo_of_a_mixed_folder_is_a_stations_or_is_named(project: Project, tmp_path: Path) -> None:
+    pairs = ("G1_left.jpg", "G1_right.jpg", "U3_left.JPG", "U3_right.JPG", "U4_left.jpeg", "U4_right.jpeg",
+             "P1_left.png", "P1_right.png", "D1_links.jpg", "D1_rechts.jpg")  # fmt: skip
+    folder = touched(
+        tmp_path / "card", *pairs, "H1_left.heic", "H1_right.heic", "IMG_4711.jpg", "lonely_left.jpg", "a.txt"
+    )
+    found = stations_of([folder], project)
+    assert [one.name for one in found] == ["D1", "G1", "lonely", "P1", "U3", "U4"]
+    assert left_over([folder], found) == ("H1_left.heic", "H1_right.heic", "IMG_4711.jpg")
 
 
 def test_a_photo_without_its_partner_stays_a_station(project: Project, tmp_path: Path) -> None:
