@@ -42,7 +42,8 @@ def main() -> int:
         return 1
     if command == "test":
         return call([python, "-m", "pytest", *(rest or ["-n", "auto", "--dist", "loadfile"])])
-    own = [] if rest else [str(SAMPLE), "--out", str(Path.cwd() / "out")]
+    own = [] if rest and not rest[0].startswith("-") else [str(SAMPLE)]
+    own += ["--out", str(Path.cwd() / "out")] if own and "--out" not in rest else []
     return call([python, "-m", "asbuilt_bim", "run", *own, *rest])
 
 

@@ -66,6 +66,7 @@ class Reason(StrEnum):
     PHOTO_HELD_TURNED = "photo held turned"  # by its EXIF: the camera was
     PHOTO_OF_OTHER_SIDE = "photo of the other side"  # by its serial number
     PHOTOS_OF_OTHER_SIDES = "photos of the other sides"  # both of them
+    PHOTOS_OF_ONE_CAMERA = "photos of one camera"
     PHOTO_OF_OTHER_MODEL = "photo of another camera model"
     PHOTO_OF_OTHER_CAMERA = "photo of another camera"
     PHOTO_ZOOMED = "photo zoomed"

@@ -67,7 +67,7 @@ def read_station(
         except PhotoError as error:
             found = [rejected(Reason.PHOTO_UNUSABLE, station, photo=photo.name, detail=str(error))]
         rejections += found
-    rejections = _both_sides(station, rejections)
+    rejections = _both_sides(station, rejections, photos)
     if len(images) == 2 and images[0].shape != images[1].shape and rig.left.width_px == rig.right.width_px:
         rejections.append(_sizes(station, images))
     if len(images) == 2 and not rejections:
@@ -85,9 +85,13 @@ def read_station(
         return RejectedStation(station=photos.name, rejections=(unusable,), picture=picture)
 
 
-def _both_sides(station: Subject, rejections: list[Rejection]) -> list[Rejection]:
-    """Say once, of the station, that its two photos are exchanged, where each says so of itself."""
+def _both_sides(station: Subject, rejections: list[Rejection], photos: StationPhotos) -> list[Rejection]:
+    """Say once, of the station, that its two photos are exchanged, where each says so of itself; or of one camera."""
     each = [one for one in rejections if one.code is Reason.PHOTO_OF_OTHER_SIDE]
+    if len(each) == 1 and photos.left.exif.serial == photos.right.exif.serial:
+        side = "right" if each[0].values["side"] == "left" else "left"
+        alone = rejected(Reason.PHOTOS_OF_ONE_CAMERA, station, side=side, serial=each[0].values["serial"])
+        return [alone, *(one for one in rejections if one not in each)]
     if len(each) != 2:
         return rejections
     left, right = (one.values["serial"] for one in each)

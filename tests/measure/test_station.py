@@ -10,7 +10,7 @@ import pytest
 
 from asbuilt_bim.camera.photo.read import Photo, photo_from_bytes
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.codes import PHOTO_FAULTS, Reason
+from asbuilt_bim.codes import EYES_SWAPPED, PHOTO_FAULTS, Reason
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage
 from asbuilt_bim.measure.depth_reference import unpack, unpack_occluder_free
 from asbuilt_bim.measure.station import (
@@ -137,6 +137,17 @@ def test_photos_whose_serials_are_exchanged_are_said_to_be_swapped_once() -> Non
     (told,) = found.rejections
     assert told.code is Reason.PHOTOS_OF_OTHER_SIDES and told.subject.at_station == "S1"
     assert words_of(told).value == "serial R-1 left, L-1 right"
+
+
+def test_two_photos_of_one_camera_are_said_to_be_that_and_not_exchanged() -> None:
+    rig, both = replace(rig_of(site()[1]), camera_serial="L-1", camera_serial_right="R-1"), photos()
+    for serial, side in (("L-1", "left"), ("R-1", "right")):
+        left, right = (replace(one, exif=replace(one.exif, serial=serial)) for one in (both.left, both.right))
+        found = measure_station(StationPhotos(name="S1", left=left, right=right), rig, FREE)
+        assert isinstance(found, RejectedStation)
+        (told,) = found.rejections
+        assert told.code is Reason.PHOTOS_OF_ONE_CAMERA and told.code not in EYES_SWAPPED
+        assert f"taken by the rig's {side} camera" in words_of(told).reason
 
 
 def test_a_picture_that_does_not_decode_rejects_the_station() -> None:

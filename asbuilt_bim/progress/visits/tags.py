@@ -134,6 +134,8 @@ def helpful_tags(
             continue
         sees = np.array([_seen(rig, visit.around, one.world_from_left, points, normals, size_m) for one in stations])
         usable, short = np.ones(len(points), dtype=np.bool_), lacking > 0
+        for tag in tags:
+            usable &= np.linalg.norm(points - tag.middle_m, axis=1) > APART_M
         taken: list[int] = []
         for _ in range(_PER_STOREY):
             helped = (lacking[:, None] > 0) & sees & usable

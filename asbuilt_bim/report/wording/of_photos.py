@@ -140,6 +140,11 @@ PHOTOS: Table = {
         value="left {left_px:px}, right {right_px:px}",
         remedy="use both photos as the rig stored them",
     ),
+    Reason.PHOTOS_OF_ONE_CAMERA: Words(
+        reason="both photos were taken by the rig's {side} camera",
+        value="serial {serial}",
+        remedy="name the photo that the other camera took at the same moment",
+    ),
     Reason.PHOTO_TWICE: Words(
         reason="left and right are the same photo",
         value="they differ by {differ_grey:.1f} grey levels",
