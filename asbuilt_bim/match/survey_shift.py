@@ -75,12 +75,14 @@ def survey_shift(matched: MatchResult, design: BimModel) -> tuple[Rejection, ...
     place = find_placing(seen, walls, rises)
     rise, ends = _rise(place.back(seen), walls)
     place = replace(place, rise_m=place.rise_m + rise)
+    methods = {station.pose.method for station in matched.stations}
+    given: dict[str, Value] = {} if "markers" in methods or methods <= {"linked"} else {"given": True}
     if place.turn_rad or place.rise_m or place.move_m.any():
         on, on_here = (int(lying(at.back(seen), walls, BAND_M)[0].sum()) for at in (place, Placing()))
         if on > on_here:
             fits: dict[str, Value] = {"fits": on, "faces": len(seen.halves_m), "fits_unmoved": on_here}
-            return (_of_survey(Reason.SURVEY_SHIFTED, _moved(place, origin) | fits),)
-        return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, _moved(place, origin) | {"more": ends}),)
+            return (_of_survey(Reason.SURVEY_SHIFTED, _moved(place, origin) | fits | given),)
+        return (_of_survey(Reason.SURVEY_SHIFTED_IN_HEIGHT, _moved(place, origin) | {"more": ends} | given),)
     return _nothing_fits(matched, design, seen, walls)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -23,7 +25,12 @@ SITE = design(COLUMNS + WALLS)
 AXIS_M = np.array([6.0, 4.0])
 
 
-def held(move: Sequence[float], accepted: Shift | None = None, turn_deg: float = 0.0) -> HeldAgainstDesign:
+def held(
+    move: Sequence[float],
+    accepted: Shift | None = None,
+    turn_deg: float = 0.0,
+    method: Literal["markers", "given"] = "markers",
+) -> HeldAgainstDesign:
     """Measure all of the site turned and moved, in a survey that is turned and moved as much, and hold it to it."""
     axis = FAR + np.append(AXIS_M, 0.0)
     turn = rigid(rotation_from_vector(np.array([0.0, 0.0, np.radians(turn_deg)])), np.zeros(3))
@@ -37,7 +44,9 @@ def held(move: Sequence[float], accepted: Shift | None = None, turn_deg: float =
             width = float(np.ptp(one.faces[index].rings_uv_m[0][0][:, 0]))
             region = polygon.box(0.0, 0.0, width, 2.9)
             seen.append(measured(f"A1/{one.global_id}{index}", pose, frame.moved(carried), region))
-    return hold_against_design(placement(station("A1", pose, [], seen)), SITE, MatchOptions(), accepted)
+    stood = station("A1", pose, [], seen)
+    stood = replace(stood, pose=replace(stood.pose, method=method))
+    return hold_against_design(placement(stood), SITE, MatchOptions(), accepted)
 
 
 def shift(*move: float, turn_deg: float = 0.0) -> Shift:
@@ -52,6 +61,12 @@ def test_a_survey_that_lies_beside_the_design_has_no_station_that_counts() -> No
     assert found.rejections[0].subject.kind is SubjectKind.SURVEY, "the cause comes before the stations"
     assert "accept_survey_shift with move_m: [0.200, 0.000, 0.000]" in words_of(found.rejections[0]).remedy
     assert len(found.matched.unobserved) == sum(len(one.faces) for one in SITE.elements)
+
+
+def test_where_no_survey_places_a_visit_the_places_that_are_given_are_wrong_and_no_shift_is_offered() -> None:
+    words = words_of(held((0.2, 0.0, 0.0), method="given").rejections[0])
+    assert words.what == "the places that are given" and "poses" in words.remedy
+    assert "accept_survey_shift" not in words.remedy
 
 
 def test_a_survey_that_lies_on_the_design_keeps_its_stations() -> None:

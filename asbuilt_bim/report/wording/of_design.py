@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
@@ -9,6 +10,8 @@ from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 MOST_NAMED = 5
 LEAST_TURN_DEG, LEAST_MOVE_M = 0.1, 0.005  # less isn't worth a word
 _NEAREST = "fits no design face; the nearest, of {nearest}: it "
+_GIVEN = "the places that are given"
+_GIVEN_WRONG = "correct near, poses or control_points in the project file, the storey too: this visit decides nothing"
 _SURVEY = (
     "check the survey's control points, origin, north and height, and whether a revision has moved the building in the "
     "IFC file: this visit decides nothing"
@@ -16,20 +19,27 @@ _SURVEY = (
 _SITES = "check that photos, survey and IFC file are of one site; this visit decides nothing"
 
 
+def _by_places(words: Words, values: Values) -> Words:
+    """Return the words where no survey places the visit: its places are given, in words or in numbers."""
+    return replace(words, what=_GIVEN, part=_GIVEN, remedy=_GIVEN_WRONG) if values.get("given") else words
+
+
 def _shifted(values: Values) -> Words:
-    return Words(
+    words = Words(
         reason=f"all measured faces are off the design by the same move: {_move(values)}; "
         + fill("{fits} of {faces} faces fit when moved back, {fits_unmoved} as they are", values),
         remedy=_SURVEY + _accept(values),
     )
+    return _by_places(words, values)
 
 
 def _shifted_in_height(values: Values) -> Words:
-    return Words(
+    words = Words(
         reason=f"all measured faces are off the design by the same move: {_move(values)}; "
         + fill("{more} more tops and bottoms of faces fit when moved back", values),
         remedy=_SURVEY + _accept(values),
     )
+    return _by_places(words, values)
 
 
 def _accept(values: Values) -> str:
