@@ -64,7 +64,8 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
     if any(not video.right for video in found.videos):
         lacks.append("whether a video holds both eyes side by side (video: {both: ...}), or which is the right eye's")
     if found.photos_alone:
-        lacks.append(f"{found.photos_alone} photos are in no pair: their names don't say 'left' and 'right' alike")
+        why = "their names don't say 'left' and 'right' alike, or end otherwise"
+        lacks.append(f"{found.photos_alone} photos are in no pair: {why}")
     return tuple(lacks)
 
 

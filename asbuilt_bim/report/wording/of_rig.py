@@ -128,7 +128,7 @@ def _together(values: Values) -> Words:
         part="rig's scale",
         reason=f"known lengths together come out {100 * abs(ratio - 1):.2f} % too {than} "
         f"(± {100 * _number(values, 'sigma'):.2f} %; {', '.join(_each(values))}), and so every area "
-        f"{100 * abs(ratio**2 - 1):.1f} % too {than}, which its sigma doesn't hold; {_cause(values)}",
+        f"{100 * abs(ratio**2 - 1):.1f} % too {than}, more than the calibration's own sigma; {_cause(values)}",
         value=f"{100 * (ratio - 1):+.2f} %",
         limit=fill("{limit_share:.2%}", values),
         remedy="if that is right, measure the disc and the prints, and check the survey's scale",
