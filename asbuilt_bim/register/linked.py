@@ -146,14 +146,17 @@ def _mirrored(
         return None
     axes = np.array([1, 0, 2])
     survey = {tag: replace(one, corners_m=frozen(one.corners_m[:, axes])) for tag, one in sources.survey.items()}
-    mirrored = _as_surveyed(placed(replace(sources, survey=survey, starts={})), seen)
-    if mirrored <= agree:
+    free = replace(sources, starts={})  # as each station stands alone says nothing in the mirror
+    mirrored = _as_surveyed(placed(replace(free, survey=survey)), seen)
+    if mirrored <= agree or mirrored <= _as_surveyed(placed(free), seen):
         return None
     found = {"seen": len(seen), "agree_mirrored": mirrored, "agree": agree}
     return rejected(Reason.SURVEY_MIRRORED, about(SubjectKind.SURVEY), **found)
 
 
 def _as_surveyed(places: VisitPlaces, seen: Collection[int]) -> int:
+    if places.torn is not None:
+        return places.torn[0]
     return sum(tag in places.tags and tag not in places.moved_m for tag in seen)
 
 

@@ -18,6 +18,7 @@ from asbuilt_bim.measure.station import DepthReference, StationMeasurement
 from asbuilt_bim.register.agree import largest_agreement
 from asbuilt_bim.register.by_design.joint import looked_for, poses_by_design
 from asbuilt_bim.register.by_design.place import LEVEL_SIGMA_RAD
+from asbuilt_bim.register.by_design.planes import level_from_left
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.known import known_points
 from asbuilt_bim.register.linked import SUPERSEDED, Found, link_stations, worth_linking
@@ -218,14 +219,10 @@ def levelled(pose: StationPose, up: FloatArray) -> StationPose:
 
     Its bearing stays as given.
     """
-    up = unit(up)
-    ahead = np.array([0.0, 0.0, 1.0])
-    ahead = unit(ahead - (ahead @ up) * up)
-    level_from_left = np.stack([np.cross(ahead, up), ahead, up])
     east, north = unit(pose.world_from_left[:2, 2])
     world_from_level = np.array([[north, east, 0.0], [-east, north, 0.0], [0.0, 0.0, 1.0]])
     world_from_left, covariance = pose.world_from_left.copy(), pose.covariance.copy()
-    world_from_left[:3, :3] = world_from_level @ level_from_left
+    world_from_left[:3, :3] = world_from_level @ level_from_left(up)
     covariance[:2, :2] = np.eye(2) * LEVEL_SIGMA_RAD**2
     return replace(pose, world_from_left=frozen(world_from_left), covariance=frozen(covariance))
 

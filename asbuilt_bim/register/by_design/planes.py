@@ -68,12 +68,17 @@ class Seen:
     level_from_left: FloatArray
 
 
-def seen_faces(station: StationMeasurement) -> Seen:
-    """Return what a station measured, no face where it doesn't know what is plumb."""
-    up = unit(np.array([0.0, -1.0, 0.0]) if station.vertical is None else station.vertical)
+def level_from_left(up: FloatArray) -> FloatArray:
+    """Return the turn (3, 3) into right, ahead and up of a camera, of what is plumb in its frame: `up` (3,)."""
+    up = unit(up)
     ahead = np.array([0.0, 0.0, 1.0])
     ahead = unit(ahead - (ahead @ up) * up)
-    level = np.stack([cross(ahead, up), ahead, up])
+    return np.stack([cross(ahead, up), ahead, up])
+
+
+def seen_faces(station: StationMeasurement) -> Seen:
+    """Return what a station measured, no face where it doesn't know what is plumb."""
+    level = level_from_left(np.array([0.0, -1.0, 0.0]) if station.vertical is None else station.vertical)
     turn = np.eye(4)
     turn[:3, :3] = level
     level_faces = station.faces if station.vertical is not None else ()
