@@ -188,7 +188,7 @@ PLACES: Table = {
         remedy="correct the columns x_m, y_m and z_m (x east, y north, z up); no station of the visit is used",
     ),
     Reason.STATION_SURVEY_MIRRORED: Words(reason="the survey is a mirror image of the site"),
-    Reason.STATION_SURVEY_REFUSED: Words(reason="as it is placed nothing lies where it is designed"),
+    Reason.STATION_SURVEY_REFUSED: Words(reason="placed so, nothing lies where it is designed"),
     Reason.STATION_VISIT_UNDOES: Words(reason="its visit would undo what earlier ones saw"),
     Reason.STATION_VISIT_CONTRADICTS: Words(reason="its visit and another one contradict each other"),
 }

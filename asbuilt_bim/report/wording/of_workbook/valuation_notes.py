@@ -161,8 +161,8 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.COST_UNIT_UNKNOWN: _unit_unknown,
     Reason.ACCEPT_MOVED_UNKNOWN: "accept_moved in the project file: no wall or column has the GlobalId "
     "{elements:quoted}{more}",
-    Reason.OBSERVATION_UNKNOWN: "{subject.name}: no wall or column has as its GlobalId, or alone as its name, "
-    "{elements:quoted}{more}. Write the GlobalId that the IFC file has",
+    Reason.OBSERVATION_UNKNOWN: "{subject.name} names {elements:quoted}{more}: no wall or column has that "
+    "GlobalId, or alone that name. Write the GlobalId that the IFC file has",
     Reason.OBSERVATION_CONTRADICTS: _contradicts,
     Reason.OBSERVATION_SHOWN: "{count:# observation of a person stands|# observations of persons stand} beside the "
     "photos and doesn't count. To let them count, set valuation.observations to count",
