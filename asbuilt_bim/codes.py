@@ -139,6 +139,7 @@ class Reason(StrEnum):
     MARKER_NOT_SURVEYED = "marker not surveyed"
     MARKER_CONTRADICTS = "marker contradicts the others"
     MARKER_FAR = "marker far from the building"
+    MARKER_TWICE = "marker twice in a photo"  # two prints of one number: neither counts
     MARKERS_OF_OTHER_FAMILY = "markers of another family"
     MARKERS_TOO_FEW = "markers too few"
     MARKERS_DISAGREE = "markers disagree"

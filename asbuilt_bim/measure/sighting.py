@@ -15,7 +15,7 @@ from asbuilt_bim.measure.options import MeasureOptions
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence, scale_evidence, without_scale
 from asbuilt_bim.measure.station_photos import RejectedStation, StationPhotos, check_rig, read_station
 from asbuilt_bim.measure.step_timer import StepTimer
-from asbuilt_bim.vision.markers.find import MarkerSighting, find_markers, other_family
+from asbuilt_bim.vision.markers.find import MarkerSighting, markers_and_twice, other_family
 from asbuilt_bim.vision.stereo.rig_health import StationHealth
 from asbuilt_bim.vision.target.find import TargetSighting, find_target
 
@@ -58,7 +58,9 @@ def sight_station(
     if target is None and (is_grey(pair.left) or is_grey(pair.right)):
         grey = rejected(Reason.PHOTOS_GREY, about(SubjectKind.STATION, photos.name))
         reasons, found = (*reasons, grey), (grey, *found)
-    markers = find_markers(pair, options.marker_family)
+    markers, twice = markers_and_twice(pair, options.marker_family)
+    lost = tuple(rejected(Reason.MARKER_TWICE, about(SubjectKind.MARKER, str(one), photos.name)) for one in twice)
+    reasons = (*reasons, *lost)
     if not markers and (other := other_family(pair, options.marker_family)):
         station = about(SubjectKind.STATION, photos.name)
         values: Values = {"family": options.marker_family, "other": other[0], "found": other[1]}
@@ -69,7 +71,7 @@ def sight_station(
     refused = without_scale(photos.name, target, found, markers, required=options.target.required, least=least)
     if refused:
         return RejectedStation(
-            station=photos.name, rejections=(*faults, *refused), picture=pair.left, health=checked.health, scale=scale,
+            station=photos.name, rejections=(*faults, *refused, *lost), picture=pair.left, health=checked.health, scale=scale,
             quality=quality,
         )  # fmt: skip
     return Sighted(

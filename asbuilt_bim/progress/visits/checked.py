@@ -47,7 +47,7 @@ _OF_DISC = {
 }
 _OF_ASPECT: Mapping[Aspect, frozenset[Reason]] = {
     "photos": frozenset(_OF_PHOTOS), "pair": frozenset(_OF_PAIR), "rig": frozenset(_OF_RIG),
-    "disc": frozenset(_OF_DISC), "tags": frozenset({Reason.MARKERS_OF_OTHER_FAMILY}),
+    "disc": frozenset(_OF_DISC), "tags": frozenset({Reason.MARKERS_OF_OTHER_FAMILY, Reason.MARKER_TWICE}),
     "day": frozenset({Reason.PHOTOS_OF_OTHER_DAY, Reason.STATION_OF_OTHER_DAY}),
 }  # fmt: skip
 _NO_DOUBT = frozenset({Reason.DISC_NOT_TARGET, Reason.DISC_SPARE, Reason.MARKER_NOT_SURVEYED})

@@ -81,6 +81,10 @@ PLACES: Table = {
         limit="{limit_m:.0f} m",
         remedy="check its row in the survey",
     ),
+    Reason.MARKER_TWICE: Words(
+        reason="a photo shows two prints of this number, so neither was used",
+        remedy="take one down, or put up another number in its place; photos that show only one of them count",
+    ),
     Reason.MARKERS_OF_OTHER_FAMILY: Words(
         reason="its markers are not of the family that the project names",
         value="{found} of {other}",

@@ -60,14 +60,20 @@ def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[M
 
     Raises: SurveyError for a family that isn't known.
     """
+    return markers_and_twice(pair, family)[0]
+
+
+def markers_and_twice(pair: RectifiedPair, family: str) -> tuple[tuple[MarkerSighting, ...], tuple[int, ...]]:
+    """Return what `find_markers` finds, and the ids that it left out since a photo shows them more than once."""
     if family not in FAMILIES:
         raise SurveyError(f"markers.family: {family!r} is not known; use one of {', '.join(FAMILIES)}")
     left, left_twice = detect(pair.left, pair.valid_left, family)
     if not left:
-        return ()
+        return (), ()
     right, right_twice = detect(pair.right, pair.valid_right, family)
+    twice = left_twice | right_twice
     sightings = []
-    for marker_id in sorted(left.keys() - left_twice - right_twice):
+    for marker_id in sorted(left.keys() - twice):
         corners, sigma = left[marker_id]
         other, other_sigma = right.get(marker_id, (None, 0.0))
         misfit = 0.0 if other is None else _misfit(corners, other)
@@ -81,7 +87,7 @@ def find_markers(pair: RectifiedPair, family: str = "apriltag_36h11") -> tuple[M
                 sigma_px=max(sigma, other_sigma, misfit),
             )
         )
-    return tuple(sightings)
+    return tuple(sightings), tuple(sorted(twice))
 
 
 def other_family(pair: RectifiedPair, family: str) -> tuple[str, int] | None:

@@ -9,7 +9,7 @@ import pytest
 
 from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.vision.markers.find import FAMILIES, Family, find_markers, other_family
+from asbuilt_bim.vision.markers.find import FAMILIES, Family, find_markers, markers_and_twice, other_family
 from tests.vision.flat_scene import CAMERA, Flat, pair_of, printed
 
 SIDE_M = 0.28
@@ -53,9 +53,9 @@ def test_a_marker_in_the_left_photo_only_has_no_right_corners_and_in_the_right_o
     assert find_markers(pair_of([TAGS[7]], only="right")) == ()
 
 
-def test_an_id_that_stands_twice_in_view_is_left_out() -> None:
-    found = find_markers(pair_of([TAGS[7], TAGS[21], tag(7, (0.9, 0.7, 5.0))]))
-    assert [sighting.marker_id for sighting in found] == [21]
+def test_an_id_that_stands_twice_in_view_is_left_out_and_named() -> None:
+    found, twice = markers_and_twice(pair_of([TAGS[7], TAGS[21], tag(7, (0.9, 0.7, 5.0))]), "apriltag_36h11")
+    assert [sighting.marker_id for sighting in found] == [21] and twice == (7,)
 
 
 def test_a_marker_whose_rows_differ_between_the_photos_is_left_out() -> None:
