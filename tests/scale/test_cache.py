@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,6 +50,19 @@ def test_arrays_and_bytes_come_back_exactly_and_read_only() -> None:
     assert after.value == before.value
     with pytest.raises(ValueError, match="read-only"):
         after.points[0] = 0
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_pythons_collector_is_left_as_it_was_also_after_damage(on: bool) -> None:
+    (gc.enable if on else gc.disable)()
+    try:
+        from_bytes(to_bytes(thing(), Thing), Thing)
+        assert gc.isenabled() is on
+        with pytest.raises(Exception, match=r"\S"):
+            from_bytes(to_bytes(thing(), Thing), Left)
+        assert gc.isenabled() is on
+    finally:
+        gc.enable()
 
 
 def test_numpys_own_numbers_are_kept_as_numbers() -> None:
