@@ -204,13 +204,22 @@ def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
 def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:
     """Return the shortest of the moves on which nearly as much measured surface lies as on any."""
     places = []
-    for move_m in _moves(pairs):
+    for move_m in _moves(_asking(pairs)):
         if COARSE_M < np.linalg.norm(move_m) <= NEAR_M:
             area_m2, stations = _standing(pairs, move_m, BAND_M)
             places.append(Displaced(element=element.global_id, move_m=move_m, area_m2=area_m2, stations=stations))
     most_m2 = max((place.area_m2 for place in places), default=0.0)
     enough = [place for place in places if place.area_m2 >= max(WHOLE_SHARE * most_m2, LEAST_M2)]
     return min(enough, key=lambda place: place.distance_m, default=None)
+
+
+def _asking(pairs: Sequence[_Pair]) -> Sequence[_Pair]:
+    """Return the pairs that ask for moves of their own: of those that lie alike to a millimetre one asks for all."""
+    asking: dict[tuple[object, ...], _Pair] = {}
+    for pair in pairs:
+        lies = (*pair.off_m, *polygon.bounds(pair.outline))
+        asking.setdefault((id(pair.design), *np.round(lies, 3).tolist()), pair)
+    return tuple(asking.values())
 
 
 def _moves(pairs: Sequence[_Pair]) -> Iterator[FloatArray]:

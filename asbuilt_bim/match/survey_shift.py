@@ -191,10 +191,12 @@ def _moves(
 
 def _chief_axes(normals: FloatArray) -> FloatArray:
     """Return the directions (1 or 2, 2) that most normals lie along, at 30 degrees and more."""
-    along = np.abs(normals @ normals.T)
-    votes = (along > PARALLEL_COS).sum(axis=1)
+    angles = np.arctan2(normals[:, 1], normals[:, 0]) % np.pi
+    around = np.sort(np.concatenate([angles - np.pi, angles, angles + np.pi]))
+    near = np.arccos(PARALLEL_COS)
+    votes = np.searchsorted(around, angles + near, "left") - np.searchsorted(around, angles - near, "right")
     first = int(np.argmax(votes))
-    others = np.where(along[first] < np.cos(np.radians(30.0)), votes, 0)
+    others = np.where(np.abs(normals @ normals[first]) < np.cos(np.radians(30.0)), votes, 0)
     second = int(np.argmax(others))
     return normals[[first, second]] if others[second] else normals[[first]]
 
