@@ -320,6 +320,8 @@ class Reason(StrEnum):
     # On visits and revisions of the design.
     PHOTOS_IN_PROJECT = "photos in the project already"
     VISITS_GONE = "visits gone"  # that the earlier run in the folder counted
+    BUILT_EARLY = "built before its tasks begin"  # several elements: of another storey, or day?
+    PHOTOS_OF_SEVERAL_DAYS = "photos of several days"  # they disagree about several elements
     VISIT_TO_COME = "visit to come"  # its day is after that of the run
     PHOTOS_A_DAY_OFF = "photos a day off"  # they count: a camera's clock may be
     STATIONS_NOT_USED = "stations not used"

@@ -31,6 +31,7 @@ from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.completion.records import marker_records, place_of
 from asbuilt_bim.progress.completion.summary import summarise
+from asbuilt_bim.progress.completion.visit_doubts import visit_doubts
 from asbuilt_bim.progress.globalid_remap import former_ids, remapped_ids, with_former_ids, with_new_ids
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ElementProgress, MarkerRecord, ProgressReport
@@ -319,7 +320,7 @@ def _judged(
             control_points=known.places.clicked(visit.date, known.rig.rig, seen.measured),
         )  # fmt: skip
         revised = (*remap_notes(past[-1], known.others), *revision_notes(past[-1], report)) if past else ()
-        notes = (*report.notes, *known.unknown, *seen.notes, *revised, *lost)
+        notes = (*report.notes, *visit_doubts(report), *known.unknown, *seen.notes, *revised, *lost)
         report = replace(report, rig=seen.rig, notes=notes, observations=known.observed)
         report = with_former_ids(with_tolerance(report, design, project.tolerance), design.former_ids)
         report = replace(

@@ -73,7 +73,8 @@ def judged(pose: StationPose, options: RegisterOptions) -> Rejection | None:
         return rejected(Reason.POSE_RESIDUAL, subject, **residual)
     ahead = sigma_ahead_m(pose.world_from_left, pose.covariance, AHEAD_M)
     if ahead > options.max_sigma_at_5_m_m:
-        sigma: dict[str, Value] = {"sigma_m": ahead, "limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
+        limit: dict[str, Value] = {"limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
+        sigma = {"sigma_m": ahead, **limit, "method": pose.method, "residual_px": pose.residual_px}
         return rejected(Reason.POSE_UNCERTAIN, subject, **sigma)
     return None
 

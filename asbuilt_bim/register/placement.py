@@ -60,13 +60,14 @@ def pose_from_control_points(
         return None, (few,)
     seen = _sighted_points(points, options)
     agreement = largest_agreement(station.camera, seen, SUBSET)
-    if agreement is None or len(agreement.used) < options.min_control_points - 1 or agreement.ambiguous:
+    needed = max(options.min_control_points - 1, len(seen) // 2 + 1)  # of many points a few agree by chance
+    if agreement is None or len(agreement.used) < needed or agreement.ambiguous:
         none = rejected(
             Reason.CONTROL_POINTS_DISAGREE,
             subject,
             agree=len(agreement.used) if agreement else 0,
             found=len(points),
-            needed=options.min_control_points - 1,
+            needed=needed,
         )
         return None, (none,)
     notes = tuple(

@@ -164,13 +164,13 @@ def _start(camera: RectifiedCamera, seen: Sequence[Sighted]) -> FloatArray | Non
         return None
     rays = camera.rays(np.concatenate([group.left_px for group in seen]))
     middle = world.mean(axis=0)  # world coordinates are large: PnP works about the points' own mean
-    found, vector, shift = cv2.solvePnP(
-        np.ascontiguousarray(world - middle),
-        np.ascontiguousarray(rays[:, :2] / rays[:, 2:]),
-        np.eye(3),
-        np.zeros(0),
-        flags=cv2.SOLVEPNP_SQPNP,
-    )
+    try:
+        found, vector, shift = cv2.solvePnP(
+            np.ascontiguousarray(world - middle), np.ascontiguousarray(rays[:, :2] / rays[:, 2:]), np.eye(3),
+            np.zeros(0), flags=cv2.SOLVEPNP_SQPNP,
+        )  # fmt: skip
+    except cv2.error:  # OpenCV gives up where no pose is near
+        return None
     if not found or not np.all(np.isfinite(shift)):
         return None
     middle_from_left = inverse(rigid(vector, shift))

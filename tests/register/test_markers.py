@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -13,7 +14,7 @@ from asbuilt_bim.measure.depth_reference import DepthReference
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register import agree
 from asbuilt_bim.register.options import RegisterOptions
-from asbuilt_bim.register.placement import ControlPoint, given_pose, register
+from asbuilt_bim.register.placement import ControlPoint, given_pose, pose_from_control_points, register
 from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.solve import Sighted, Solution, project_both, solve_pose
 from asbuilt_bim.report.wording.reasons import words_of
@@ -172,6 +173,36 @@ def test_control_points_place_the_station_and_a_wrong_click_is_named() -> None:
     placement = register((station,), (), RegisterOptions(), control_points={"A1": points})
     assert placement.stations[0].pose.method == "control_points"
     assert [words_of(r).what for r in placement.rejections] == ["station A1, control point P4"]
+
+
+def test_control_points_of_which_fewer_than_half_agree_place_no_station() -> None:
+    """Of 96 points with y counted from below 12 agreed by chance: five elements were judged from a wrong place."""
+    station, _ = site(1)
+    pose, rng = looking_north(), np.random.default_rng(2)
+    local = rng.uniform([-2.0, -1.2, 4.0], [2.0, 1.2, 9.0], (16, 3))
+    world = local @ pose[:3, :3].T + pose[:3, 3]
+    pixels = project_both(camera(), pose, world)[0][:, :2]
+    pixels[6:] += rng.uniform(40.0, 90.0, (10, 2))
+    points = [
+        ControlPoint(name=f"P{i}", world_m=w, left_px=p) for i, (w, p) in enumerate(zip(world, pixels, strict=True))
+    ]
+    pose_found, (refused,) = pose_from_control_points(station, points, RegisterOptions())
+    assert pose_found is None and refused.code is Reason.CONTROL_POINTS_DISAGREE
+    assert refused.values == {"agree": 6, "found": 16, "needed": 9}
+
+
+def test_points_that_opencv_gives_up_on_place_no_station(monkeypatch: pytest.MonkeyPatch) -> None:
+    def gives_up(*_: object, **__: object) -> None:
+        raise cv2.error("computeOmega")
+
+    monkeypatch.setattr(cv2, "solvePnP", gives_up)
+    station, _ = site(1)
+    points = [
+        ControlPoint(name=f"P{i}", world_m=np.array([i, i % 3, 5.0]), left_px=np.array([100.0 + 9 * i, 200.0]))
+        for i in range(7)
+    ]
+    pose, (refused,) = pose_from_control_points(station, points, RegisterOptions())
+    assert pose is None and refused.code is Reason.CONTROL_POINTS_DISAGREE
 
 
 def test_no_set_of_markers_is_solved_twice_where_one_marker_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:

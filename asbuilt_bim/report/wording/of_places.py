@@ -33,6 +33,21 @@ def _marker(values: Values) -> Words:
     return _contradicts("markers", "survey it again: it was moved, or its corners are mistaken", values)
 
 
+def _uncertain(values: Values) -> Words:
+    """Say what would make a pose surer, by what it comes from."""
+    reason, remedy = "its pose is too uncertain {ahead_m:.0f} m ahead", "show markers that are nearer, or further apart"
+    if values.get("method") == "control_points":
+        reason += "; its points miss by {residual_px:.1f} px"
+        remedy = (
+            "click more points, spread over the frame and over depth; x and y are pixels of the full-size photo, "
+            "counted from its upper left corner, and coordinates are in metres"
+        )
+    elif values.get("method") == "given":
+        remedy = "measure the pose that is given better, and give its sigma; or show surveyed markers"
+    sigma = fill("{sigma_m:mm}" if float(str(values["sigma_m"])) < 1.0 else "{sigma_m:,.1f} m", values)
+    return Words(reason=fill(reason, values), value=sigma, limit=fill("{limit_m:mm}", values), remedy=remedy)
+
+
 def _control_point(values: Values) -> Words:
     return _contradicts("points", "click it again, or check its coordinates", values)
 
@@ -110,7 +125,8 @@ PLACES: Table = {
         reason="its control points don't agree on one pose",
         value="{agree} of {found} agree",
         limit="at least {needed}",
-        remedy="check which point was clicked for which name",
+        remedy="check which point was clicked for which name, that x and y are pixels of the full-size photo counted "
+        "from its upper left corner, and that coordinates are in metres",
     ),
     Reason.CONTROL_POINT_CONTRADICTS: _control_point,
     Reason.MARKER_MOVED: Words(
@@ -180,12 +196,7 @@ PLACES: Table = {
         limit="{limit_px:.1f} px",
         remedy="check the survey and the rig's calibration",
     ),
-    Reason.POSE_UNCERTAIN: Words(
-        reason="its pose is too uncertain {ahead_m:.0f} m ahead",
-        value="{sigma_m:mm}",
-        limit="{limit_m:mm}",
-        remedy="show markers that are nearer, or further apart in the frame; measure poses that are given better",
-    ),
+    Reason.POSE_UNCERTAIN: _uncertain,
     Reason.SURVEY_MIRRORED: Words(
         reason="it is a mirror image of the site: of {seen} markers in view {agree_mirrored} agree in the mirror, "
         "{agree} as they are given. x and y are exchanged (easting and northing), or one axis counts the wrong way",

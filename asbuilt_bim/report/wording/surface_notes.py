@@ -117,6 +117,11 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     "and once",
     Reason.VISITS_GONE: "The last run counted what was seen on {visits:list}, and this one doesn't: the project file "
     "lacks it. Put it back, or name that visit's result under history",
+    Reason.BUILT_EARLY: "{count:# element is|# elements are} built though the schedule begins them after this visit "
+    "({elements:quoted}{more}; from {begin} on). If the site isn't ahead of its schedule, the stations stand on "
+    "another storey than survey or near say, or the visit's date is wrong",
+    Reason.PHOTOS_OF_SEVERAL_DAYS: "Photos of this visit disagree about {count:# element|# elements} "
+    "({elements:quoted}{more}). They may be of several days: look at the photos, and give each day a visit of its own",
     Reason.VISIT_TO_COME: "The visit's day, {visit}, is yet to come: by this computer's clock it is {today}. If the "
     "visit's date is wrong, correct it in the project file: plan and lateness go by it",
     Reason.PHOTOS_A_DAY_OFF: "All photos of the visit of {visit} say {day}. They count; if the visit's date is wrong, "

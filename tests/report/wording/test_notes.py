@@ -32,7 +32,7 @@ SAMPLES: Values = {
         ("other_map", "task", "end", "written", "duration", "item", "currency", "measure", "unit"), "Mauer"
     ),
     **dict.fromkeys(("column", "given", "missing", "kind", "model", "last_before", "first_after", "unit"), "Mauer"),
-    **dict.fromkeys(("start", "finish", "since", "begun", "later"), "2026-03-02"),
+    **dict.fromkeys(("start", "finish", "since", "begun", "begin", "later"), "2026-03-02"),
     **dict.fromkeys(("ifc_dates", "takes_off", "rounded", "left_empty"), True),
     **dict.fromkeys(("elements", "tasks", "schedules", "stations", "visits", "columns"), ("A3",)),
     **dict.fromkeys(("turn_rad", "turn_before_rad", "turn_after_rad"), ANGLES),
