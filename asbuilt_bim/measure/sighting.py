@@ -71,8 +71,8 @@ def sight_station(
     refused = without_scale(photos.name, target, found, markers, required=options.target.required, least=least)
     if refused:
         return RejectedStation(
-            station=photos.name, rejections=(*faults, *refused, *lost), picture=pair.left, health=checked.health, scale=scale,
-            quality=quality,
+            station=photos.name, rejections=(*faults, *refused, *lost), picture=pair.left, health=checked.health,
+            scale=scale, quality=quality,
         )  # fmt: skip
     return Sighted(
         photos=photos, pair=pair, rig=worked, health=checked.health, scale=scale, target=target, markers=markers,

@@ -26,10 +26,10 @@ from scipy.special import gammaln
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.measure.planes import face_hypotheses as hypotheses
 from asbuilt_bim.measure.planes.halves import DATA, NUMBERS, HalvesModel, splits_of
-from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit
+from asbuilt_bim.measure.planes.refine import PlaneFit
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
@@ -58,10 +58,10 @@ class Plane:
 
 def planes_of(twin: TwinPair, scene: str) -> list[Plane]:
     """Measure a pair, listen to every plane that is refined inside its outline, and hold it against the truth."""
-    heard: list[tuple[PlaneFit, BoolArray, list[float]]] = []
+    heard: list[PlaneFit] = []
 
-    def listening(both: Pictures, rays: FloatArray, fit: PlaneFit, core: BoolArray) -> PlaneFit:
-        heard.append((fit, core, splits_of(both, rays, fit.q_px, core)))
+    def listening(fit: PlaneFit) -> PlaneFit:
+        heard.append(fit)
         return fit
 
     read = read_twin(twin)
@@ -71,14 +71,14 @@ def planes_of(twin: TwinPair, scene: str) -> list[Plane]:
     true = {face["face"]: face for face in twin.truth["faces"] if face["kind"] == "plane"}
     camera = twin.pair.camera
     found: list[Plane] = []
-    for fit, core, splits in heard:
-        counts = np.bincount(twin.labels[core], minlength=256)
+    for fit in heard:
+        counts = np.bincount(twin.labels[fit.compared.rows, fit.compared.columns], minlength=256)
         number = int(np.argmax(counts)) - 1
         if number not in true or counts[number + 1] < ITS_OWN * counts.sum():
             continue
         normal, origin = (camera.rectified_from_left @ np.array(true[number][key]) for key in ("normal", "origin_m"))
         q_px = camera.f_px * camera.baseline_m * normal / float(normal @ origin)
-        found.append(Plane(scene=scene, error=fit.q_px - q_px, own=fit.covariance, splits=tuple(splits)))
+        found.append(Plane(scene=scene, error=fit.q_px - q_px, own=fit.covariance, splits=tuple(splits_of(fit))))
     return found
 
 

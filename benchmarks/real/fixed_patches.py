@@ -188,7 +188,7 @@ def _refined(
     fit = refine_plane(both, rays, mask, start)
     if fit is None:
         return []
-    fit = as_halves_agree(both, rays, fit, mask)
+    fit = as_halves_agree(fit)
     camera = frame.pair.camera
     sigma = image_sigma_m2([patch.ring], (), 0.0, fit.q_px, fit.covariance, camera)
     return [(rings_area_m2([patch.ring], fit.q_px, camera), sigma)]

@@ -81,7 +81,7 @@ def given_pixels(
     fit = refine_plane(ready.both, ready.rays, used, start)
     if fit is None:
         return UNKNOWN
-    fit = as_halves_agree(ready.both, ready.rays, fit, used)
+    fit = as_halves_agree(fit)
     plane = plane_of(fit.q_px, camera.f_px * camera.baseline_m)
     true = plane_of(start, camera.f_px * camera.baseline_m)
     rings = face.outline_px

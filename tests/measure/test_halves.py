@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.measure.planes.halves import DATA, HalvesModel, as_halves_agree, excess_share, model, splits_of
-from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit, pictures, refine_plane
+from asbuilt_bim.measure.planes.refine import PlaneFit, pictures, refine_plane
 from tests.measure.outline.test_precision import grainy_pair
 
 INSIDE = np.zeros((96, 160), dtype=bool)
 INSIDE[8:88, 40:150] = True
 
 
-def refined(seed: int, bent_px: float) -> tuple[Pictures, np.ndarray, PlaneFit]:
+def refined(seed: int, bent_px: float, inside: np.ndarray = INSIDE) -> PlaneFit:
     """Refine a plane on a grainy surface whose right half lies nearer by some disparity."""
     left, right, rays = grainy_pair(seed, grain_grey=1.0)
     other, other_right, _ = grainy_pair(seed, 1.0, 20.3 + bent_px)
     left[:, 95:], right[:, 75:] = other[:, 95:], other_right[:, 75:]
     both = pictures(left, right, np.ones((96, 160), dtype=bool))
-    fit = refine_plane(both, rays, INSIDE, np.array([0.0, 0.0, 20.0]))
+    fit = refine_plane(both, rays, inside, np.array([0.0, 0.0, 20.0]))
     assert fit is not None
-    return both, rays, fit
+    return fit
 
 
 def test_halves_of_one_plane_differ_by_chance_and_those_of_two_by_more() -> None:
@@ -33,23 +33,22 @@ def test_halves_of_one_plane_differ_by_chance_and_those_of_two_by_more() -> None
 
 
 def chi_square(seed: int, bent_px: float) -> float:
-    both, rays, fit = refined(seed, bent_px)
-    return float(np.sum(splits_of(both, rays, fit.q_px, INSIDE)))
+    return float(np.sum(splits_of(refined(seed, bent_px))))
 
 
 def test_a_plane_whose_halves_contradict_each_other_is_less_sure_and_doubted() -> None:
-    both, rays, fit = refined(3, 0.4)
-    found = as_halves_agree(both, rays, fit, INSIDE)
+    fit = refined(3, 0.4)
+    found = as_halves_agree(fit)
     assert np.all(found.q_px == fit.q_px)
     assert found.covariance[0, 0] > 2.0 * fit.covariance[0, 0]
     assert found.doubt > 0.5
 
 
 def test_a_plane_too_small_to_be_split_keeps_what_the_model_says() -> None:
-    both, rays, fit = refined(3, 0.0)
     few = np.zeros_like(INSIDE)
     few[40:47, 80:87] = True
-    found = as_halves_agree(both, rays, fit, few)
+    fit = refined(3, 0.0, few)
+    found = as_halves_agree(fit)
     assert found.doubt == 1.0  # nothing says that the photos agree
     assert found.covariance == pytest.approx(model().variance * fit.covariance)
 

@@ -108,7 +108,7 @@ def floor_sights(bench: Workbench) -> list[PlaneSight]:
         core = shrunk(scene.mask(label), 2) & ~bench.marks
         sight, fit = _sight(bench, core, floor.q_px)
         if fit is not None:
-            fit = as_halves_agree(bench.both, scene.level.rays, fit, core)
+            fit = as_halves_agree(fit)
             sight = PlaneSight(q_px=fit.q_px, covariance=fit.covariance)
         found.append(sight)
     return found
@@ -212,20 +212,19 @@ def refined_inside(bench: Workbench, hypothesis: FaceHypothesis, inside: BoolArr
     box, usable = box_of(inside), np.zeros_like(inside)
     usable[box] = _near(bench, hypothesis, 1.5, box) & ~bench.marks[box]
     rays = bench.scene.level.rays
-    cores: list[BoolArray] = []
     fits: list[PlaneFit | None] = []
     for border_px in BORDERS_PX[: 2 if _width_px(inside) < NARROW_PX else 1]:
-        cores.append(shrunk(inside, border_px) & usable)
-        fits.append(refine_plane(bench.both, rays, cores[-1], hypothesis.sight.q_px, again=hypothesis.refined))
+        core = shrunk(inside, border_px) & usable
+        fits.append(refine_plane(bench.both, rays, core, hypothesis.sight.q_px, again=hypothesis.refined))
     first, last = fits[0], fits[-1]
     if first is None:
         return None
-    chosen, core = first, cores[0]
+    chosen = first
     if last is not None:
         more = max(float(last.covariance[0, 0] - first.covariance[0, 0]), 0.0)
         if abs(float(last.q_px[0] - first.q_px[0])) > CONTRADICTS_SIGMAS * np.sqrt(more):
-            chosen, core = last, cores[-1]
-    return as_halves_agree(bench.both, rays, chosen, core)
+            chosen = last
+    return as_halves_agree(chosen)
 
 
 def filled(rings: Sequence[FloatArray], shape: tuple[int, ...]) -> BoolArray:

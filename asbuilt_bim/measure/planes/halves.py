@@ -1,4 +1,4 @@
-"""How far a face's own pixels agree on its plane: it is refined on each half of them alone, split twice.
+"""How far a face's own pixels agree on its plane: each half of them alone is asked for its own, split twice.
 
 A covariance by residuals takes blocks of them for independent, and all for one even surface. Where some show another
 surface, or matching errs alike over a wide part, halves differ by more than that. Then the plane is so much less sure.
@@ -15,9 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.geometry.masks import box_of
-from asbuilt_bim.measure.planes.refine import Pictures, PlaneFit, refine_plane
+from asbuilt_bim.measure.planes.refine import LEAST_PIXELS, PlaneFit, sandwich
 
 DATA = Path(__file__).with_suffix(".json")
 NUMBERS = 3
@@ -44,9 +42,9 @@ def model() -> HalvesModel:
     return HalvesModel(freedom=held["freedom"], variance=held["variance"])
 
 
-def as_halves_agree(both: Pictures, rays: FloatArray, fit: PlaneFit, core: BoolArray) -> PlaneFit:
-    """Return a plane that was refined on the pixels `core` (H, W), as sure as their halves agree on it."""
-    splits = splits_of(both, rays, fit.q_px, core)
+def as_halves_agree(fit: PlaneFit) -> PlaneFit:
+    """Return a refined plane as sure as halves of its pixels agree on it."""
+    splits = splits_of(fit)
     doubt = excess_share(float(np.sum(splits)), NUMBERS * len(splits)) if splits else 1.0
     return replace(fit, covariance=fit.covariance * model().times(splits), doubt=doubt)
 
@@ -56,19 +54,20 @@ def excess_share(chi2: float, freedom: int) -> float:
     return max(0.0, 1.0 - freedom / max(chi2, 1e-9))
 
 
-def splits_of(both: Pictures, rays: FloatArray, q_px: FloatArray, core: BoolArray) -> list[float]:
-    """Return the chi-squares by which left and right, upper and lower half differ; of those that hold a plane."""
+def splits_of(fit: PlaneFit) -> list[float]:
+    """Return the chi-squares by which left and right, upper and lower half differ; of those that hold a plane.
+
+    A half's plane is one step from the whole's, on its own pixels: they are compared there already.
+    """
     found: list[float] = []
-    box = box_of(core)
-    for place in np.ogrid[box]:
-        middle = np.median(np.broadcast_to(place, core[box].shape)[core[box]])
-        fits: list[PlaneFit] = []
-        for side in (place <= middle, place > middle):
-            half = np.zeros_like(core)
-            half[box] = core[box] & side
-            fit = refine_plane(both, rays, half, q_px, again=True)
-            fits += [fit] if fit is not None else []
-        if len(fits) == 2:
-            apart = fits[0].q_px - fits[1].q_px
-            found.append(float(apart @ np.linalg.solve(fits[0].covariance + fits[1].covariance, apart)))
+    for places in (fit.compared.rows, fit.compared.columns):
+        middle = np.median(places)
+        halves = [fit.compared.of(side) for side in (places <= middle, places > middle)]
+        if min(len(half.rows) for half in halves) < LEAST_PIXELS:
+            continue
+        steps = [(half, *step) for half in halves if (step := half.step()) is not None]
+        if len(steps) == 2:
+            apart = steps[0][1] - steps[1][1]
+            both = sum(sandwich(half.after(change), hessian) for half, change, hessian in steps)
+            found.append(float(apart @ np.linalg.solve(both, apart)))
     return found

@@ -3,7 +3,7 @@
 The right photo read at x - q . r must look like the left one. Hundredths of a pixel, without the matcher's locking.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -18,6 +18,8 @@ IndexArray = NDArray[np.intp]
 
 BLOCK_PX = 16
 """Residuals within a block are taken as one observation: texture and interpolation err together over that far."""
+LEAST_PIXELS = 40
+"""Fewer hold no plane, nor does a half of them."""
 MOST_PIXELS = 40_000
 """Enough for thousandths of a pixel; more only costs time."""
 ENOUGH_COARSE = 8_000
@@ -41,16 +43,62 @@ class Pictures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Compared:
+    """The pixels (N,) that a plane was refined on, as both photos compare there, about the pixels' own middle.
+
+    `slope` and `rate` (N, 3) are the left photo's change of grey by the plane's three numbers, and the right one's.
+    """
+
+    rows: IndexArray
+    columns: IndexArray
+    slope: FloatArray
+    rate: FloatArray
+    residual: FloatArray
+    weight: FloatArray
+
+    def of(self, some: BoolArray) -> "Compared":
+        """Return these of the pixels."""
+        return Compared(
+            rows=self.rows[some], columns=self.columns[some], slope=self.slope[some], rate=self.rate[some],
+            residual=self.residual[some], weight=self.weight[some],
+        )  # fmt: skip
+
+    def after(self, change: FloatArray) -> "Compared":
+        """Return them as they compare after a small change (3,) of the plane."""
+        return replace(self, residual=self.residual + self.rate @ change)
+
+    def step(self) -> tuple[FloatArray, FloatArray] | None:
+        """Return the change (3,) of the plane that fits these pixels best and the Hessian (3, 3), or None.
+
+        The left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their
+        product counts texture only. Squared, grain would pass for texture, and sigma come out too small by half.
+        None: there is no texture.
+        """
+        weighted = (self.slope * self.weight[:, None]).T
+        hessian = weighted @ self.rate
+        spread = np.linalg.eigvalsh(hessian + hessian.T)
+        if spread[0] < 1e-10 * spread[2] or spread[2] < 1.0:
+            return None
+        change = np.asarray(-np.linalg.solve(hessian, weighted @ self.residual), dtype=np.float64)
+        return change, hessian
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneFit:
-    """q (3,) and its covariance (3, 3) from the pictures alone, and the pixels used.
+    """q (3,) and its covariance (3, 3) from the pictures alone, and the pixels that it was refined on.
 
     `doubt` 0..1 is the share of what halves of the pixels differ by that isn't chance; 1 where they weren't compared.
     """
 
     q_px: FloatArray
     covariance: FloatArray
-    pixels: int
+    compared: Compared
     doubt: float = 1.0
+
+    @property
+    def pixels(self) -> int:
+        """Return how many pixels were used."""
+        return len(self.compared.rows)
 
 
 def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: BoolArray) -> Pictures:
@@ -78,7 +126,7 @@ def refine_plane(
     Reference: the plane-induced homography, x_right = x - q . r.
     """
     rows, columns = nonzero(mask)
-    if rows.size < 40:
+    if rows.size < LEAST_PIXELS:
         return None
     if rows.size > MOST_PIXELS:  # the steepest pixels of each neighbourhood hold the plane best
         rows, columns = _steepest(both.fine[0], rows, columns)
@@ -86,7 +134,7 @@ def refine_plane(
     partner = np.round(columns - r @ np.asarray(start_px)).astype(np.intp)
     paired = (partner >= 0) & (both.valid_right[rows, np.clip(partner, 0, mask.shape[1] - 1)] > 0.5)
     rows, columns, r = rows[paired], columns[paired], r[paired]
-    if rows.size < 40:
+    if rows.size < LEAST_PIXELS:
         return None
     q = np.asarray(start_px, dtype=np.float64)
     fit: PlaneFit | None = None
@@ -118,11 +166,8 @@ def _gauss_newton(
     middle, basis = _basis(r)
     own = (r - middle) @ basis.T
     own = np.concatenate([own, np.ones((len(own), 1))], axis=1)
-    hessian = np.eye(3)
-    residual, weight = seen, np.ones_like(seen)
-    # the left photo's slope weighs, the right one's tells the rate: noise is in both, but not the same, so their
-    # product counts texture only. Squared, grain would pass for texture, and sigma come out too small by half.
-    jacobian = left_slope[:, None] * own
+    weight = np.ones_like(seen)
+    slope = left_slope[:, None] * own
     # a few very steep pixels (a stain's rim, a tag) mustn't outvote the surface
     steep = np.maximum(1.0, np.square(left_slope / (MOST_STEEP * usual_slope + 1e-6)))
     for _ in range(steps):
@@ -131,21 +176,21 @@ def _gauss_newton(
         gain, offset = _exposure(seen, there, weight)
         residual = seen - gain * there - offset
         scale = max(robust_sigma(residual), 0.5)
-        weight = tukey(residual / scale)
-        weight /= steep
-        weighted = (jacobian * weight[:, None]).T
-        hessian = weighted @ (gain * right_slope[:, None] * own)
-        spread = np.linalg.eigvalsh(hessian + hessian.T)
-        if spread[0] < 1e-10 * spread[2] or spread[2] < 1.0:
+        weight = tukey(residual / scale) / steep
+        compared = Compared(
+            rows=rows, columns=columns, slope=slope, rate=gain * right_slope[:, None] * own, residual=residual,
+            weight=weight,
+        )  # fmt: skip
+        found = compared.step()
+        if found is None:
             return None
-        change = -np.linalg.solve(hessian, weighted @ residual)
+        change, hessian = found
         moved = float(np.max(np.abs(own @ change)))
         q = q + _q_change(change / max(moved, 1.0), middle, basis)  # a px a step: beyond, the slope means nothing
         if moved < STILL_PX:
             break
-    covariance = _sandwich(jacobian, residual, weight, hessian, rows, columns)
     lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
-    return PlaneFit(q_px=q, covariance=lift @ covariance @ lift.T, pixels=len(rows))
+    return PlaneFit(q_px=q, covariance=lift @ sandwich(compared, hessian) @ lift.T, compared=compared)
 
 
 def _exposure(seen: FloatArray, there: FloatArray, weight: FloatArray) -> tuple[float, float]:
@@ -192,23 +237,19 @@ def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> tuple[FloatA
     return laid[:, 0].astype(np.float64), laid[:, 1].astype(np.float64)
 
 
-def _sandwich(
-    jacobian: FloatArray,
-    residual: FloatArray,
-    weight: FloatArray,
-    hessian: FloatArray,
-    rows: IndexArray,
-    columns: IndexArray,
-) -> FloatArray:
+def sandwich(compared: Compared, hessian: FloatArray) -> FloatArray:
     """Return the covariance (3, 3) with the residuals' own correlation in it: scores are summed by block first."""
-    score = jacobian * (weight * residual)[:, None]
-    block = (rows // BLOCK_PX) * 4096 + columns // BLOCK_PX
+    weight, residual = compared.weight, compared.residual
+    score = compared.slope * (weight * residual)[:, None]
+    block = (compared.rows // BLOCK_PX) * 4096 + compared.columns // BLOCK_PX
     _, index = np.unique(block, return_inverse=True)
     sums = np.stack([np.bincount(index, weights=score[:, i]) for i in range(3)], axis=1)
     inverse = np.linalg.inv(hessian)
     blocks = len(sums)
     together = sums.T @ sums * (blocks / max(blocks - 3, 1))
     # slow shading joins blocks, and a handful can't show their scatter: half of what independent pixels give on top
-    alone = (jacobian * weight[:, None]).T @ jacobian * float(np.average(residual**2, weights=weight + 1e-12))
+    alone = (
+        (compared.slope * weight[:, None]).T @ compared.slope * float(np.average(residual**2, weights=weight + 1e-12))
+    )
     covariance: FloatArray = inverse @ (together + 0.5 * alone) @ inverse.T
     return covariance
