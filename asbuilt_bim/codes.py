@@ -95,6 +95,7 @@ class Reason(StrEnum):
     PHOTO_MOVED = "photo moved"  # while it was exposed
     PHOTO_UNSHARP = "photo unsharp"
     PHOTO_SMEARED = "photo smeared"  # unsharp in parts: drops, dirt on the lens
+    PHOTO_VEILED = "photo veiled"  # a part of one lens shows less contrast than the other
     # A station that could not be worked on.
     STATION_FAILED = "station failed"  # an exception says why
     STATION_MEMORY = "station out of memory"
@@ -398,6 +399,7 @@ PHOTO_FAULTS = frozenset(
     {
         *(Reason.PHOTO_CLIPPED, Reason.PHOTO_DARK, Reason.PHOTO_GRAINY, Reason.PHOTO_COMPRESSED, Reason.PHOTO_HAZY),
         *(Reason.PHOTO_TINTED, Reason.PHOTO_MOVED, Reason.PHOTO_UNSHARP, Reason.PHOTO_SMEARED),
+        Reason.PHOTO_VEILED,
     }
 )
 """Codes of the state of a station's photos."""

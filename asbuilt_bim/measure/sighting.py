@@ -47,6 +47,7 @@ def sight_station(
     quality = quality_of(pair, photos.left.data, photos.right.data)
     faults = photo_faults(quality, photos.name)
     checked = check_rig(pair, worked)
+    faults = (*faults, *checked.faults)
     if checked.rejections:
         return RejectedStation(
             station=photos.name, rejections=(*faults, *checked.rejections), picture=pair.left, health=checked.health,

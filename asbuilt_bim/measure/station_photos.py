@@ -11,6 +11,7 @@ from asbuilt_bim.camera.photo.overlap import check_pair, match_pair
 from asbuilt_bim.camera.photo.quality import StationQuality
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.camera.photo.swapped import swapped_rejection
+from asbuilt_bim.camera.photo.veil import veil_faults
 from asbuilt_bim.camera.photo.working_size import at_working_size
 from asbuilt_bim.camera.rectify import Rectification, RectifiedPair, rectification, rectify
 from asbuilt_bim.camera.rig import StereoRig
@@ -135,10 +136,14 @@ def _prepared(rig: StereoRig) -> Rectification:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RigCheck:
-    """What a pair says of its rig, and why it can't be measured with it; no rejections where it can."""
+    """What a pair says of its rig, and why it can't be measured with it; no rejections where it can.
+
+    `faults` are of its lenses: they may be why there are rejections.
+    """
 
     health: StationHealth | None
     rejections: tuple[Rejection, ...]
+    faults: tuple[Rejection, ...] = ()
 
 
 def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
@@ -148,17 +153,19 @@ def check_rig(pair: RectifiedPair, rig: StereoRig) -> RigCheck:
     do belong together. Exchanged photos look like a knock, and say nothing of the rig.
     """
     coarse = match_pair(pair)
+    faults = tuple(veil_faults(pair, coarse))
     health = station_health(pair, coarse, rig)
     if health is not None:
         verdict = judge([health], rig, significant=CERTAIN_SIGMAS)
         if verdict.state == "knocked":
             swapped = swapped_rejection(pair.name, coarse, rig, pair.camera)
             if swapped is not None:
-                return RigCheck(health=None, rejections=(swapped,))
+                return RigCheck(health=None, rejections=(swapped,), faults=faults)
             station = about(SubjectKind.STATION, pair.name)
             return RigCheck(
                 health=health,
                 rejections=(rig_rejection(Reason.RIG_KNOCKED, station, verdict),),
+                faults=faults,
             )
     rejections = check_pair(pair, coarse)
-    return RigCheck(health=None if rejections else health, rejections=rejections)
+    return RigCheck(health=None if rejections else health, rejections=rejections, faults=faults)

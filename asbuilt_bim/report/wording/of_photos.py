@@ -257,6 +257,13 @@ PHOTOS: Table = {
         limit="{limit_share:.0%}",
         remedy="wipe the lenses, and take the station again",
     ),
+    Reason.PHOTO_VEILED: Words(
+        reason="a part of its {side} photo lacks contrast: a dirty, wet or fogged lens, a finger before it, or the sun "
+        "on it",
+        value="{share:.0%} of it, with {contrast:.0%} of the other photo's contrast",
+        limit="{limit_share:.0%}",
+        remedy="wipe the {side} lens, shade it, and take the station again; look at the other stations' photos, too",
+    ),
     Reason.STATION_FAILED: Words(reason="{detail}"),
     Reason.STATION_MEMORY: Words(reason="not enough memory to measure it", remedy="run with fewer --workers"),
     Reason.STATION_CRASHED: Words(
