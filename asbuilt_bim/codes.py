@@ -403,6 +403,13 @@ PHOTO_FAULTS = frozenset(
     }
 )
 """Codes of the state of a station's photos."""
+GIVEN_CONTRADICTED = frozenset(
+    {
+        *(Reason.POSE_CONTRADICTS, Reason.DESIGN_POSE_CONTRADICTS, Reason.CONTROL_POINT_CONTRADICTS),
+        *(Reason.MARKER_CONTRADICTS, Reason.MARKER_TWICE),
+    }
+)
+"""Codes of what somebody gave for a station's place, and was left out."""
 EYES_SWAPPED = frozenset(
     {Reason.PHOTO_OF_OTHER_SIDE, Reason.PHOTOS_OF_OTHER_SIDES, Reason.PHOTOS_SWAPPED, Reason.PHOTOS_LOOK_SWAPPED}
 )

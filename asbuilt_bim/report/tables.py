@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
-from asbuilt_bim.codes import PHOTO_FAULTS, Reason, SubjectKind
+from asbuilt_bim.codes import GIVEN_CONTRADICTED, PHOTO_FAULTS, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, ShownState, StationRecord
 from asbuilt_bim.report.wording.notes import note_words
@@ -186,9 +186,10 @@ def of_whole_visit(rejection: Rejection) -> bool:
     return not station_of(rejection) and rejection.subject.kind not in OF_FACES
 
 
-def bad_photos(report: ProgressReport) -> tuple[Rejection, ...]:
-    """Return what is wrong with the photos of stations that count: their numbers rest on these."""
-    return tuple(one for one in report.rejections if one.code in PHOTO_FAULTS and station_of(one) in report.placed)
+def station_doubts(report: ProgressReport) -> tuple[Rejection, ...]:
+    """Return what is wrong with photos and given places of stations that count: their numbers rest on these."""
+    codes = PHOTO_FAULTS | GIVEN_CONTRADICTED
+    return tuple(one for one in report.rejections if one.code in codes and station_of(one) in report.placed)
 
 
 def _station_row(station: StationRecord, reasons: tuple[Words, ...], left_out: Sequence[Rejection]) -> StationRow:

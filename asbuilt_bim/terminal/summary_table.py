@@ -14,7 +14,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.progress.report import Completion, GroupProgress, ProgressReport
 from asbuilt_bim.project.model import Visit
 from asbuilt_bim.report.page.calibration import area_words, verdict
-from asbuilt_bim.report.tables import bad_photos, measured_words, of_whole_visit, station_of, storey_names
+from asbuilt_bim.report.tables import measured_words, of_whole_visit, station_doubts, station_of, storey_names
 from asbuilt_bim.report.wording.completion import (
     AT_LEAST,
     BEST,
@@ -216,11 +216,11 @@ def warn_of_visit(visit: Visit, report: ProgressReport, screen: Screen) -> bool:
         screen.warn(f"visit {day}: {plain(one.line)}")
     if len(whole) > MAX_NOTES:
         screen.warn(f"visit {day}: and {len(whole) - MAX_NOTES} more of the kind; the report names them all")
-    bad = rejections_alike(bad_photos(report))
+    bad = rejections_alike(station_doubts(report))
     for one in bad[:MAX_NOTES]:
         screen.warn(f"visit {day}: {plain(one.line)}")
     if len(bad) > MAX_NOTES:
-        screen.warn(f"visit {day}: and {len(bad) - MAX_NOTES} more photos of the kind; the report names them all")
+        screen.warn(f"visit {day}: and {len(bad) - MAX_NOTES} more of such photos and places; the report names them")
     beside = [one for one in report.elements if one.state == "displaced"]
     for element in beside[:MAX_NOTES]:
         screen.warn(f"visit {day}: {plain(element.name or element.global_id)}: {plain(note_words(element.doubts[0]))}")

@@ -11,7 +11,7 @@ from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.page.write import page_html
-from asbuilt_bim.report.tables import element_rows, lost_stations, photographed_of, station_rows
+from asbuilt_bim.report.tables import element_rows, lost_stations, photographed_of, station_doubts, station_rows
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.unstated import unstated_rejection
 from asbuilt_bim.report.wording.values import area_of, rate, share_bounds
@@ -263,3 +263,18 @@ def test_a_survey_in_doubt_stands_on_the_workbooks_first_sheet_before_the_storey
     cells = [str(row[0]) for row in sheet.iter_rows(values_only=True)]
     told = next(n for n, cell in enumerate(cells) if "+3.10 m in z" in cell)
     assert "Nobody should be paid" in cells[told - 1] and told < cells.index("Storey")
+
+
+def test_what_was_given_for_a_stations_place_and_left_out_is_told_where_the_station_counts() -> None:
+    """Two bad clicks, or a pose 2 m off, stood on the page alone."""
+    report = sample_report()
+    counts = report.placed[0] if isinstance(report.placed, tuple) else sorted(report.placed)[0]
+
+    def against(station: str) -> Rejection:
+        subject = Subject(kind=SubjectKind.CONTROL_POINT, name="P4", station=station)
+        return Rejection(
+            code=Reason.CONTROL_POINT_CONTRADICTS, subject=subject, values={"off_sigmas": 15.0, "limit_sigmas": 3.0}
+        )
+
+    said = replace(report, rejections=(against(counts), against("nowhere")))
+    assert station_doubts(said) == (against(counts),)
