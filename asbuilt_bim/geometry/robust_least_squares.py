@@ -39,7 +39,6 @@ class Fit:
     jacobian: FloatArray
     weights: FloatArray
     scale: float
-    converged: bool
 
     @property
     def cost(self) -> float:
@@ -99,7 +98,7 @@ def reweighted_linear(
     """
     least = np.asarray(sigma, dtype=np.float64)
     own = np.broadcast_to(1.0 / np.square(least), target.shape) if weights is None else weights
-    trust, converged = np.ones(len(target)), False
+    trust = np.ones(len(target))
     for _ in range(rounds):  # asked for some five hundred lines a station: no detours
         counted = own * trust
         weighted = (design * counted[:, None]).T
@@ -109,11 +108,11 @@ def reweighted_linear(
         residuals = target - design @ parameters
         scale = max(1.0, robust_sigma(residuals / least))
         before, trust = trust, loss(residuals / (least * scale))
-        if converged := not len(trust) or bool(np.abs(trust - before).max() < _SETTLED):
+        if not len(trust) or np.abs(trust - before).max() < _SETTLED:
             break
     return Fit(
         parameters=np.asarray(parameters, dtype=np.float64), residuals=residuals, jacobian=design,
-        weights=own * trust, scale=scale, converged=converged,
+        weights=own * trust, scale=scale,
     )  # fmt: skip
 
 
@@ -129,7 +128,6 @@ def fit(residuals: Model, start: FloatArray, jacobian: Model | None = None) -> F
     found = least_squares(residuals, start, jacobian or "2-point", x_scale="jac", ftol=_STILL, xtol=_STILL, gtol=_STILL)
     return Fit(
         parameters=found.x, residuals=found.fun, jacobian=found.jac, weights=np.ones(len(found.fun)), scale=1.0,
-        converged=bool(found.success),
     )  # fmt: skip
 
 
@@ -139,12 +137,12 @@ def robust_fit(residuals: Model, start: FloatArray, steps: FloatArray, prior: Fl
     Residuals are in the least sigma of one. Their scale is estimated and only ever falls, so that it settles. `steps`
     (P,) are for `by_differences`; `prior` (P,) is 1 / sigma of each parameter about zero.
     """
-    at, scale, trust, converged = start, np.inf, np.full(len(residuals(start)), np.inf), False
+    at, scale, trust = start, np.inf, np.full(len(residuals(start)), np.inf)
     for _ in range(_MOST_ROUNDS):
         left_over, before = residuals(at), trust
         scale = min(scale, max(1.0, robust_sigma(left_over)))
         trust = tukey(left_over / scale)
-        if converged := bool(np.max(np.abs(trust - before)) < _SETTLED):
+        if np.max(np.abs(trust - before)) < _SETTLED:
             break
         root = np.sqrt(trust) / scale
 
@@ -153,4 +151,4 @@ def robust_fit(residuals: Model, start: FloatArray, steps: FloatArray, prior: Fl
 
         at = fit(weighted, at).parameters
     jacobian = by_differences(residuals, at, steps)
-    return Fit(parameters=at, residuals=left_over, jacobian=jacobian, weights=trust, scale=scale, converged=converged)
+    return Fit(parameters=at, residuals=left_over, jacobian=jacobian, weights=trust, scale=scale)

@@ -74,7 +74,6 @@ def _adjusted(
         area_m2=match.area_m2 * scale,
         area_sigma_image_m2=float(np.sqrt(image)) * scale,
         area_sigma_calibration_m2=match.area_sigma_calibration_m2 * scale,
-        adjusted=True,
     )
 
 

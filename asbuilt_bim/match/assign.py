@@ -135,10 +135,8 @@ def _match(seen: WorldFace, pair: Comparison, part: Region, whole_area: float, a
         overlap=share,
         offset_m=pair.offset_m,
         offset_sigma_m=pair.offset_sigma_m,
-        angle_rad=pair.angle_rad,
         tilt_rad=tilt,
         tilt_sigma_rad=tilt_sigma,
-        score=pair.score,
     )
 
 

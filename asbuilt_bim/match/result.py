@@ -14,7 +14,7 @@ class FaceMatch:
     `outline_uv_m`: polygons (tuples of rings, outer first) of the measured outline on the DESIGN face's (u, v) metres,
     clipped to the design face's own borders (with the tolerance). A face that runs over several elements gives several
     matches, divided along the design's borders. `area_m2` is this part's as-built area, sigma split as in MeasuredFace.
-    `offset_m`: measured plane minus design plane along the design's outward normal; `angle_rad` between the normals.
+    `offset_m`: measured plane minus design plane along the design's outward normal.
     """
 
     station: str
@@ -29,11 +29,8 @@ class FaceMatch:
     overlap: float  # share of the measured face that lies on this design face, 0..1
     offset_m: float
     offset_sigma_m: float
-    angle_rad: float
     tilt_rad: float | None  # from plumb along the face's up, where the vertical is known by the markers
-    score: float
     tilt_sigma_rad: float | None = None
-    adjusted: bool = False  # the design's normal has been used for the area
     past_design_m2: float = 0.0  # of the measured face, on no design face; given with its largest part
 
 

@@ -48,7 +48,6 @@ class Comparison:
     design: DesignFace
     strict: Region
     loose: Region
-    angle_rad: float
     offset_m: float
     offset_sigma_m: float
     score: float
@@ -83,8 +82,8 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
     widest = np.radians(options.max_angle_deg) + min(options.sigmas * angle_sigma, np.radians(options.max_angle_deg))
     if angle > widest:
         return Comparison(
-            design=design, strict=polygon.EMPTY, loose=polygon.EMPTY, angle_rad=angle, offset_m=0.0,
-            offset_sigma_m=0.0, score=0.0, fault=Reason.FACE_TURNED,
+            design=design, strict=polygon.EMPTY, loose=polygon.EMPTY, offset_m=0.0, offset_sigma_m=0.0,
+            score=0.0, fault=Reason.FACE_TURNED,
             values={"angle_rad": angle, "limit_rad": float(widest)}, excess=TURNED + angle / widest,
         )  # fmt: skip
     border = design_region(design, seen.frame)
@@ -94,7 +93,7 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
     score = _score(seen.face.label == kind, angle, angle_sigma, offset, sigma, options)
     fault, values, excess = _fault(seen, design, loose, offset, float(np.hypot(sigma, _scale_sigma_m(seen))), options)
     return Comparison(
-        design=design, strict=strict, loose=loose, angle_rad=angle, offset_m=offset, offset_sigma_m=sigma,
+        design=design, strict=strict, loose=loose, offset_m=offset, offset_sigma_m=sigma,
         score=score, fault=fault, values=values, excess=excess,
     )  # fmt: skip
 

@@ -52,7 +52,7 @@ def area_depth(
         return rejected(Reason.DEPTH_WITHOUT_NETWORK, station, depth=wanted)
     try:
         if wanted == "fused":
-            return fused_depth(pair, stereo, network, target)[0]
+            return fused_depth(pair, stereo, network, target)
         if target is None:
             return rejected(Reason.DEPTH_WITHOUT_TARGET, station)
         return paper_depth(pair, network, target, inversion)

@@ -95,8 +95,7 @@ class Known:
 class Adjusted:
     """The state at the least sum of squares, and how far each sighting (K,), known thing (L,) and link (T,) is off.
 
-    That is the root mean square of its rows, in sigmas. Covariances are of each station (N, 6, 6) and print (M, 7, 7);
-    `variance_factor` is the sum of squares over the degrees of freedom.
+    That is the root mean square of its rows, in sigmas. Covariances are of each station (N, 6, 6) and print (M, 7, 7).
     """
 
     state: State
@@ -105,9 +104,7 @@ class Adjusted:
     between_off: FloatArray
     station_covariance: FloatArray
     tag_covariance: FloatArray
-    variance_factor: float
     residual_px: FloatArray  # (K, 4, 4) seen less predicted
-    converged: bool
 
 
 def adjust(
@@ -124,7 +121,7 @@ def adjust(
     `reach` is that of Cauchy's weights in sigmas, None for weights of 1.
     """
     trust = Trust(seen=np.ones(len(seen.tag)), known=np.ones(len(known)), between=np.ones(len(between)))
-    damping, converged = _DAMPING, False
+    damping = _DAMPING
     rows = _all_rows(state, seen, known, between, disparity_sigma_px)
     if rows is None:
         return None
@@ -145,9 +142,9 @@ def adjust(
                 break
             continue
         state, rows, damping = there, rows_there, max(damping * 0.1, 1e-12)
-        if converged := shift < _STILL:
+        if shift < _STILL:
             break
-    return _finished(state, rows, seen, known, trust, converged)
+    return _finished(state, rows, seen, trust)
 
 
 def ahead(state: State, seen: Sightings) -> NDArray[np.bool_]:
@@ -385,9 +382,7 @@ def _moved(state: State, step: tuple[FloatArray, FloatArray, float]) -> State:
     return State(stations=stations, tags=tags, sizes_m=sizes, disparity_px=state.disparity_px + step[2])
 
 
-def _finished(
-    state: State, rows: _AllRows, seen: Sightings, known: Sequence[Known], trust: Trust, converged: bool
-) -> Adjusted | None:
+def _finished(state: State, rows: _AllRows, seen: Sightings, trust: Trust) -> Adjusted | None:
     n, m = len(state.stations), len(state.tags)
     made = _normal(rows, seen, trust, n, m)
     matrix = made.matrix.copy()
@@ -409,16 +404,14 @@ def _finished(
     )
     count += STATION * float(trust.between.sum())
     free = max(count - STATION * n - TAG * m, 1.0)
-    factor = rows.cost(trust) / free
+    factor = max(rows.cost(trust) / free, 1.0)
     stations = covariance[:-COMMON, :-COMMON].reshape(n, STATION, n, STATION)[np.arange(n), :, np.arange(n)]
     return Adjusted(
         state=state,
         seen_off=seen_off,
         known_off=known_off,
         between_off=rows.between.off,
-        station_covariance=max(factor, 1.0) * stations,
-        tag_covariance=max(factor, 1.0) * np.array(of_tags).reshape(m, TAG, TAG),
-        variance_factor=factor,
+        station_covariance=factor * stations,
+        tag_covariance=factor * np.array(of_tags).reshape(m, TAG, TAG),
         residual_px=rows.pixels,
-        converged=converged,
     )

@@ -52,7 +52,7 @@ class PointLink:
     """`first_from_second` (4, 4), between left frames; covariance (6, 6) of a small motion in the first's axes.
 
     The motion is [rotation vector, translation] of the second camera about its own centre. `by_disparity` (6,) is how
-    it changes by a pixel of disparity that the rig is off by in common. `points` agree, in `parts` of the frame.
+    it changes by a pixel of disparity that the rig is off by in common. `points` agree.
     """
 
     first: str
@@ -61,8 +61,6 @@ class PointLink:
     covariance: FloatArray
     by_disparity: FloatArray
     points: int
-    parts: int
-    rival: int  # points that the best other motion explains
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,10 +89,9 @@ def link_by_points(first: Shown, second: Shown) -> PointLink | None:
     parts = parts_of(pairs.a[good, :2], (first.camera.width_px, first.camera.height_px))
     parts_b = parts_of(pairs.b[good, :2], (second.camera.width_px, second.camera.height_px))
     spread = min(len(np.unique(parts)), len(np.unique(parts_b)))
-    rival = _rival(pairs, first, second, pose, good)
-    if spread < LEAST_PARTS or rival > RIVAL_SHARE * good.sum():
+    if spread < LEAST_PARTS or _rival(pairs, first, second, pose) > RIVAL_SHARE * good.sum():
         return None
-    return _link(pairs, first, second, pose, good, rival, spread)
+    return _link(pairs, first, second, pose, good)
 
 
 def _matched(first: Shown, second: Shown) -> _Pairs:
@@ -237,7 +234,7 @@ def _counts(pairs: _Pairs, first: Shown, good: BoolArray) -> FloatArray:
     return np.bincount(part, minlength=part.max() + 1)[part].astype(np.float64)
 
 
-def _rival(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray, good: BoolArray) -> int:
+def _rival(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray) -> int:
     """Return how many matches the best other motion explains."""
     other = _best(pairs, first, second, ~_agree(pairs, first, second, pose))
     if other is None:
@@ -248,9 +245,7 @@ def _rival(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray, good: B
     return int(_unique(pairs, _agree(pairs, first, second, other)).sum())
 
 
-def _link(
-    pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray, good: BoolArray, rival: int, parts: int
-) -> PointLink:
+def _link(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray, good: BoolArray) -> PointLink:
     residual, covariance, by_pose = _off(pairs, first, second, pose, good, _counts(pairs, first, good))
     weight = np.linalg.inv(covariance)
     information = np.einsum("nki,nkl,nlj->ij", by_pose, weight, by_pose)
@@ -267,5 +262,4 @@ def _link(
     return PointLink(
         first=first.name, second=second.name, first_from_second=frozen(pose),
         covariance=frozen(cov * max(factor, 1.0)), by_disparity=frozen(by_disparity), points=int(good.sum()),
-        parts=parts, rival=rival,
     )  # fmt: skip

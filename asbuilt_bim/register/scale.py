@@ -43,12 +43,11 @@ TARGET_SIGMA = 0.01  # of one station's diameter: a tenth of a pixel on a radius
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleOfKind:
-    """A visit's lengths of one kind: measured over known, its sigma, and how many."""
+    """A visit's lengths of one kind: measured over known, and its sigma."""
 
     kind: KnownLength
     ratio: float
     sigma: float
-    count: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -254,4 +253,4 @@ def _kind(kind: KnownLength, ratios: FloatArray, sigmas: FloatArray) -> ScaleOfK
     middle = weighted_median(logs, weights)
     scatter = robust_sigma((logs - middle) * np.sqrt(weights))  # 1 where sigmas hold
     sigma = float(np.hypot(_OF_MEDIAN * max(scatter, 1.0) * weights.sum() ** -0.5, KNOWN_TO[kind]))
-    return ScaleOfKind(kind=kind, ratio=float(np.exp(middle)), sigma=sigma, count=len(logs))
+    return ScaleOfKind(kind=kind, ratio=float(np.exp(middle)), sigma=sigma)

@@ -145,7 +145,7 @@ def depths_by(pair: RectifiedPair, stereo: DepthMap, depths: NetworkDepth | None
     if depths is not None:
         found[ALONE] = depths.estimate(pair.left)
         try:
-            found[FUSED] = filled(fused_depth(pair, stereo, depths)[0])
+            found[FUSED] = filled(fused_depth(pair, stereo, depths))
         except ValueError:  # the network doesn't follow this photo
             found[FUSED] = found[FILLED]
     return found

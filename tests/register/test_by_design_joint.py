@@ -79,7 +79,7 @@ def test_points_tie_stations_as_prints_do() -> None:
     stations, true, places = weak_ones(marked=False)
     link = PointLink(
         first="A1", second="A2", first_from_second=inverse(TRUE) @ OTHER, covariance=frozen(np.diag([1e-6] * 6)),
-        by_disparity=frozen(np.zeros(6)), points=40, parts=8, rival=0,
+        by_disparity=frozen(np.zeros(6)), points=40,
     )  # fmt: skip
     looked = looked_for(stations, places, OPTIONS)
     assert all(pose is None for pose, _ in poses_by_design(looked, OPTIONS).values())

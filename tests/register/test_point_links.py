@@ -148,7 +148,7 @@ def chain(wrong: bool) -> tuple[State, Sightings, list[PointLink]]:
             between_two[0, 3] += 0.5
         link = PointLink(
             first=str(a), second=str(b), first_from_second=frozen(between_two), covariance=covariance,
-            by_disparity=frozen(np.zeros(6)), points=50, parts=8, rival=0,
+            by_disparity=frozen(np.zeros(6)), points=50,
         )  # fmt: skip
         links.append(link)
     seen = Sightings(

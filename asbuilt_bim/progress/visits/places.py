@@ -31,7 +31,6 @@ class StandingPlaces:
     """Eyes (N, 3) of a storey, in the world; `by_hull` where no slab is known and the floor is taken from the walls."""
 
     storey: str
-    floor_z_m: float
     eyes_m: FloatArray
     by_hull: bool
 
@@ -64,7 +63,7 @@ def standing_places(
     free = (_away(1 - floor, cell) > EDGE_M + cell) & (_away(blocked, cell) > BODY_M + cell)
     spots = _spread(free, cell)
     eyes = np.column_stack([low + (spots + 0.5) * cell, np.full(len(spots), floor_z + EYE_M)])
-    return StandingPlaces(storey=storey, floor_z_m=floor_z, eyes_m=frozen(eyes), by_hull=hull)
+    return StandingPlaces(storey=storey, eyes_m=frozen(eyes), by_hull=hull)
 
 
 def _foot(element: BimElement) -> float:

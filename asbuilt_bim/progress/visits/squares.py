@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt_bim.bim.cells import cell_samples
-from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
+from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
 from asbuilt_bim.geometry.polygon import areas_of_boxes
 from asbuilt_bim.geometry.transform import apply
@@ -24,12 +24,11 @@ class Squares:
     """Patches (P) of the sides of elements, and the squares (S) that they are of: one side seen is the square seen.
 
     `points_m` and outward `normals` (P, 3) in the world; `corners_m` (P, 4, 3) lie four fifths of the way to a patch's
-    own corners: what hides less of it doesn't count. `face` (P,) is the index into `faces`; `square` (P,) the index
+    own corners: what hides less of it doesn't count. `face` (P,) tells their faces apart; `square` (P,) the index
     into `area_m2` and `element` (S,), the index into `elements`. `area_m2` is of the square's largest side.
     """
 
     elements: tuple[BimElement, ...]
-    faces: tuple[DesignFace, ...]
     points_m: FloatArray
     corners_m: FloatArray
     normals: FloatArray
@@ -73,8 +72,8 @@ def wanted_squares(design: BimModel, wanted: Collection[str], known: Mapping[str
     What was seen open is wanted again: it may stand by now.
     """
     elements = tuple(one for one in design.elements if one.global_id in wanted and any(_sides(one)))
-    faces: list[DesignFace] = []
-    points, corners, normals, of_face, of_square, areas, owners = [], [], [], [], [], [], []
+    points, corners, normals, of_square, areas, owners = [], [], [], [], [], []
+    of_face: list[IntArray] = []
     count = 0
     for number, element in enumerate(elements):
         samples = cell_samples(element, SIDE_M)
@@ -89,8 +88,7 @@ def wanted_squares(design: BimModel, wanted: Collection[str], known: Mapping[str
             area = np.maximum(area, side)
             state = known.get(face.face_id)
             built[mine] = _built(state, samples.uv_m[mine], samples.step_m[mine])
-            of_face.append(np.where(mine, len(faces), 0)[mine])
-            faces.append(face)
+            of_face.append(np.full(np.count_nonzero(mine), len(of_face), dtype=np.int32))
             points.append(samples.points_m[mine])
             around = samples.uv_m[mine, None] + _TO_CORNERS * samples.step_m[mine, None]
             corners.append(face.frame.from_uv(around.reshape(-1, 2)).reshape(-1, 4, 3))
@@ -104,7 +102,6 @@ def wanted_squares(design: BimModel, wanted: Collection[str], known: Mapping[str
         count += len(keys)
     whole = Squares(
         elements=elements,
-        faces=tuple(faces),
         points_m=frozen(np.concatenate(points) if points else np.zeros((0, 3))),
         corners_m=frozen(np.concatenate(corners) if corners else np.zeros((0, 4, 3))),
         normals=frozen(np.concatenate(normals) if normals else np.zeros((0, 3))),

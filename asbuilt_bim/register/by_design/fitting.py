@@ -6,7 +6,7 @@ and pulls nowhere.
 Reference: Dempster, Laird & Rubin 1977, maximum likelihood from incomplete data via the EM algorithm.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,15 +88,14 @@ class LinkedPrior:
 class Fitted:
     """A place, and what fits there: `turn_rad`, `place_m` (2,), the camera's height, and the design face of each seen.
 
-    `on` (N,) is -1 for what fits nowhere, `trust` (N,) how likely each is what it fits. `covariance` (3, 3) is of
-    [turn, x, y]. `by_share` (Q,) is the logarithm of how many times likelier the place makes what was seen than that it
-    is of no design at all, for each share of it that is.
+    `on` (N,) is -1 for what fits nowhere. `covariance` (3, 3) is of [turn, x, y]. `by_share` (Q,) is the logarithm of
+    how many times likelier the place makes what was seen than that it is of no design at all, for each share of it that
+    is.
     """
 
     turn_rad: float
     place_m: FloatArray
     on: NDArray[np.intp]
-    trust: FloatArray
     covariance: FloatArray
     by_share: FloatArray
 
@@ -204,8 +203,8 @@ def fitted(
     covariance = step[1][:3, :3]
     volume = 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
     by_share = _evidence(odds, on, design.elements[on], seen.whole > 0.5) + prior.log_density(turn, place) + volume
-    fit = Fitted(turn_rad=turn, place_m=place, on=on, trust=trust, covariance=covariance, by_share=by_share)
-    return replace(fit, on=np.where(trust > 0.5, on, -1))
+    on = np.where(trust > 0.5, on, -1)
+    return Fitted(turn_rad=turn, place_m=place, on=on, covariance=covariance, by_share=by_share)
 
 
 def _taken(odds: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:

@@ -24,11 +24,10 @@ class VerticalOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Vertical:
-    """`up` (3,) unit in the RECTIFIED frame, its sigma in radians, and how many edges say so."""
+    """`up` (3,) unit in the RECTIFIED frame, and its sigma in radians."""
 
     up: FloatArray
     sigma_rad: float
-    edges: int
 
 
 @lru_cache(maxsize=1)  # surfaces and a network's geometry ask of the same pair
@@ -58,7 +57,7 @@ def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -
     scatter = float(np.sqrt(np.average((normals @ up) ** 2, weights=weight)))
     # edges that stand close together fix the direction along their common plane badly
     sigma = max(scatter / np.sqrt((edges - 2.0) * max(spread, 1e-4)), 2e-4) if edges > 2 else sine
-    return Vertical(up=frozen(up), sigma_rad=float(sigma), edges=edges)
+    return Vertical(up=frozen(up), sigma_rad=float(sigma))
 
 
 def _upright_edges(pair: RectifiedPair, options: VerticalOptions) -> tuple[FloatArray, FloatArray]:

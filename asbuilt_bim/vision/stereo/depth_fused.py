@@ -1,7 +1,5 @@
 """Stereo first, network second: relative depth brought to stereo by scale and shift fills what stereo can't see."""
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 
@@ -25,20 +23,9 @@ WINDOW_SHARE = 1.0 / 20.0
 _LEAST_SIGMA_PX = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NetworkFit:
-    """How a network's map was brought to stereo: `disparity = scale * map + shift`, and how well it follows it."""
-
-    scale: float
-    shift_px: float
-    sigma_px: float  # robust scatter about the fit
-    explained: float  # share of stereo's variance
-    filled: int  # pixels that got a disparity from the network
-
-
 def fused_depth(
     pair: RectifiedPair, stereo: DepthMap, relative: RelativeDepth, target: TargetSighting | None = None
-) -> tuple[DepthMap, NetworkFit]:
+) -> DepthMap:
     """Fill the holes of a stereo map from a network's; what stereo measured stays as it is.
 
     A network's map is defined up to scale and shift, and larger is nearer: both are fitted in disparity, robustly, to
@@ -50,7 +37,7 @@ def fused_depth(
     nearness = checked_estimate(pair, relative)
     if not np.isfinite(nearness[pair.valid_left]).all():
         raise ValueError(f"the depth network {relative.name} gives numbers that are not finite")
-    scale, shift, sigma, explained = _fitted(nearness, stereo, target)
+    scale, shift, sigma = _fitted(nearness, stereo, target)
     predicted = (scale * nearness + np.float32(shift)).astype(np.float32)
     furthest = float(np.quantile(stereo.disparity_px[stereo.valid], 0.01)) / MOST_DISTANCE_FACTOR
     holes = pair.valid_left & ~stereo.valid & (predicted > max(furthest, 3.0 * sigma))
@@ -59,20 +46,14 @@ def fused_depth(
     sigmas = np.where(holes, spread, stereo.sigma_px).astype(np.float32)
     valid = stereo.valid | holes
     freeze(disparity), freeze(sigmas), freeze(valid)
-    fused = DepthMap(
+    return DepthMap(
         disparity_px=disparity, sigma_px=sigmas, valid=valid, f_px=stereo.f_px, baseline_m=stereo.baseline_m,
         method="fused",
     )  # fmt: skip
-    fit = NetworkFit(
-        scale=scale, shift_px=shift, sigma_px=sigma, explained=explained, filled=int(np.count_nonzero(holes))
-    )
-    return fused, fit
 
 
-def _fitted(
-    nearness: Float32Array, stereo: DepthMap, target: TargetSighting | None
-) -> tuple[float, float, float, float]:
-    """Return scale, shift, robust sigma and explained share of `disparity = scale * nearness + shift`."""
+def _fitted(nearness: Float32Array, stereo: DepthMap, target: TargetSighting | None) -> tuple[float, float, float]:
+    """Return scale, shift and robust sigma of `disparity = scale * nearness + shift`."""
     known = np.flatnonzero(stereo.valid)
     if known.size < LEAST_PIXELS:
         raise ValueError(f"stereo measured {known.size} pixels, limit {LEAST_PIXELS}: too few to scale a network by")
@@ -95,7 +76,7 @@ def _fitted(
             f"the network's map explains {100.0 * max(explained, 0.0):.0f} % of what stereo sees, limit "
             f"{100.0 * LEAST_EXPLAINED:.0f} %: it doesn't follow this picture"
         )
-    return scale, shift, sigma, explained
+    return scale, shift, sigma
 
 
 def _robust_line(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[float, float, float]:

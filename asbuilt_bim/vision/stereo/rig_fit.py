@@ -43,7 +43,6 @@ class RigFit:
     from_rig: FloatArray
     from_lens: FloatArray
     matches: int  # those that the fit rests on
-    sigma_px: float  # of one match, across its epipolar line
     rows_px: float  # how far apart rows lie in the photos as they are: the worse median of the left and right half
 
 
@@ -73,7 +72,6 @@ def fit_rig(
         from_rig=frozen(influence @ _rig_jacobian(a, b, rig, camera) * relative_units(rig)),
         from_lens=frozen(influence @ _cells(left_px, camera)),
         matches=used,
-        sigma_px=sigma_px,
         rows_px=_rows_px(left_px[fit.weights > 0.1], right_px[fit.weights > 0.1], camera),
     )
 

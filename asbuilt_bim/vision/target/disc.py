@@ -59,7 +59,7 @@ class RedDisc:
     """A red disc in one photo: `edge` (N, 2) are the outline's points that were found, `rms_px` their misfit.
 
     `sigma_px` (N,) is how sure each point is, against the others. `support` is the share of the outline that they make
-    up, `filled` the share of its inside that is red.
+    up.
     """
 
     ellipse: Ellipse
@@ -67,7 +67,6 @@ class RedDisc:
     sigma_px: FloatArray
     rms_px: float
     support: float
-    filled: float
     astray: float  # share of the outline that has its edge further in, or none that fits
     further: float  # share of the outline that has it further out
     overrun: float  # share of the outline that has none: what is beyond is as red
@@ -233,7 +232,7 @@ def _judged(
     bare = bare[bare > _COVERED * inside.typical]
     red = float(np.median(bare))
     return RedDisc(
-        ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support, filled=filled,
+        ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support,
         astray=float(np.mean(sides.differ & ~is_on & ~further)), overrun=float(np.mean(beyond)),
         further=float(np.mean(further)),
         redness=red, uneven=float(np.median(np.abs(bare - red))) / max(red, 1e-6), patch=patch,

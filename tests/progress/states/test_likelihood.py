@@ -133,7 +133,7 @@ def test_features_are_shares_and_flags_from_nought_to_one() -> None:
 MATCH = FaceMatch(
     station="A1", face_id="A1/1", design_face="W-0", element="W", outline_uv_m=(), area_m2=0.3,
     area_sigma_calibration_m2=0.0, area_sigma_image_m2=0.0, whole=True, overlap=1.0, offset_m=0.0,
-    offset_sigma_m=0.005, angle_rad=0.0, tilt_rad=None, score=1.0,
+    offset_sigma_m=0.005, tilt_rad=None,
 )  # fmt: skip
 
 

@@ -267,7 +267,7 @@ def test_a_station_shows_by_the_design_what_its_plan_says(
 
 def test_a_view_whose_squares_the_others_show_is_dropped() -> None:
     squares = Squares(
-        elements=(), faces=(), points_m=frozen(np.zeros((4, 3))), corners_m=frozen(np.zeros((4, 4, 3))),
+        elements=(), points_m=frozen(np.zeros((4, 3))), corners_m=frozen(np.zeros((4, 4, 3))),
         normals=frozen(np.zeros((4, 3))), face=freeze(np.zeros(4, np.int32)),
         square=freeze(np.arange(4, dtype=np.int32)),
         area_m2=frozen(np.full(4, 2.0)), element=freeze(np.zeros(4, np.int32)),
