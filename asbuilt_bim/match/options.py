@@ -2,16 +2,18 @@
 
 from dataclasses import dataclass
 
+from asbuilt_bim.register.options import FURTHEST_M, PAST_M
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchOptions:
     """Limits of a match, each with its reason."""
 
-    max_distance_m: float = 20.0  # a face further off is too small in the photo to be known from its neighbour
+    max_distance_m: float = FURTHEST_M  # a face further off is too small in the photo to be known from its neighbour
     max_angle_deg: float = 12.0  # walls of a building differ in direction by more; a good plane errs by less
     max_offset_m: float = 0.10  # half a thin wall: a front is never taken for its back
     sigmas: float = 3.0  # added to both limits for what the measurement itself may err
-    border_m: float = 0.10  # how far an outline may pass the design's border: pose, formwork joint, mask edge
+    border_m: float = PAST_M  # how far an outline may pass the design's border: pose, formwork joint, mask edge
     max_radius_share: float = 0.25  # the axis says which column it is; a pole or a barrel differs by more
     min_share: float = 0.02  # a smaller part of a face on a design face is its border's noise
     min_area_m2: float = 0.02  # the same, absolutely

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+FURTHEST_M = 20.0  # a face further off is too small in the photo to be known from its neighbour
+PAST_M = 0.10  # how far an outline may pass the design's border: pose, formwork joint, mask edge
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RegisterOptions:

@@ -31,7 +31,8 @@ LIMIT = 11.3
 """Of chi-squared of three: a point that is the same is off by more once in a hundred times."""
 _TRIALS = 300
 _NEXT = 2  # alike things are matched with both
-_SAME_M, _SAME_RAD = 0.10, np.radians(2.0)
+SAME_M, SAME_RAD = 0.10, float(np.radians(2.0))
+"""Two places or motions as near as that are one."""
 _ROUNDS = 10
 
 
@@ -240,7 +241,7 @@ def _rival(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray) -> int:
     if other is None:
         return 0
     turn = float(np.arccos(np.clip((np.trace(other[:3, :3] @ pose[:3, :3].T) - 1.0) / 2.0, -1.0, 1.0)))
-    if np.linalg.norm(other[:3, 3] - pose[:3, 3]) < _SAME_M and turn < _SAME_RAD:
+    if np.linalg.norm(other[:3, 3] - pose[:3, 3]) < SAME_M and turn < SAME_RAD:
         return 0
     return int(_unique(pairs, _agree(pairs, first, second, other)).sum())
 

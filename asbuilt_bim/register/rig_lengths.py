@@ -16,12 +16,12 @@ from asbuilt_bim.camera.rig import PARAMETERS, StereoRig
 from asbuilt_bim.camera.rig_numbers import in_pixels, rig_numbers, seen_points, with_numbers
 from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray, frozen
-from asbuilt_bim.geometry.robust_least_squares import MEDIAN_TO_SIGMA, by_differences, cauchy
+from asbuilt_bim.geometry.robust_least_squares import by_differences, cauchy, robust_sigma
 from asbuilt_bim.measure.sigma.area import hats
 from asbuilt_bim.measure.sigma.rig_scale import ScaleEvidence
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.scale import KNOWN_TO, SCALE_LIMIT, TARGET_SIGMA, KnownLength, distances_seen
-from asbuilt_bim.vision.stereo.rig_fit import STEP_RAD, corrected_rig
+from asbuilt_bim.vision.stereo.rig_fit import STEP_PX, STEP_RAD, corrected_rig
 from asbuilt_bim.vision.stereo.rig_health import AREA_LIMIT, SIGNIFICANT
 
 FEWEST = 3
@@ -37,7 +37,6 @@ _MOST_YAW_RAD = np.deg2rad(1.0)
 """A rig that lengths turn or stretch (`SCALE_LIMIT`) by more has a mistake in its numbers, which is to be named."""
 _LEAST_OWN = 1e-5  # of a length whose error is all in its points' depths
 _ROUND = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
-_STEP_PX, _STEP = 1e-2, 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,7 +173,7 @@ def rig_by_lengths(
     def off(change: FloatArray) -> FloatArray:
         return lengths.logs(midpoints(*seen.rays(moved + change))) - lengths.log_known
 
-    steps = np.where(in_pixels(before), _STEP_PX, _STEP)
+    steps = np.where(in_pixels(before), STEP_PX, STEP_RAD)
     change, prior, is_other = np.zeros(len(steps)), before.covariance, False
     yaw_scale, causes = _yaw_and_scale(before, camera), lengths.shared()
     shared = np.concatenate([causes, before.lens_left_px * lengths.by_lens(camera)], axis=1)
@@ -273,7 +272,7 @@ def _own_noise(start: FloatArray, along: FloatArray, lengths: _Lengths, shared: 
         weighed = columns.T / (sigma * wider) ** 2
         fitted = np.linalg.solve(weighed @ columns + prior, weighed @ start)
         left = (start - columns @ fitted) / sigma
-        scatter = max(1.0, float(np.median(np.abs(left)) * MEDIAN_TO_SIGMA))
+        scatter = max(1.0, robust_sigma(left))
         wider = scatter / np.sqrt(cauchy(left / scatter, reach=_REACH))
     return own * np.outer(wider, wider)
 

@@ -17,7 +17,7 @@ from asbuilt_bim.register.growth import Places, Viewpoint, turned_right
 from asbuilt_bim.register.known import known_pose, known_size, surveyed_centre, surveyed_corners
 from asbuilt_bim.register.moved import moved_since
 from asbuilt_bim.register.options import RegisterOptions
-from asbuilt_bim.register.point_links import PointLink
+from asbuilt_bim.register.point_links import BETWEEN_PX, COMMON_PX, PointLink
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.redundancy import hanging
 from asbuilt_bim.register.tags import TagPlace
@@ -26,7 +26,7 @@ LEFT_OUT_SIGMAS = 3.0
 """A sighting or a known place is left out from here on: the root mean square of its rows is never this by chance."""
 REACHES = (64.0, 8.0)
 """Of the weights, in sigmas: wide at first, so that a loop that doesn't meet yet isn't torn open, then narrow."""
-NOISE = CommonNoise(direction_px=0.15, between_px=0.06, edge_px=0.1)
+NOISE = CommonNoise(direction_px=COMMON_PX, between_px=BETWEEN_PX, edge_px=0.1)
 """Of the sample's 49 sightings against their survey: 0.05 px from photo to photo, corners 0.02 to 0.17 px outwards; in
 both alike 0.25 px, most of which is the survey's. A rig that was calibrated worse shows in the variance factor."""
 LEAST_FINDER_PX = 0.05

@@ -12,6 +12,7 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.completion.planned import due_by
 from asbuilt_bim.progress.report import ElementProgress, StationRecord, WantedView
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.visits.sights import LIFT_M
 
 MOST = 30
 """So many a day can be photographed; the rest comes up at the next visit."""
@@ -22,7 +23,6 @@ DISTANCES_M = 6.0, 4.5, 3.0
 FLOOR_MARGIN_M = 0.5
 """A floor reaches so far past the hull of its walls and columns: an edge board, a cantilever."""
 _REACH_UP_M = 2.5  # above an element's foot: a camera further up stands on another floor, however low the element is
-_BEFORE_IT_M = 0.02  # a sight begins so far before the face: what touches it hides none of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -149,7 +149,7 @@ def _stand(face: DesignFace, surface: SurfaceState, screens: _Screens) -> tuple[
     others = np.array([element != face.element for element in screens.element], dtype=np.bool_)
     level = (screens.heights_m[:, 0] <= middle[2]) & (middle[2] <= screens.heights_m[:, 1])
     walls = screens.segments_m[others & level]
-    eye = face.frame.from_uv(uv, _BEFORE_IT_M)
+    eye = face.frame.from_uv(uv, LIFT_M)
     for distance in DISTANCES_M:
         stand = face.frame.from_uv(uv, distance)
         if not _crosses(eye[:2], stand[:2], walls):

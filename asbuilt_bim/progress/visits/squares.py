@@ -10,13 +10,12 @@ from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
 from asbuilt_bim.geometry.polygon import areas_of_boxes
 from asbuilt_bim.geometry.transform import apply
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.surface import SurfaceState
 
 SIDE_M = 0.5
 """Of a square: two cells of a wall, five of a column. What hides less than that is for the photos to show."""
 _TO_CORNERS = 0.4 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-DECIDED_SHARE = 0.5
-"""Of a patch: `ProgressOptions.decided_share`, by which a cell is decided."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -143,5 +142,5 @@ def _built(state: SurfaceState | None, uv_m: FloatArray, step_m: FloatArray) -> 
         return np.zeros(len(uv_m), dtype=np.bool_)
     low, high = uv_m - 0.5 * step_m, uv_m + 0.5 * step_m
     covered = areas_of_boxes(state.built_uv_m, low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    share: BoolArray = covered >= DECIDED_SHARE * np.prod(step_m, axis=1)
+    share: BoolArray = covered >= ProgressOptions().decided_share * np.prod(step_m, axis=1)
     return share

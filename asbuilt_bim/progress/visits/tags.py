@@ -16,10 +16,10 @@ from asbuilt_bim.progress.visits.plan_visit import PlannedVisit
 from asbuilt_bim.progress.visits.sights import LIFT_M, Reach, rig_frames, sighted_points
 from asbuilt_bim.progress.visits.squares import SIDE_M
 from asbuilt_bim.progress.visits.surroundings import Surroundings
+from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.pose import SurveyedMarker
 
-NEEDED = 2
-"""Surveyed tags that hold a station: `RegisterOptions.min_markers`."""
+NEEDED = RegisterOptions().min_markers  # surveyed tags that hold a station
 NEAR_M, MOST_SLANT_RAD = 1.5, float(np.radians(60.0))
 LEAST_PX = 30.0
 """Of a tag's side in a photo: at 20 px it is still read, and clutter and turning take a third."""

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import wrapped
-from asbuilt_bim.register.by_design.planes import FURTHEST_M, PAST_M, Seen, Upright
+from asbuilt_bim.register.by_design.planes import Seen, Upright
+from asbuilt_bim.register.options import FURTHEST_M, PAST_M
 
 BUILT_M = 0.01
 """How far a built face lies off its design: two of these are the 20 mm that EN 13670 allows."""

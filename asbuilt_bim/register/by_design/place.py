@@ -11,18 +11,17 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.register.by_design.fitting import HEIGHT_LOOSE_M, Fitted, LinkedPrior, Prior, fitted, possible, turned
 from asbuilt_bim.register.by_design.heights import CAMERA_M
-from asbuilt_bim.register.by_design.planes import FURTHEST_M, Seen, Upright, designed_faces
+from asbuilt_bim.register.by_design.planes import Seen, Upright, designed_faces
 from asbuilt_bim.register.by_design.rough import RoughPlace
 from asbuilt_bim.register.by_design.starts import starts
-from asbuilt_bim.register.options import RegisterOptions
+from asbuilt_bim.register.options import FURTHEST_M, RegisterOptions
+from asbuilt_bim.register.point_links import SAME_M, SAME_RAD
 from asbuilt_bim.register.pose import ByDesign, StationPose
 
 LEVEL_SIGMA_RAD = 5e-4
 """How well a photo pair knows what is plumb, the rig's principal point left aside: read off ten of the sample."""
 ABOVE_M, BELOW_M = 12.0, 5.0
 """What is seen from a storey begins so far under its floor at most, and ends so far over it."""
-SAME_M, SAME_RAD = 0.10, float(np.radians(2.0))
-"""Two fits as near as that are one place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

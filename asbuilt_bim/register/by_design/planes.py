@@ -13,14 +13,11 @@ from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.transform import cross, unit
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.register.options import FURTHEST_M
 
 UPRIGHT = 0.1  # of a normal's upward part
-FURTHEST_M = 20.0
-"""A face further off is too small in the photo to be known from its neighbour."""
 SHORTEST_M = 0.05
 """Of a length in plan: what is narrower has no direction."""
-PAST_M = 0.10
-"""How far an outline may run past its design face: pose, formwork joint, the mask's edge."""
 FLUSH_M, FLUSH_RAD, MEETING_M = 0.01, float(np.radians(0.5)), 0.05
 """Faces as near to one line and one another as this are one, as far as photos tell."""
 

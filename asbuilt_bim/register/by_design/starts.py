@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.register.by_design.fitting import Prior, turned
-from asbuilt_bim.register.by_design.planes import PAST_M, Seen, Upright
+from asbuilt_bim.register.by_design.planes import Seen, Upright
+from asbuilt_bim.register.options import PAST_M
 
 REACH = 4.0
 """Sigmas of the rough place that are looked at: two say 1.5 m, four say 3 m."""

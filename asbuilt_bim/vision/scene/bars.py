@@ -13,7 +13,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray, freeze
 from asbuilt_bim.geometry.masks import box_of
-from asbuilt_bim.vision.scene.read import NOTHING, Scene
+from asbuilt_bim.vision.scene.read import NOTHING, OFF_PX, Scene
 from asbuilt_bim.vision.stereo.matching import grey
 from asbuilt_bim.vision.stereo.warp import right_at
 
@@ -37,7 +37,6 @@ STEP_M = 0.02
 LEAST_M, LEAST_M2 = 0.15, 0.01
 """How far bars stand out at least to be found, a window, and what of them is no speckle."""
 SMOOTH_PX = 0.8
-OFF_PX = 1.5
 DOUBT_PX = 5.0
 """How far the line may lie too low: what is called neither is left to the edge that the photos show."""
 BORDER_PX = 3

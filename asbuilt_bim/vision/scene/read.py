@@ -37,6 +37,8 @@ CORE_SHARE = 0.8
 LEAST_SURE = 3.0
 """A round surface must leave less difference by 3 sigma: a matcher's bend is no evidence, pictures are."""
 BAND_PX = 8
+OFF_PX = 1.5
+"""Further than this a pixel lies on no surface, however unsure it is."""
 SHIFTS_PX = (-0.2, -0.1, 0.0, 0.1, 0.2)
 
 
@@ -45,7 +47,6 @@ class SceneOptions:
     """How pixels are given to surfaces."""
 
     tolerance_px: float = 0.8  # a pixel lies on a surface within this, or within 3 of its own sigmas
-    most_tolerance_px: float = 1.5
     margin_px: float = 8.0  # a piece may reach this far beyond its last voting column
     least_pixels: int = 150  # what is smaller carries no measurable edge
     grow: GrowOptions = GrowOptions()  # noqa: RUF009 - frozen
@@ -110,7 +111,7 @@ def _label(level: LevelledMap, pieces: list[Piece], floors: list[Floor], options
     best = np.full((height, width), 1.0, dtype=np.float32)
     labels = np.full((height, width), NOTHING, dtype=np.int16)
     sigma = np.nan_to_num(level.sigma_px, nan=1.0, posinf=1.0)
-    tolerance = np.clip(3.0 * sigma, options.tolerance_px, options.most_tolerance_px)
+    tolerance = np.clip(3.0 * sigma, options.tolerance_px, OFF_PX)
     for number, piece in enumerate(pieces):
         columns = _columns(level, piece, options.margin_px)
         if columns.stop <= columns.start:

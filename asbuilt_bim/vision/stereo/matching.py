@@ -8,6 +8,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
+from asbuilt_bim.geometry.robust_least_squares import MEDIAN_TO_SIGMA
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.even_places import jumps_without_edge
 from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
@@ -32,7 +33,6 @@ MOST_MOVED_PX = 0.75
 """No pixel is moved further from the answer given; of a network's, no more is known."""
 MOST_APART_PX = 2.0
 """What left and right say of one pixel: further apart, they speak of two things, one behind the other."""
-MAD_SIGMA = 1.4826  # the median of a normal error's size, as its sigma
 ALIKE_PX = 4.0
 """Neighbouring residuals are correlated over about 2 x 2 px."""
 
@@ -121,7 +121,9 @@ def disparity_sigma(
     known = np.abs(apart) <= MOST_APART_PX
     if not known.any():
         return np.full_like(disparity_px, np.nan), np.full_like(disparity_px, np.inf)
-    prior = float(np.clip(MAD_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0), PRIOR_SIGMA_PX, MOST_MOVED_PX))
+    prior = float(
+        np.clip(MEDIAN_TO_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0), PRIOR_SIGMA_PX, MOST_MOVED_PX)
+    )
     matcher = SemiGlobalMatcher(refine_window_px=9, refine_steps=4)
     seen = np.where(known, disparity_px, np.float32(np.nan)).astype(np.float32)
     disparity, sigma = _polished(pair, seen, (grey(pair.left), grey(pair.right)), matcher, prior)

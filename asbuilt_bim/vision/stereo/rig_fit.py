@@ -19,7 +19,7 @@ from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, skew, un
 
 PRIOR_RAD = 0.1
 """Of each number: a rig knocked by more than about six degrees is another rig; it keeps a poor fit finite."""
-_STEP_PX, STEP_RAD = 1e-2, 1e-6  # and of a metre
+STEP_PX, STEP_RAD = 1e-2, 1e-6  # and of a metre
 _LEAST_SIGMA_PX = 0.02
 _PLACES = ((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0), (0.0, -0.25), (0.0, 0.25))  # of the frame, about its middle
 LENS_CELLS = (6, 4)
@@ -186,7 +186,7 @@ def _rig_jacobian(a: FloatArray, b: FloatArray, rig: StereoRig, camera: Rectifie
         turn = pose[:3, :3]
         return camera.f_px * _sampson(from_left, from_right, turn @ skew(unit(-turn.T @ pose[:3, 3])))
 
-    steps = np.where(in_pixels(rig), _STEP_PX, STEP_RAD)
+    steps = np.where(in_pixels(rig), STEP_PX, STEP_RAD)
     return by_differences(misfit, np.zeros(len(steps)), steps)
 
 

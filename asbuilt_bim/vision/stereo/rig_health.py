@@ -202,7 +202,7 @@ def _calibration(from_rig: FloatArray, from_lens: FloatArray, rig: StereoRig) ->
 
 def _rows_sigma(correction: FloatArray, covariance: FloatArray, camera: RectifiedCamera) -> float:
     rows = row_effect_px(correction, camera)
-    slopes = [(row_effect_px(correction + step, camera) - rows) / 1e-7 for step in 1e-7 * np.eye(5)]
+    slopes = [(row_effect_px(correction + step, camera) - rows) / STEP_RAD for step in STEP_RAD * np.eye(5)]
     return float(np.sqrt(max(np.array(slopes) @ covariance @ np.array(slopes), 0.0)))
 
 
