@@ -36,13 +36,22 @@ class RectifiedCamera:
     height_px: int
     rectified_from_left: FloatArray  # (3, 3)
 
-    def rays(self, pixels: ArrayLike) -> FloatArray:
-        """Return directions (..., 3) in the LEFT frame of rectified pixels (..., 2), with z = 1 before turning."""
+    @property
+    def K(self) -> FloatArray:  # noqa: N802 - as in Intrinsics
+        """Return the camera matrix (3, 3) of the rectified left photo."""
+        return np.array([[self.f_px, 0.0, self.cx_px], [0.0, self.f_px, self.cy_px], [0.0, 0.0, 1.0]])
+
+    def rectified_rays(self, pixels: ArrayLike) -> FloatArray:
+        """Return directions (..., 3), z = 1, in the RECTIFIED frame of rectified pixels (..., 2)."""
         px = np.asarray(pixels, dtype=np.float64)
         rays = np.ones((*px.shape[:-1], 3))
         rays[..., 0] = (px[..., 0] - self.cx_px) / self.f_px
         rays[..., 1] = (px[..., 1] - self.cy_px) / self.f_px
-        turned: FloatArray = rays @ self.rectified_from_left  # left_from_rectified applied to rows
+        return rays
+
+    def rays(self, pixels: ArrayLike) -> FloatArray:
+        """Return directions (..., 3) in the LEFT frame of rectified pixels (..., 2), with z = 1 before turning."""
+        turned: FloatArray = self.rectified_rays(pixels) @ self.rectified_from_left  # left_from_rectified on rows
         return turned
 
     def project(self, points_left_m: ArrayLike) -> FloatArray:

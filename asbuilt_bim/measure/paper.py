@@ -12,7 +12,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.codes import Reason, SubjectKind, Value, about
 from asbuilt_bim.errors import Rejection, rejected
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.measure.algorithm_1 import boundary_pixels, world_from_boundary
@@ -48,14 +48,6 @@ def paper_faces(
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=None)
 
 
-def camera_matrix(camera: RectifiedCamera) -> FloatArray:
-    """Return K (3, 3) of the rectified left camera.
-
-    Reference: Perez & Tah 2023, eq. 1.
-    """
-    return np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-
-
 def _face(pair: RectifiedPair, depth: DepthMap, instance: Instance, number: int, name: str) -> MeasuredFace | None:
     pixels = boundary_pixels(instance.mask)
     at = pixels.astype(np.intp)
@@ -64,7 +56,7 @@ def _face(pair: RectifiedPair, depth: DepthMap, instance: Instance, number: int,
     if np.count_nonzero(known) < 3:
         return None
     pixels, z = pixels[known], z[known]
-    world = world_from_boundary(pixels, z, camera_matrix(pair.camera))
+    world = world_from_boundary(pixels, z, pair.camera.K)
     outline = world * [1.0, -1.0]  # Y_w points down, a face's v points up
     if ring_area(outline) < 0.0:
         outline, pixels = outline[::-1], pixels[::-1]

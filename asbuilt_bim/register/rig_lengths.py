@@ -127,10 +127,9 @@ class _Lengths:
     def by_lens(self, camera: RectifiedCamera) -> FloatArray:
         """Return what a pixel that the lenses leave in each cell of the frame makes of the lengths (L, 24)."""
         ray = self.points_m / np.linalg.norm(self.points_m, axis=1, keepdims=True)
-        rectified = self.points_m @ camera.rectified_from_left.T
-        pixels = camera.f_px * rectified[:, :2] / rectified[:, 2:] + [camera.cx_px, camera.cy_px]
-        further = np.linalg.norm(self.points_m, axis=1) * rectified[:, 2] / (camera.f_px * camera.baseline_m)
-        by_cell: FloatArray = (self._by_depth(ray) * further) @ hats(pixels, camera)
+        depth = self.points_m @ camera.rectified_from_left[2]
+        further = np.linalg.norm(self.points_m, axis=1) * depth / (camera.f_px * camera.baseline_m)
+        by_cell: FloatArray = (self._by_depth(ray) * further) @ hats(camera.project(self.points_m), camera)
         return by_cell
 
     def _by_depth(self, ray: FloatArray) -> FloatArray:

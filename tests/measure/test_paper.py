@@ -12,7 +12,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
 from asbuilt_bim.measure.algorithm_1 import paper_area
 from asbuilt_bim.measure.depth_source import missing_network
-from asbuilt_bim.measure.paper import camera_matrix, paper_faces
+from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.station import (
     MeasureOptions,
     Models,
@@ -135,5 +135,5 @@ def test_what_follows_the_depth_map_can_be_run_on_stereo_and_a_given_mask() -> N
     assert found.depth.method == "stereo"
     assert found.instances == (given,)
     (face,) = found.measurement.faces
-    published = paper_area(mask, found.depth.depth_m, camera_matrix(pair.camera))
+    published = paper_area(mask, found.depth.depth_m, pair.camera.K)
     assert face.area_m2 == pytest.approx(published, rel=1e-6)

@@ -82,9 +82,7 @@ def _through(
 
     `turned`: the photo is turned by 180 degrees in between.
     """
-    rays = np.ones((len(pixels), 3))
-    rays[:, :2] = (pixels - [camera.cx_px, camera.cy_px]) / camera.f_px
-    photo = taken.project(rays @ turn)
+    photo = taken.project(camera.rectified_rays(pixels) @ turn)
     if turned:
         photo = np.array([taken.width_px - 1.0, taken.height_px - 1.0]) - photo
     away = given.rays(photo) @ given_turn.T

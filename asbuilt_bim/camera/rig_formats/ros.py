@@ -112,7 +112,7 @@ def ros_texts(rig: StereoRig) -> tuple[str, str]:
     """
     prepared = rectification(rig)
     camera = prepared.camera
-    P = np.array([[camera.f_px, 0.0, camera.cx_px, 0.0], [0.0, camera.f_px, camera.cy_px, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    P = np.column_stack([camera.K, np.zeros(3)])
     right_P = P.copy()
     right_P[0, 3] = -camera.f_px * camera.baseline_m
     return (

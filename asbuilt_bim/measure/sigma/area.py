@@ -34,7 +34,7 @@ def area_per_pixel_m2(pixel: FloatArray, q_px: FloatArray, camera: RectifiedCame
 
     A pixel's cone meets the plane n . X = h in h^2 / (f^2 (n . r)^3).
     """
-    ray = _rays(pixel[None], camera)[0]
+    ray = camera.rectified_rays(pixel)
     height = camera.f_px * camera.baseline_m / float(np.linalg.norm(q_px))
     cosine = max(float(q_px @ ray) / float(np.linalg.norm(q_px)), 1e-3)
     return height**2 / (camera.f_px**2 * cosine**3)
@@ -176,7 +176,7 @@ def _by_disparity(
         ]
         more, less = (outer - sum(holes) for outer, *holes in moved)
         variance += _squared_m4(more, less, area)
-    planes = np.linalg.pinv(_rays(rings_px[0], camera)) @ modes[0]
+    planes = np.linalg.pinv(camera.rectified_rays(rings_px[0])) @ modes[0]
     return RigPart(area_sigma_m2=float(np.sqrt(variance)), q_covariance=planes @ planes.T)
 
 
@@ -192,7 +192,7 @@ def left_of_disparity_px(
     points = _on_plane(pixels, q_px, camera)
     for turn in np.diag(turn_rad)[turn_rad > 0.0]:
         left, right = seen_by(points, turn, camera)
-        columns.append((camera.f_px * (left[:, 0] - right[:, 0]) - _rays(pixels, camera) @ q_px)[:, None])
+        columns.append((camera.f_px * (left[:, 0] - right[:, 0]) - camera.rectified_rays(pixels) @ q_px)[:, None])
     return np.concatenate(columns, axis=1)
 
 
@@ -206,17 +206,10 @@ def hats(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
     return hats
 
 
-def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
-    rays = np.ones((*pixels.shape[:-1], 3))
-    rays[..., 0] = (pixels[..., 0] - camera.cx_px) / camera.f_px
-    rays[..., 1] = (pixels[..., 1] - camera.cy_px) / camera.f_px
-    return rays
-
-
 def _on_plane(
     ring: FloatArray, q_px: FloatArray, camera: RectifiedCamera, more_px: FloatArray | float = 0.0
 ) -> FloatArray:
-    rays = _rays(ring, camera)
+    rays = camera.rectified_rays(ring)
     disparity = np.maximum(rays @ q_px + more_px, 1e-3)
     points: FloatArray = rays * (camera.f_px * camera.baseline_m / disparity)[:, None]
     return points

@@ -150,10 +150,7 @@ def _windows(ring: FloatArray, camera: RectifiedCamera) -> FloatArray:
     low, high = ring.min(axis=0), ring.max(axis=0)
     across, down = (np.arange(a, max(b, a + 3 * WINDOW_PX), WINDOW_PX) for a, b in zip(low, high, strict=True))
     x, y = (one.ravel() for one in np.meshgrid(across, down))
-    rays: FloatArray = np.column_stack(
-        [(x - camera.cx_px) / camera.f_px, (y - camera.cy_px) / camera.f_px, np.ones(len(x))]
-    )
-    return rays
+    return camera.rectified_rays(np.column_stack([x, y]))
 
 
 def _nearest(eye_m: FloatArray, standing: Sequence[BimElement]) -> tuple[tuple[BimElement, float], ...]:

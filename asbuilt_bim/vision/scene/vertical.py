@@ -73,10 +73,7 @@ def _upright_edges(pair: RectifiedPair, options: VerticalOptions) -> tuple[Float
     # an upright edge off the axis leans by more than the camera does: hence the slack of 15 degrees
     upright = rise > lengths * np.cos(np.radians(options.most_tilt_deg + 15.0))
     kept = (lengths >= options.least_length_px) & upright & inside
-    camera = pair.camera
-    ends = np.ones((int(kept.sum()), 2, 3))
-    ends[..., :2] = segments[kept].reshape(-1, 2, 2)
-    ends[..., :2] = (ends[..., :2] - [camera.cx_px, camera.cy_px]) / camera.f_px
+    ends = pair.camera.rectified_rays(segments[kept].reshape(-1, 2, 2))
     return unit(np.cross(ends[:, 0], ends[:, 1])), lengths[kept]
 
 

@@ -121,9 +121,8 @@ def disparity_sigma(
     known = np.abs(apart) <= MOST_APART_PX
     if not known.any():
         return np.full_like(disparity_px, np.nan), np.full_like(disparity_px, np.inf)
-    prior = float(
-        np.clip(MEDIAN_TO_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0), PRIOR_SIGMA_PX, MOST_MOVED_PX)
-    )
+    scatter = MEDIAN_TO_SIGMA * np.median(np.abs(apart[known])) / np.sqrt(2.0)
+    prior = float(np.clip(scatter, PRIOR_SIGMA_PX, MOST_MOVED_PX))
     matcher = SemiGlobalMatcher(refine_window_px=9, refine_steps=4)
     seen = np.where(known, disparity_px, np.float32(np.nan)).astype(np.float32)
     disparity, sigma = _polished(pair, seen, (grey(pair.left), grey(pair.right)), matcher, prior)

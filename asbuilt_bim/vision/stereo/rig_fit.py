@@ -54,7 +54,7 @@ def fit_rig(
     `pixels_per_point` above 1 says how many matches share one measurement (their windows overlap).
     Foreign matches count less and less as the fit closes in (Tukey's weights on a robust sigma).
     """
-    a, b = _rays(left_px, camera), _rays(right_px, camera)
+    a, b = camera.rectified_rays(left_px), camera.rectified_rays(right_px)
 
     def misfit(correction: FloatArray) -> FloatArray:
         essential = rotation_from_vector(correction[:3]) @ skew(_along(correction))
@@ -104,7 +104,7 @@ def area_effects(correction_rad: FloatArray, camera: RectifiedCamera) -> FloatAr
     """
     corners = 0.5 * SIDE_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     span = np.array([camera.width_px, camera.height_px]) / camera.f_px * DISTANCE_M
-    middle = (np.array([camera.width_px, camera.height_px]) / 2 - [camera.cx_px, camera.cy_px]) / camera.f_px
+    middle = camera.rectified_rays(np.array([camera.width_px, camera.height_px]) / 2)[:2]
     centres = middle * DISTANCE_M + np.array(_PLACES) * span
     xy = centres[:, None, :] + corners[None]
     points = np.concatenate([xy, np.full((*xy.shape[:2], 1), DISTANCE_M)], axis=-1)
@@ -155,12 +155,6 @@ def _cells(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
 def _along(correction: FloatArray) -> FloatArray:
     direction: FloatArray = unit(np.array([1.0, correction[3], correction[4]]))
     return direction
-
-
-def _rays(pixels: FloatArray, camera: RectifiedCamera) -> FloatArray:
-    rays = np.ones((len(pixels), 3))
-    rays[:, :2] = (pixels - [camera.cx_px, camera.cy_px]) / camera.f_px
-    return rays
 
 
 def _sampson(a: FloatArray, b: FloatArray, essential: FloatArray) -> FloatArray:

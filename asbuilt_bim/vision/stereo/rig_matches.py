@@ -53,8 +53,7 @@ def levelled_matches(pair: RectifiedPair, coarse: PairMatches, correction_rad: F
     if not np.any(correction_rad):
         return spread_matches(pair, coarse)
     camera = pair.camera
-    K = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-    now_from_level = K @ turn @ np.linalg.inv(K)
+    now_from_level = camera.K @ turn @ np.linalg.inv(camera.K)
     level_from_now = np.asarray(np.linalg.inv(now_from_level), dtype=np.float64)
     size, flags = (camera.width_px, camera.height_px), cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
     right = np.asarray(cv2.warpPerspective(pair.right, now_from_level, size, flags=flags), dtype=np.uint8)

@@ -137,8 +137,7 @@ def _starts(left: Ellipse, right: Ellipse, camera: RectifiedCamera, radius_m: fl
     """
     disparity = left.x_px - right.x_px
     radius = radius_m or left.major_px * camera.baseline_m / disparity
-    lens = np.array([[camera.f_px, 0.0, camera.cx_px], [0.0, camera.f_px, camera.cy_px], [0.0, 0.0, 1.0]])
-    values, vectors = np.linalg.eigh(lens.T @ left.conic @ lens)
+    values, vectors = np.linalg.eigh(camera.K.T @ left.conic @ camera.K)
     lean = np.sqrt((values[2] - values[1]) / (values[2] - values[0])) * vectors[:, 2]
     facing = np.sqrt((values[1] - values[0]) / (values[2] - values[0])) * vectors[:, 0]
     base, axes = [left.x_px, left.y_px, disparity, np.log(radius)], _axes(left.centre, camera)
@@ -150,7 +149,7 @@ def _axes(pixel: FloatArray, camera: RectifiedCamera) -> FloatArray:
 
     A circle's lean is measured against its ray: aside, one that is well seen may be edge-on to the optical axis.
     """
-    ray = unit(np.array([*(pixel - [camera.cx_px, camera.cy_px]), camera.f_px]))
+    ray = unit(camera.rectified_rays(pixel))
     level = unit(np.array([ray[2], 0.0, -ray[0]]))
     return np.stack([level, np.cross(ray, level), ray])
 

@@ -144,7 +144,7 @@ def _sighting(found: Pairing, camera: RectifiedCamera, options: TargetOptions) -
     circle = sharpened(found.circle, options, found.lean_px(options) / ellipse.major_px)
     disparity = circle.disparity_px
     depth = camera.f_px * camera.baseline_m / disparity
-    ray = np.array([*(circle.centre_px - [camera.cx_px, camera.cy_px]), camera.f_px]) / camera.f_px
+    ray = camera.rectified_rays(circle.centre_px)
     return TargetSighting(
         left_px=circle.centre_px,
         right_px=frozen(circle.centre_px - [disparity, 0.0]),
