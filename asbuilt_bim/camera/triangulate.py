@@ -1,11 +1,12 @@
 """Points in space from where both ORIGINAL photos show them."""
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.transform import apply
+from asbuilt_bim.geometry.transform import apply, rigid
 
 
 def triangulate(
@@ -36,6 +37,26 @@ def midpoints(left_rays: FloatArray, right_rays: FloatArray, right_from_left: Fl
         along_right = (ab * ac - aa * bc) / determinant
     points: FloatArray = 0.5 * (from_left * along_left[:, None] + centre + from_right * along_right[:, None])
     return points
+
+
+def square_poses(points_m: FloatArray, rays: FloatArray) -> list[FloatArray]:
+    """Return camera_from_square (4, 4) by one photo, up to two: a small square looks alike tilted to either side.
+
+    Its corners (4, 3) are seen along rays (4, 3); there is none where one of them is NaN.
+
+    Reference: Collins & Bartoli 2014, Infinitesimal plane-based pose estimation.
+    """
+    if not np.all(np.isfinite(rays)):
+        return []
+    seen = np.ascontiguousarray(rays[:, :2] / rays[:, 2:])
+    try:
+        found, turns, shifts, _ = cv2.solvePnPGeneric(
+            np.ascontiguousarray(points_m), seen, np.eye(3), np.zeros(4), flags=cv2.SOLVEPNP_IPPE
+        )
+    except cv2.error:
+        return []
+    poses = [rigid(np.ravel(turn), shift) for turn, shift in zip(turns[:found], shifts[:found], strict=True)]
+    return [pose for pose in poses if np.all(np.isfinite(pose)) and pose[2, 3] > 0.0]
 
 
 def meeting_gap_px(

@@ -49,6 +49,18 @@ def vector_from_rotation(rotation: FloatArray) -> FloatArray:
     return np.asarray(vector, dtype=np.float64).reshape(3)
 
 
+def laid_over(a: FloatArray, b: FloatArray, weights: FloatArray | None = None) -> FloatArray:
+    """Return b_from_a (4, 4), the rigid transform that lays points (N, 3) over others best, by weights (N,).
+
+    Reference: Kabsch 1976; Umeyama 1991.
+    """
+    share = np.full(len(a), 1.0 / len(a)) if weights is None else weights / weights.sum()
+    at_a, at_b = share @ a, share @ b
+    u, _, vt = np.linalg.svd(((b - at_b).T * share) @ (a - at_a))
+    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return rigid(turn, at_b - turn @ at_a)
+
+
 def skew(vector: ArrayLike) -> FloatArray:
     """Return the matrices (..., 3, 3) of vectors (..., 3) with `skew(a) @ b == cross(a, b)`."""
     array = np.asarray(vector, dtype=np.float64)

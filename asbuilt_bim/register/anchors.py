@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.transform import apply, rigid
+from asbuilt_bim.geometry.transform import apply, laid_over
 from asbuilt_bim.register.growth import Places, Viewpoint, grown
 from asbuilt_bim.register.point_links import PointLink
 from asbuilt_bim.register.tags import SQUARE
@@ -93,8 +93,5 @@ def _between(local: Points, known: Mapping[int, FloatArray], tags: Sequence[int]
     if not tags:
         return None
     a, b = np.concatenate([local[tag] for tag in tags]), np.concatenate([known[tag] for tag in tags])
-    u, spread, v = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
-    if np.sqrt(spread[1]) < SPREAD_M:
-        return None
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
-    return rigid(turn, b.mean(axis=0) - turn @ a.mean(axis=0))
+    spread = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)), compute_uv=False)
+    return None if np.sqrt(spread[1]) < SPREAD_M else laid_over(a, b)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, skew
+from asbuilt_bim.geometry.transform import apply, laid_over, rigid, rotation_from_vector, skew
 from asbuilt_bim.vision.landmarks.find import Landmarks, parts_of
 
 LEAST_POINTS = 15
@@ -194,18 +194,11 @@ def _best(pairs: _Pairs, first: Shown, second: Shown, allowed: BoolArray) -> Flo
             continue
         if (tried := tried + 1) > _TRIALS:
             break
-        pose = _carried(b, a)
+        pose = laid_over(b, a)
         good = _agree(pairs, first, second, pose) & allowed
         if (n := int(good.sum())) > count:
             best, count = pose, n
     return best
-
-
-def _carried(b: FloatArray, a: FloatArray) -> FloatArray:
-    """Return the rigid motion nearest to carrying points b (n, 3) to a."""
-    u, _, v = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
-    return rigid(turn, a.mean(axis=0) - turn @ b.mean(axis=0))
 
 
 def _settled(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray) -> tuple[FloatArray | None, BoolArray]:

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
+from asbuilt_bim.camera.triangulate import square_poses
 from asbuilt_bim.geometry.arrays import FloatArray
-from asbuilt_bim.geometry.transform import apply, rigid
+from asbuilt_bim.geometry.transform import apply, laid_over, rotate
 from asbuilt_bim.vision.markers.find import MarkerSighting
 
 SQUARE = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
@@ -48,11 +48,9 @@ def square_through(corners_m: FloatArray) -> tuple[FloatArray, float]:
 
     Reference: Umeyama 1991, least-squares estimation of transformation parameters between two point patterns.
     """
-    middle = corners_m.mean(axis=0)
-    u, stretch, v = np.linalg.svd((corners_m - middle).T @ SQUARE)
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-    size = float(stretch[:2].sum() / np.sum(SQUARE**2))
-    return rigid(u @ mirror @ v, middle), size
+    pose = laid_over(SQUARE, corners_m)
+    size = np.sum(rotate(pose, SQUARE) * (corners_m - pose[:3, 3])) / np.sum(SQUARE**2)
+    return pose, float(size)
 
 
 def guesses(camera: RectifiedCamera, sighting: MarkerSighting, size_m: float | None) -> list[tuple[FloatArray, float]]:
@@ -66,7 +64,7 @@ def guesses(camera: RectifiedCamera, sighting: MarkerSighting, size_m: float | N
             return _by_both(camera, sighting, float(disparity.mean()))
     if size_m is None:
         return []
-    return [(pose, size_m) for pose in _by_left(camera, sighting.left_px, size_m)]
+    return [(pose, size_m) for pose in square_poses(SQUARE * size_m, camera.rays(sighting.left_px))]
 
 
 def _by_both(camera: RectifiedCamera, sighting: MarkerSighting, disparity_px: float) -> list[tuple[FloatArray, float]]:
@@ -75,19 +73,9 @@ def _by_both(camera: RectifiedCamera, sighting: MarkerSighting, disparity_px: fl
     corners = camera.points(sighting.left_px, sighting.left_px[:, 0] - sighting.right_px[:, 0])
     _, size = square_through(corners)
     middle = camera.points(sighting.left_px.mean(axis=0), disparity_px)
-    poses = _by_left(camera, sighting.left_px, size)
     found = []
-    for pose in poses:
+    for pose in square_poses(SQUARE * size, camera.rays(sighting.left_px)):
         there = pose.copy()
         there[:3, 3] *= np.linalg.norm(middle) / np.linalg.norm(pose[:3, 3])
         found.append((there, size * float(np.linalg.norm(middle) / np.linalg.norm(pose[:3, 3]))))
     return found or [square_through(corners)]
-
-
-def _by_left(camera: RectifiedCamera, left_px: FloatArray, size_m: float) -> list[FloatArray]:
-    rays = camera.rays(left_px)
-    plane = np.ascontiguousarray(rays[:, :2] / rays[:, 2:])
-    square = np.ascontiguousarray(SQUARE * size_m)
-    count, turns, shifts, _ = cv2.solvePnPGeneric(square, plane, np.eye(3), np.zeros(0), flags=cv2.SOLVEPNP_IPPE)
-    poses = [rigid(turn, shift) for turn, shift in zip(turns[:count], shifts[:count], strict=True)]
-    return [pose for pose in poses if np.all(np.isfinite(pose)) and pose[2, 3] > 0.0]

@@ -14,10 +14,10 @@ from asbuilt_bim.camera.calibration.parameters import (
 )
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import COEFFICIENTS, LensModel
-from asbuilt_bim.camera.triangulate import triangulate
+from asbuilt_bim.camera.triangulate import square_poses, triangulate
 from asbuilt_bim.errors import CalibrationError
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.geometry.transform import apply, rigid, rotation_from_vector, vector_from_rotation
+from asbuilt_bim.geometry.transform import apply, laid_over, rotation_from_vector, vector_from_rotation
 
 _FOCAL_TRIED = (0.45, 0.8, 1.4, 2.4)  # of the frame's width; the adjustment finds what lies between
 _LARGEST = 24  # sightings: enough for a start, and the best
@@ -125,38 +125,8 @@ def _relative(views: list[BoardView], camera: Intrinsics) -> FloatArray | None:
 
 def _in_front(camera: Intrinsics, points_m: FloatArray, pixels: FloatArray) -> FloatArray | None:
     """Return a tag's corners (4, 3) in a camera's frame, by the photo alone; None where it can't be."""
-    poses = _by_one_photo(camera, points_m, pixels)
+    poses = square_poses(points_m, camera.rays(pixels))
     return None if not poses else apply(poses[0], points_m)
-
-
-def _by_one_photo(camera: Intrinsics, points_m: FloatArray, pixels: FloatArray) -> list[FloatArray]:
-    """Return camera_from_tag (4, 4), up to two: a small square looks alike tilted to either side.
-
-    Reference: Collins & Bartoli 2014, Infinitesimal plane-based pose estimation.
-    """
-    rays = camera.rays(pixels)
-    if not np.all(np.isfinite(rays)):
-        return []
-    try:
-        found, turns, shifts, _ = cv2.solvePnPGeneric(
-            points_m.copy(), rays[:, :2].copy(), np.eye(3), np.zeros(4), flags=cv2.SOLVEPNP_IPPE
-        )
-    except cv2.error:
-        return []
-    poses = [rigid(np.ravel(turn), np.ravel(shift)) for turn, shift in zip(turns, shifts, strict=True)]
-    return [pose for pose in poses if np.all(np.isfinite(pose)) and pose[2, 3] > 0.0][:found]
-
-
-def laid_over(a: FloatArray, b: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return b_from_a (4, 4), the rigid transform that lays points (N, 3) over others best, by weights (N,).
-
-    Reference: Kabsch 1976; Umeyama 1991.
-    """
-    share = weights / weights.sum()
-    at_a, at_b = share @ a, share @ b
-    u, _, vt = np.linalg.svd(((b - at_b).T * share) @ (a - at_a))
-    turn = u @ np.diag([1.0, 1.0, float(np.sign(np.linalg.det(u @ vt)))]) @ vt
-    return rigid(turn, at_b - turn @ at_a)
 
 
 def tag_pose(shared: FloatArray, view: BoardView, size: tuple[int, int]) -> FloatArray:
@@ -165,10 +135,10 @@ def tag_pose(shared: FloatArray, view: BoardView, size: tuple[int, int]) -> Floa
     Tried are what the left photo says alone, tilted to either side, and the corners as both photos place them.
     """
     left, right = camera_of(shared, 0, size), camera_of(shared, 1, size)
-    begun = _by_one_photo(left, view.left_points_m, view.left_px)
+    begun = square_poses(view.left_points_m, left.rays(view.left_px))
     met = triangulate(left, right, right_from_left_of(shared), view.left_px, view.right_px)
     if np.all(np.isfinite(met)) and np.all(met[:, 2] > 0.0):
-        begun.append(laid_over(view.left_points_m, met, np.ones(len(met))))
+        begun.append(laid_over(view.left_points_m, met))
     if not begun:
         raise np.linalg.LinAlgError("a tag that stands before neither camera")
     fitted = [_fitted(shared, np.r_[vector_from_rotation(pose[:3, :3]), pose[:3, 3]], view) for pose in begun]
