@@ -21,7 +21,6 @@ from asbuilt_bim.match.upright_planes import (
     PARALLEL_COS,
     Indices,
     Placing,
-    Upright,
     at_height,
     design_planes,
     level_pairs,
@@ -29,6 +28,7 @@ from asbuilt_bim.match.upright_planes import (
     measured_planes,
     side_by_side,
 )
+from asbuilt_bim.register.by_design.planes import Upright
 
 BAND_M = 0.02
 """A plane within it lies on its face: good formwork errs by one to two centimetres, a pose by one. So no smaller move

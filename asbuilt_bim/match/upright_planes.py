@@ -10,23 +10,13 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.match.score import in_world
+from asbuilt_bim.register.by_design.fitting import turned
+from asbuilt_bim.register.by_design.planes import UPRIGHT, Upright, row_of, upright
 from asbuilt_bim.register.pose import PlacedStation
 
 Indices = NDArray[np.intp]
-UPRIGHT = 0.1  # of a normal's upward part
 PARALLEL_COS = float(np.cos(np.radians(5.0)))
 NEARLY_M = 0.1  # a face lies on its element's mesh to millimetres
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Upright:
-    """N upright planes; level places are from an origin that the measured and the designed ones share."""
-
-    normals: FloatArray  # (N, 2) level unit vectors
-    middles_m: FloatArray  # (N, 2)
-    halves_m: FloatArray  # (N,) half of the length in plan
-    heights_m: FloatArray  # (N, 2) lower and upper end
-    elements: tuple[str, ...]  # of a design; "" for what was measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,8 +30,7 @@ class Placing:
     @property
     def turn(self) -> FloatArray:
         """Return the turn as a matrix (2, 2)."""
-        cos, sin = np.cos(self.turn_rad), np.sin(self.turn_rad)
-        return np.array([[cos, -sin], [sin, cos]])
+        return turned(self.turn_rad)
 
     def back(self, seen: Upright) -> Upright:
         """Return measured planes turned and moved back to where they are designed."""
@@ -60,25 +49,27 @@ def measured_planes(stations: Sequence[PlacedStation]) -> tuple[Upright, FloatAr
         for face in placed.measurement.faces:
             seen = in_world(face, placed.pose)
             if isinstance(seen.frame, PlaneFrame) and abs(seen.frame.normal[2]) <= UPRIGHT and seen.outline:
-                planes.append((seen.frame, seen.frame.from_uv(np.concatenate(face.outline_uv_m)), ""))
-    origin = np.mean([points.mean(axis=0)[:2] for _, points, _ in planes], axis=0) if planes else np.zeros(2)
-    return _upright(planes, origin), origin
+                planes.append((seen.frame, np.concatenate(face.outline_uv_m)))
+    middles = [frame.from_uv(uv_m).mean(axis=0)[:2] for frame, uv_m in planes]
+    origin = np.mean(middles, axis=0) if middles else np.zeros(2)
+    rows = [row_of(frame, uv_m, origin, 0) for frame, uv_m in planes]
+    return upright([row for row in rows if row is not None]), origin
 
 
 def design_planes(design: BimModel, origin: FloatArray, reach_m: float) -> Upright:
     """Return the design's upright planes up to `reach_m` from an origin (2,) in the world, and from that origin."""
-    planes = []
-    for element in design.elements:
+    rows = []
+    for number, element in enumerate(design.elements):
         plan = element.vertices_m[:, :2] - origin
         if np.hypot(*np.clip(0.0, plan.min(axis=0), plan.max(axis=0))) >= reach_m + NEARLY_M:
             continue  # far off with all of its faces: most of a large design
         for face in element.faces:
             if isinstance(face.frame, PlaneFrame) and abs(float(face.frame.normal[2])) < UPRIGHT:
-                corners = face.frame.from_uv(np.concatenate([ring for region in face.rings_uv_m for ring in region]))
-                low, high = (corners[:, :2] - origin).min(axis=0), (corners[:, :2] - origin).max(axis=0)
-                if np.linalg.norm(np.clip(0.0, low, high)) < reach_m:
-                    planes.append((face.frame, corners, element.global_id))
-    return _upright(planes, origin)
+                uv_m = np.concatenate([ring for region in face.rings_uv_m for ring in region])
+                plan = face.frame.from_uv(uv_m)[:, :2] - origin
+                if np.linalg.norm(np.clip(0.0, plan.min(axis=0), plan.max(axis=0))) < reach_m:
+                    rows.append(row_of(face.frame, uv_m, origin, number))
+    return upright([row for row in rows if row is not None])
 
 
 def lying(seen: Upright, design: Upright, band_m: float) -> tuple[BoolArray, Indices]:
@@ -106,8 +97,7 @@ def level_pairs(seen: Upright, design: Upright, band_m: float) -> tuple[Indices,
 
 def side_by_side(seen: Upright, design: Upright, one: Indices, other: Indices) -> BoolArray:
     """Say of which pairs (K,) half of the measured plane's length is beside the designed one."""
-    along = np.stack([-design.normals[other, 1], design.normals[other, 0]], axis=-1)
-    aside = np.einsum("kd,kd->k", seen.middles_m[one] - design.middles_m[other], along)
+    aside = np.einsum("kd,kd->k", seen.middles_m[one] - design.middles_m[other], design.along[other])
     half, length = seen.halves_m[one], design.halves_m[other]
     return np.asarray(np.minimum(aside + half, length) - np.maximum(aside - half, -length) >= half)
 
@@ -116,23 +106,3 @@ def at_height(seen: Upright, design: Upright, one: Indices, other: Indices, rise
     """Say of which pairs (K,) half of the measured plane's height is beside the designed one, lowered by `rise_m`."""
     (low, high), (foot, head) = (seen.heights_m[one] - rise_m).T, design.heights_m[other].T
     return np.asarray(np.minimum(high, head) - np.maximum(low, foot) >= 0.5 * (high - low))
-
-
-def _upright(planes: Sequence[tuple[PlaneFrame, FloatArray, str]], origin: FloatArray) -> Upright:
-    normals, middles, halves, heights = [], [], [], []
-    for frame, points, _ in planes:
-        normal = frame.normal[:2] / np.linalg.norm(frame.normal[:2])
-        along = np.array([-normal[1], normal[0]])
-        level = points[:, :2] - origin
-        low, high = float((level @ along).min()), float((level @ along).max())
-        normals.append(normal)
-        middles.append(float(np.median(level @ normal)) * normal + 0.5 * (low + high) * along)
-        halves.append(0.5 * (high - low))
-        heights.append((float(points[:, 2].min()), float(points[:, 2].max())))
-    return Upright(
-        normals=np.array(normals).reshape(-1, 2),
-        middles_m=np.array(middles).reshape(-1, 2),
-        halves_m=np.array(halves),
-        heights_m=np.array(heights).reshape(-1, 2),
-        elements=tuple(element for _, _, element in planes),
-    )

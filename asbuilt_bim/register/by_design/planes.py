@@ -110,6 +110,12 @@ def _seen(face: MeasuredFace, turn: FloatArray) -> tuple[_Row, MeasuredFace] | N
 
 
 def _row(frame: PlaneFrame | CylinderFrame, uv_m: FloatArray, origin: FloatArray, element: int) -> _Row | None:
+    row = row_of(frame, uv_m, origin, element)
+    return None if row is None or (not row[4] and 2.0 * row[2] < SHORTEST_M) else row
+
+
+def row_of(frame: PlaneFrame | CylinderFrame, uv_m: FloatArray, origin: FloatArray, element: int) -> _Row | None:
+    """Return a face in plan from an origin (2,), by points (N, 2) of its border; None where it isn't upright."""
     points = frame.from_uv(uv_m)
     heights = float(points[:, 2].min()), float(points[:, 2].max())
     if isinstance(frame, CylinderFrame):
@@ -122,8 +128,6 @@ def _row(frame: PlaneFrame | CylinderFrame, uv_m: FloatArray, origin: FloatArray
     along = np.array([-normal[1], normal[0]])
     level = points[:, :2] - origin
     low, high = float((level @ along).min()), float((level @ along).max())
-    if high - low < SHORTEST_M:
-        return None
     middle = float(np.median(level @ normal)) * normal + 0.5 * (low + high) * along
     return normal, middle, 0.5 * (high - low), heights, False, element
 
