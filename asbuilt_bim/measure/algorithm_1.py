@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.geometry.polygon import ring_area
 
 
 def boundary_pixels(mask: BoolArray) -> FloatArray:
@@ -33,18 +32,3 @@ def world_from_boundary(pixels: ArrayLike, depth_m: ArrayLike, camera_matrix: Ar
     z = np.asarray(depth_m, dtype=np.float64)
     k = np.asarray(camera_matrix, dtype=np.float64)
     return np.stack([(px[:, 0] - k[0, 2]) * z / k[0, 0], (px[:, 1] - k[1, 2]) * z / k[1, 1]], axis=-1)
-
-
-def paper_area(mask: BoolArray, depth_m: ArrayLike, camera_matrix: ArrayLike) -> float:
-    """Return the area in m2 that the published method gives for a mask (H, W) and a depth map (H, W).
-
-    Boundary pixels without a depth (NaN) are left out. Zero where fewer than three are left.
-
-    Reference: Perez & Tah 2023, section 3.4.
-    """
-    pixels = boundary_pixels(mask)
-    if len(pixels) < 3:
-        return 0.0
-    depth = np.asarray(depth_m, dtype=np.float64)[pixels[:, 1].astype(np.intp), pixels[:, 0].astype(np.intp)]
-    known = np.isfinite(depth)
-    return abs(ring_area(world_from_boundary(pixels[known], depth[known], camera_matrix)))

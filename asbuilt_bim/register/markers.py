@@ -71,7 +71,7 @@ def judged(pose: StationPose, options: RegisterOptions) -> Rejection | None:
     if pose.residual_px > options.max_residual_px:
         residual: dict[str, Value] = {"residual_px": pose.residual_px, "limit_px": options.max_residual_px}
         return rejected(Reason.POSE_RESIDUAL, subject, **residual)
-    ahead = sigma_ahead_m(pose.world_from_left, pose.covariance, AHEAD_M)
+    ahead = sigma_ahead_m(pose.world_from_left, pose.covariance)
     if ahead > options.max_sigma_at_5_m_m:
         limit: dict[str, Value] = {"limit_m": options.max_sigma_at_5_m_m, "ahead_m": AHEAD_M}
         sigma = {"sigma_m": ahead, **limit, "method": pose.method, "residual_px": pose.residual_px}
@@ -79,9 +79,9 @@ def judged(pose: StationPose, options: RegisterOptions) -> Rejection | None:
     return None
 
 
-def sigma_ahead_m(world_from_left: FloatArray, covariance: FloatArray, distance_m: float) -> float:
-    """Return the largest standard deviation in metres of a point `distance_m` straight ahead of the camera."""
-    arm = world_from_left[:3, 2] * distance_m
+def sigma_ahead_m(world_from_left: FloatArray, covariance: FloatArray) -> float:
+    """Return the largest standard deviation in metres of a point `AHEAD_M` straight ahead of the camera."""
+    arm = world_from_left[:3, 2] * AHEAD_M
     jacobian = np.hstack([-skew(arm), np.eye(3)])
     return float(np.sqrt(np.max(np.linalg.eigvalsh(jacobian @ covariance @ jacobian.T))))
 

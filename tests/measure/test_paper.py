@@ -10,7 +10,6 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array
-from asbuilt_bim.measure.algorithm_1 import paper_area
 from asbuilt_bim.measure.depth_source import missing_network
 from asbuilt_bim.measure.paper import paper_faces
 from asbuilt_bim.measure.station import (
@@ -26,6 +25,7 @@ from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera, site
+from tests.measure.published import paper_area
 from tests.measure.test_faces import rig_of
 from tests.measure.test_station import FREE, photos
 

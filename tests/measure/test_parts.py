@@ -14,7 +14,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_numbers import seen_points
 from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.transform import apply, rigid
-from asbuilt_bim.measure.algorithm_1 import boundary_pixels, paper_area, world_from_boundary
+from asbuilt_bim.measure.algorithm_1 import boundary_pixels, world_from_boundary
 from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_occluder_free
 from asbuilt_bim.measure.finish import _side_sigma_px, outline_on_plane, plane_covariance
 from asbuilt_bim.measure.outline.contour import contours
@@ -32,6 +32,7 @@ from asbuilt_bim.measure.sigma.area import (
 )
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from tests.measure.box_world import make_camera
+from tests.measure.published import paper_area
 
 CAMERA = make_camera(640, 480, 500.0)
 FB = CAMERA.f_px * CAMERA.baseline_m

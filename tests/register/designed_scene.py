@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from asbuilt_bim.register.by_design.rough import RoughPlace
+from asbuilt_bim.bim.model import BimModel
+from asbuilt_bim.measure.station import StationMeasurement
+from asbuilt_bim.register.by_design.joint import Found, looked_for, poses_by_design
+from asbuilt_bim.register.by_design.rough import RoughPlace, RoughPlaces
+from asbuilt_bim.register.options import RegisterOptions
 from benchmarks.register.design_seen import Box, column, standing, wall
 
 TRUE = standing(0.5, 0.0, 8.0)
@@ -39,3 +43,9 @@ def rough(
         within_m=1.5,
         within_rad=float(np.radians(20.0)),
     )
+
+
+def pose_by_design(station: StationMeasurement, rough: RoughPlace, design: BimModel, options: RegisterOptions) -> Found:
+    """Find where one station stood by the design alone, near a rough place; without a pose the rejection says why."""
+    places = RoughPlaces(places={station.station: rough}, design=design)
+    return poses_by_design(looked_for([station], places, options), options)[station.station]

@@ -11,7 +11,6 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.fitting import BUILT_M
-from asbuilt_bim.register.by_design.joint import pose_by_design
 from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.options import RegisterOptions
@@ -21,7 +20,7 @@ from asbuilt_bim.register.solve import project_both
 from asbuilt_bim.vision.markers.find import MarkerSighting
 from benchmarks.register.design_seen import Box, design_of, measured, standing, wall
 from benchmarks.register.design_seen import column as box_column
-from tests.register.designed_scene import TRUE, hall, rough
+from tests.register.designed_scene import TRUE, hall, pose_by_design, rough
 
 OPTIONS = RegisterOptions()
 

@@ -13,13 +13,13 @@ from asbuilt_bim.geometry.transform import inverse
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.by_design.chances import OF_SITE, Possible, chances
 from asbuilt_bim.register.by_design.fitting import MISTAKEN, SHARES
-from asbuilt_bim.register.by_design.joint import looked_for, pose_by_design, poses_by_design
+from asbuilt_bim.register.by_design.joint import looked_for, poses_by_design
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.options import RegisterOptions
 from asbuilt_bim.register.placement import register
 from asbuilt_bim.register.point_links import PointLink
 from benchmarks.register.design_seen import column, design_of, measured, standing
-from tests.register.designed_scene import TRUE, hall, rough
+from tests.register.designed_scene import TRUE, hall, pose_by_design, rough
 from tests.register.test_by_design import prints, sees
 
 OPTIONS = RegisterOptions()

@@ -216,7 +216,7 @@ def _values(aspect: Aspect, looked: Looked) -> Values:
     if aspect == "day":
         return {} if looked.day is None else {"day": looked.day.isoformat()}
     if aspect == "place" and pose is not None:
-        return {"sigma_m": sigma_ahead_m(pose.world_from_left, pose.covariance, AHEAD_M), "ahead_m": AHEAD_M}
+        return {"sigma_m": sigma_ahead_m(pose.world_from_left, pose.covariance), "ahead_m": AHEAD_M}
     if aspect == "photos" and seen.quality is not None:
         both = seen.quality.left, seen.quality.right
         return {"blur_px": max(one.sharpness.blur_px for one in both), "stops": min(one.stops for one in both)}

@@ -15,7 +15,6 @@ from asbuilt_bim.progress.visits.places import StandingPlaces, standing_places
 from asbuilt_bim.progress.visits.sights import (
     EITHER,
     TAKEN,
-    Reach,
     RigFrames,
     framed_patches,
     rig_frames,
@@ -75,14 +74,12 @@ class PlannedVisit:
         return {one.global_id: float(m2) for one, m2 in zip(self.wanted.elements, areas, strict=True) if m2 > 0.0}
 
 
-def seen_from(
-    frames: RigFrames, around: Surroundings, pose: FloatArray, squares: Squares, reach: Reach = TAKEN
-) -> BoolArray:
+def seen_from(frames: RigFrames, around: Surroundings, pose: FloatArray, squares: Squares) -> BoolArray:
     """Return which patches (P,) a station at a pose (4, 4) shows, by the design."""
     seen = framed_patches(frames, pose, squares)
     for eye in (pose[:3, 3], frames.right_eye(pose)):
         some = np.flatnonzero(seen)
-        seen[some] = sighted_patches(around, eye, squares.part(seen), reach)
+        seen[some] = sighted_patches(around, eye, squares.part(seen), TAKEN)
     return seen
 
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason, SubjectKind, Value, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray
@@ -30,7 +29,7 @@ from asbuilt_bim.register.by_design.place import (
     second_of,
 )
 from asbuilt_bim.register.by_design.planes import Seen, seen_faces
-from asbuilt_bim.register.by_design.rough import RoughPlace, RoughPlaces
+from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.by_design.ties import OWN, Tie, links_of, seen_together
 from asbuilt_bim.register.markers import judged
 from asbuilt_bim.register.options import RegisterOptions
@@ -63,12 +62,6 @@ class _Group:
     ties: Sequence[Tie]
     faces: int
     places: Sequence[Place]
-
-
-def pose_by_design(station: StationMeasurement, rough: RoughPlace, design: BimModel, options: RegisterOptions) -> Found:
-    """Find where one station stood by the design alone, near a rough place; without a pose the rejection says why."""
-    places = RoughPlaces(places={station.station: rough}, design=design)
-    return poses_by_design(looked_for([station], places, options), options)[station.station]
 
 
 def looked_for(stations: Sequence[StationMeasurement], rough: RoughPlaces, options: RegisterOptions) -> list[Looked]:

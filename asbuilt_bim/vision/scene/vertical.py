@@ -11,15 +11,10 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.robust_least_squares import tukey
 from asbuilt_bim.geometry.transform import unit
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VerticalOptions:
-    """How the vertical is searched."""
-
-    most_tilt_deg: float = 25.0  # a hand-held camera; beyond, a raking shore is as likely an upright
-    least_length_px: float = 40.0  # gives a direction to 0.1 px / 40 px = 0.15 degrees
-    tolerance_deg: float = 0.6  # what a formwork edge may lean, and a line detector err
-    least_edges: int = 4  # two fix the direction, two more confirm it
+MOST_TILT_DEG = 25.0  # a hand-held camera; beyond, a raking shore is as likely an upright
+LEAST_LENGTH_PX = 40.0  # gives a direction to 0.1 px / 40 px = 0.15 degrees
+TOLERANCE_DEG = 0.6  # what a formwork edge may lean, and a line detector err
+LEAST_EDGES = 4  # two fix the direction, two more confirm it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,14 +26,13 @@ class Vertical:
 
 
 @lru_cache(maxsize=1)  # surfaces and a network's geometry ask of the same pair
-def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -> Vertical | None:
+def find_vertical(pair: RectifiedPair) -> Vertical | None:
     """Return the direction that most upright edge length of the left photo agrees on; None where edges don't say."""
-    chosen = options or VerticalOptions()
-    normals, lengths = _upright_edges(pair, chosen)
-    if len(normals) < chosen.least_edges:
+    normals, lengths = _upright_edges(pair)
+    if len(normals) < LEAST_EDGES:
         return None
-    sine = np.sin(np.radians(chosen.tolerance_deg))
-    candidates = _candidates(normals, lengths, np.cos(np.radians(chosen.most_tilt_deg)))
+    sine = np.sin(np.radians(TOLERANCE_DEG))
+    candidates = _candidates(normals, lengths, np.cos(np.radians(MOST_TILT_DEG)))
     if len(candidates) == 0:
         return None
     agreement = (np.abs(candidates @ normals.T) < sine) @ lengths
@@ -52,7 +46,7 @@ def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -
         up = vectors[:, 0] * -np.sign(vectors[1, 0])
         spread = float(values[1] / max(values.sum(), 1e-12))
     edges = int(np.count_nonzero(weight))
-    if edges < chosen.least_edges:
+    if edges < LEAST_EDGES:
         return None
     scatter = float(np.sqrt(np.average((normals @ up) ** 2, weights=weight)))
     # edges that stand close together fix the direction along their common plane badly
@@ -60,7 +54,7 @@ def find_vertical(pair: RectifiedPair, options: VerticalOptions | None = None) -
     return Vertical(up=frozen(up), sigma_rad=float(sigma))
 
 
-def _upright_edges(pair: RectifiedPair, options: VerticalOptions) -> tuple[FloatArray, FloatArray]:
+def _upright_edges(pair: RectifiedPair) -> tuple[FloatArray, FloatArray]:
     """Return the interpretation planes' unit normals (N, 3) of long upright edges, and their lengths (N,)."""
     found = cv2.createLineSegmentDetector().detect(cv2.cvtColor(pair.left, cv2.COLOR_BGR2GRAY))[0]
     segments = np.zeros((0, 4)) if found is None else np.asarray(found, dtype=np.float64).reshape(-1, 4)
@@ -71,8 +65,8 @@ def _upright_edges(pair: RectifiedPair, options: VerticalOptions) -> tuple[Float
     inner = cv2.erode(pair.valid_left.astype(np.uint8), np.ones((9, 9), np.uint8), borderValue=0) > 0
     inside = inner[np.clip(middle[:, 1], 0, height - 1), np.clip(middle[:, 0], 0, width - 1)]
     # an upright edge off the axis leans by more than the camera does: hence the slack of 15 degrees
-    upright = rise > lengths * np.cos(np.radians(options.most_tilt_deg + 15.0))
-    kept = (lengths >= options.least_length_px) & upright & inside
+    upright = rise > lengths * np.cos(np.radians(MOST_TILT_DEG + 15.0))
+    kept = (lengths >= LEAST_LENGTH_PX) & upright & inside
     ends = pair.camera.rectified_rays(segments[kept].reshape(-1, 2, 2))
     return unit(np.cross(ends[:, 0], ends[:, 1])), lengths[kept]
 

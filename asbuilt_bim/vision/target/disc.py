@@ -25,7 +25,6 @@ FIRST_SUPPORT = 0.5
 MIN_ASPECT = 0.4
 """Minor over major axis: a disc turned by more than 66 degrees is too thin to be distinguished from a strip."""
 MIN_RADIUS_PX = 5.0
-MAX_BLOBS = 16
 _FIRST_ROUNDS, _FIRST_SLACK = 3, 2.0
 """Of a blob's outline, which is good to a pixel or two."""
 _SOME = 2  # every second edge point says what the lens's blur is
@@ -83,7 +82,7 @@ class RedDisc:
 def find_discs(image: ByteImage) -> tuple[RedDisc, ...]:
     """Find the red discs of a photo (BGR), the best supported first; half-hidden or odd shapes are left out."""
     score = redness(image)
-    discs = [disc for blob in red_blobs(score, MAX_BLOBS) if (disc := _disc(image, score, blob)) is not None]
+    discs = [disc for blob in red_blobs(score) if (disc := _disc(image, score, blob)) is not None]
     kept: list[RedDisc] = []
     for disc in sorted(discs, key=lambda d: (-d.support, d.rms_px)):
         if not any(_is_same(disc.ellipse, other.ellipse) for other in kept):

@@ -9,6 +9,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, Floa
 
 LEVELS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 """Redness at which blobs are cut out; which one gives a disc's outline depends on light, dirt and what is behind."""
+MAX_BLOBS = 16
 _NOISE_LEVEL = 12.0  # grey levels: what the score of a black pixel is made of
 _HUE_BAND = 0.45  # of the chroma: green and blue may differ by this, orange and magenta don't pass
 _WORKING_WIDTH = 640  # blobs only say where to look: a target within 10 m has a radius of 8 px and more at this width
@@ -43,11 +44,11 @@ def redness(image: ByteImage) -> Float32Array:
     return np.asarray(score, dtype=np.float32)
 
 
-def red_blobs(score: Float32Array, limit: int) -> list[RedBlob]:
+def red_blobs(score: Float32Array) -> list[RedBlob]:
     """Cut the redness (H, W) of a photo at every level and return the blobs that may hold a disc.
 
-    First at most `limit` that are elliptic by themselves, the best first. Then half as many large odd ones, the largest
-    first: a disc may have grown together with something red behind it.
+    First at most `MAX_BLOBS` that are elliptic by themselves, the best first. Then half as many large odd ones, the
+    largest first: a disc may have grown together with something red behind it.
     """
     found: list[RedBlob] = []
     step = max(1, score.shape[1] // _WORKING_WIDTH)
@@ -65,7 +66,7 @@ def red_blobs(score: Float32Array, limit: int) -> list[RedBlob]:
                 found[twin] = blob
     elliptic = sorted((b for b in found if b.elliptic >= _ELLIPTIC), key=lambda b: -b.elliptic * np.sqrt(b.area_px))
     odd = sorted((b for b in found if b.elliptic < _ELLIPTIC), key=lambda b: -b.area_px)
-    return elliptic[:limit] + odd[: limit // 2]
+    return elliptic[:MAX_BLOBS] + odd[: MAX_BLOBS // 2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
 from asbuilt_bim.vision.target.circle import SpaceCircle, guessed_circles, outlines_of
-from asbuilt_bim.vision.target.disc import MAX_BLOBS, MIN_ASPECT, MIN_RADIUS_PX, RedDisc
+from asbuilt_bim.vision.target.disc import MIN_ASPECT, MIN_RADIUS_PX, RedDisc
 from asbuilt_bim.vision.target.disc_patch import cut_patch
 from asbuilt_bim.vision.target.ellipse import Ellipse, robust_ellipse
 from asbuilt_bim.vision.target.pairing import Pairing, follow
@@ -66,7 +66,7 @@ def _arcs(image: ByteImage, score: Float32Array) -> Iterator[Ellipse]:
     A disc before something as red has grown together with it: most of the outline may be the other thing's, but a
     stretch of it is the disc's alone.
     """
-    for blob in red_blobs(score, MAX_BLOBS):
+    for blob in red_blobs(score):
         outline = blob.outline[:: max(1, len(blob.outline) // _POINTS)]
         size = float(np.sqrt(blob.area_px / np.pi))
         for share in _STRETCHES:
