@@ -5,6 +5,7 @@ measurement of the rig's numbers, with its own error and one that all of its kin
 was known before, so that lengths move a rig only as far as they know better.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,7 +29,7 @@ FEWEST = 3
 """Lengths: two numbers are asked for, and one length more shows whether they agree."""
 _OPEN = np.array([0.1, 0.1])
 """Yaw (rad) and baseline (share) of a rig that lengths show to be another than it was calibrated: any."""
-_CHANCE = SIGNIFICANT**2 + 2.8
+_CHANCE = -2.0 * math.log(math.erfc(SIGNIFICANT / math.sqrt(2.0)))
 """Chi square of two numbers that chance passes as rarely as one passes three sigmas (0.27 %)."""
 _WORTH_IT = 0.5  # of the sigma of an area: to be measured again, lengths must take off half of it
 _ROUNDS, _REACH = 5, 3.0
