@@ -65,7 +65,7 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
     for record in report.faces:
         faces[record.element] = (*faces.get(record.element, ()), record)
     built = {e.global_id: e.first_built or day for e in report.elements if e.cells_built > 0.0}
-    complete = {e.global_id: e.complete_on or day for e in report.elements if _certain(e)}
+    complete = {e.global_id: e.complete_on or day for e in report.elements if _certain(e, report.complete_from)}
     return VisitHistory(
         visits=tuple(sorted({*history.visits, *report.earlier_visits, day})),
         faces=history.faces | faces,
@@ -80,9 +80,9 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
     )
 
 
-def _certain(element: ElementProgress) -> bool:
+def _certain(element: ElementProgress, complete_from: float) -> bool:
     """Say whether an element is complete beyond what was not seen of it; results of before said so of all that are."""
-    return element.state == "complete" and element.completion.lower >= ProgressOptions().complete_from
+    return element.state == "complete" and element.completion.lower >= complete_from
 
 
 def frame_of(record: DesignFaceRecord) -> PlaneFrame | CylinderFrame:

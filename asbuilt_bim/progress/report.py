@@ -10,6 +10,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.money import cents
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.progress.tolerance import Tolerance, ToleranceCheck
 from asbuilt_bim.progress.valuation.inputs import Observation, ValuationInputs
@@ -390,6 +391,7 @@ class ProgressReport:
     people_sought: bool | None = None  # by a network, in every photo; None: from before this was recorded
     people_outlined: int = 0  # outlines that a person gave, of all visits; what they hold is blurred in pictures
     markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before
+    complete_from: float = ProgressOptions().complete_from  # of the project, by which it was judged
 
     @property
     def placed(self) -> frozenset[str]:

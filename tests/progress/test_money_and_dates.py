@@ -10,10 +10,11 @@ from asbuilt_bim.bim.schedule import WorkCalendar, weekday
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.match.result import MatchResult
-from asbuilt_bim.progress.completion.planned import verdict
+from asbuilt_bim.progress.completion.planned import late_elements, verdict
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.money import cents, rounded, total
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.report.cost_rows import cost_groups
@@ -247,6 +248,31 @@ def test_a_task_is_finished_only_where_all_of_each_element_is_certain_not_as_far
     history = remember(EMPTY_HISTORY, replace(first, elements=(replace(one, state="complete", complete_on=DAY),)))
     again = summarise(poured(FULL, 3.0), NOTHING, model([FULL], (task("A"),), ()), history, LATER)
     assert again.tasks[0].actual_finish == LATER  # the day that saw it, also after an older result that said so before
+
+
+def seen_up_to(built_m: float, seen_m: float) -> list[SurfaceState]:
+    opened = polygon.box(0, built_m, 0.5, seen_m) if seen_m > built_m else ()
+    first = replace(unseen(FULL.faces[0]), built_uv_m=polygon.box(0, 0, 0.5, built_m), open_uv_m=opened)
+    return [replace(first, stations={"A1": 1.0}), *(unseen(face) for face in FULL.faces[1:])]
+
+
+def test_what_a_project_calls_complete_says_what_is_late_also_in_a_result_that_is_read_back() -> None:
+    surfaces, design = seen_up_to(2.2, 2.4), model([FULL], (task("A"),), ())
+    usual, made = (
+        summarise(surfaces, NOTHING, design, EMPTY_HISTORY, LATER, options=options)
+        for options in (None, ProgressOptions(complete_from=0.92))
+    )
+    assert [one.element.completion.best for one in late_elements(usual)] == [made.elements[0].completion.best]
+    assert made.elements[0].state == "part" and 0.92 <= made.elements[0].completion.upper < 0.97
+    assert late_elements(made) == late_elements(report_from_plain(report_to_plain(made))) == ()
+
+
+def test_what_a_project_calls_complete_stays_so_since_the_visit_that_found_it_complete() -> None:
+    design, options = model([FULL], (task("A"),), ()), ProgressOptions(complete_from=0.9)
+    first = summarise(seen_up_to(2.8, 2.8), NOTHING, design, EMPTY_HISTORY, DAY, options=options)
+    assert first.elements[0].complete_on == DAY and first.elements[0].completion.lower < 0.97
+    again = summarise(poured(FULL, 3.0), NOTHING, design, remember(EMPTY_HISTORY, first), LATER, options=options)
+    assert again.elements[0].complete_on == again.tasks[0].actual_finish == DAY
 
 
 def test_faces_without_a_decision_are_listed_as_unobserved() -> None:

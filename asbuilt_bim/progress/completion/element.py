@@ -63,7 +63,7 @@ def progress_of(
         why = Reason.NOT_SEEN_AGAIN
     elif state != "complete":
         completion = _as_last_seen(element, surfaces, cells, completion, options)
-    seen_unfinished = bool(stations) and is_unfinished(state, completion, options)
+    seen_unfinished = bool(stations) and is_unfinished(state, completion, options.complete_from)
     doubts = list(doubts_of(element, surfaces, state, options))
     subject = about(SubjectKind.ELEMENT, element.global_id)
     in_place = displaced is None or displaced.accepted
@@ -120,9 +120,9 @@ def progress_of(
     )
 
 
-def is_unfinished(state: State, completion: Completion, options: ProgressOptions) -> bool:
+def is_unfinished(state: State, completion: Completion, complete_from: float) -> bool:
     """Say whether an element is sure not to be complete: of one that may be, nothing says that it is late."""
-    return state in ("part", "not started") and completion.upper < options.complete_from
+    return state in ("part", "not started") and completion.upper < complete_from
 
 
 def _disagreement(element: BimElement, cells: CellStates, stations: Sequence[str]) -> Note:

@@ -11,7 +11,6 @@ from asbuilt_bim.bim.schedule import EVERY_DAY, SCHEDULE_KEY, WorkCalendar
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.completion.element import is_unfinished
 from asbuilt_bim.progress.completion.moments import days_past, status_moment
-from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, TaskProgress
 
 Knowledge = Literal["measured", "part measured", "measured 0", "unknown"]
@@ -123,7 +122,7 @@ def days_behind(
 
 def late_elements(report: ProgressReport) -> tuple[LateElement, ...]:
     """Return the elements sure not to be complete after the latest planned finish of their tasks, longest due first."""
-    return tuple(one for one in _overdue(report) if _is_late(one.element))
+    return tuple(one for one in _overdue(report) if _is_late(one.element, report))
 
 
 def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
@@ -132,19 +131,20 @@ def due_but_unknown(report: ProgressReport) -> tuple[LateElement, ...]:
     They are unknown, complete as far as seen, or in part with bounds that reach up to complete.
     """
     unclear = ("unknown", "complete as far as seen", "part", "not started")
-    return tuple(one for one in _overdue(report) if one.element.shown_state in unclear and not _is_late(one.element))
+    found = (one for one in _overdue(report) if not _is_late(one.element, report))
+    return tuple(one for one in found if one.element.shown_state in unclear)
 
 
 def late_alone(report: ProgressReport) -> tuple[TaskProgress, ...]:
     """Return the late tasks none of whose elements is late: those that are unfinished have until a later task."""
-    unfinished = {element.global_id for element in report.elements if _is_late(element)}
+    unfinished = {element.global_id for element in report.elements if _is_late(element, report)}
     over = {one.element.global_id for one in _overdue(report)}
     open_of = ((task, unfinished & set(task.progress.elements)) for task in report.tasks if task.late)
     return tuple(task for task, keys in open_of if keys and not keys & over)
 
 
-def _is_late(element: ElementProgress) -> bool:
-    return is_unfinished(element.state, element.completion, ProgressOptions())
+def _is_late(element: ElementProgress, report: ProgressReport) -> bool:
+    return is_unfinished(element.state, element.completion, report.complete_from)
 
 
 def _overdue(report: ProgressReport) -> Sequence[LateElement]:

@@ -80,6 +80,7 @@ def summarise(
         north=design.north,
         grid_lines=design.grid_lines,
         wanted_views=wanted_views(design, progress, by_id, stations, visit_date),
+        complete_from=limits.complete_from,
     )
 
 
@@ -159,4 +160,4 @@ def _late(
         return None
     if complete or not days_past(task.schedule_finish, visit_date):
         return False
-    return True if any(is_unfinished(one.state, one.completion, options) for one in members) else None
+    return True if any(is_unfinished(one.state, one.completion, options.complete_from) for one in members) else None

@@ -99,6 +99,7 @@ TERMS = {
     "storey": "GlobalId of the storey, empty where it has none.",
     "state": "complete, part, not started, displaced (beside its design), or unknown.",
     "completion": "Completion with its bounds.",
+    "complete_from": "Best completion from which the project calls an element complete.",
     "cells_built": "Cells seen built.",
     "cells_open": "Cells seen open.",
     "cells_unknown": "Cells not decided.",
