@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.robust_least_squares import cauchy
-from asbuilt_bim.geometry.transform import rotation_from_vector, skew
+from asbuilt_bim.geometry.transform import skew
 from asbuilt_bim.register.between import Between, BetweenRows, add_between, between_rows
+from asbuilt_bim.register.solve import moved
 from asbuilt_bim.register.tags import SQUARE
 
 STATION, TAG, COMMON = 6, 7, 1
@@ -376,8 +377,7 @@ def _moved(state: State, step: tuple[FloatArray, FloatArray, float]) -> State:
     stations, tags = state.stations.copy(), state.tags.copy()
     for poses, steps in ((stations, step[0]), (tags, step[1])):
         for pose, small in zip(poses, steps, strict=True):
-            pose[:3, :3] = rotation_from_vector(small[:3]) @ pose[:3, :3]
-            pose[:3, 3] += small[3:6]
+            pose[:] = moved(pose, small[:6])
     sizes = state.sizes_m * np.exp(np.clip(step[1][:, 6], -1.0, 1.0)) if len(tags) else state.sizes_m
     return State(stations=stations, tags=tags, sizes_m=sizes, disparity_px=state.disparity_px + step[2])
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
-from asbuilt_bim.geometry.transform import apply, laid_over, rigid, rotation_from_vector, skew
+from asbuilt_bim.geometry.transform import apply, laid_over, skew
+from asbuilt_bim.register.solve import moved
 from asbuilt_bim.vision.landmarks.find import Landmarks, parts_of
 
 LEAST_POINTS = 15
@@ -215,7 +216,7 @@ def _settled(pairs: _Pairs, first: Shown, second: Shown, pose: FloatArray) -> tu
             step = np.linalg.solve(information, right)
         except np.linalg.LinAlgError:
             return None, good
-        pose = rigid(rotation_from_vector(step[:3]) @ pose[:3, :3], pose[:3, 3] + step[3:])
+        pose = moved(pose, step)
         good = _unique(pairs, _agree(pairs, first, second, pose))
         if np.linalg.norm(step) < 1e-6:
             break
