@@ -17,8 +17,6 @@ from asbuilt_bim.geometry.polyline import fit_line, straight_pieces
 from asbuilt_bim.geometry.profile import Chain, chains, modes
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle, fit_round
 
-SHORT_PX = 20.0
-"""Ten columns: under it a piece's slope is mostly the matcher's bend at the edge."""
 SMEAR_PX = 8.0
 """The matcher's own window and a bit: what is narrower between two depths is smeared, not seen."""
 
@@ -32,8 +30,6 @@ class GrowOptions:
     rig_sigma_px: float = 0.15  # disparity that a calibrated rig may err by in common (yaw of 0.008 degrees)
     most_sigma_share: float = 0.20  # sigma of an area over it, beyond which its number says nothing
     piece_penalty: float = 30.0  # a corner must explain 30 units of chi-square: 5 sigma
-    straight_deg: float = 8.0  # pieces that meet at less are one plane: the matcher bends at depth edges
-    one_plane_px: float = 0.25  # and within this at their seam: a step of 5 cm at 7 m shows as 0.25 px
     corner_deg: float = 20.0  # two faces of one body meet at more: corners are square, chamfers 45 degrees
     touch_px: float = 0.8  # pieces meet where their lines pass each other within this
 
@@ -63,7 +59,6 @@ class Piece:
     slope: float
     offset_px: float
     circle: Circle | None
-    rms_px: float
     chain: int
     convex_next: bool = False
 
@@ -124,12 +119,12 @@ def _pieces_of_chain(chain: Chain, number: int, f_px: float, baseline_m: float, 
                     Piece(
                         x0_px=float(chain.x_px[arc.start]), x1_px=float(chain.x_px[arc.stop - 1]), slope=0.0,
                         offset_px=float(np.median(chain.d_px[arc.start : arc.stop])), circle=arc.circle,
-                        rms_px=arc.rms_px, chain=number,
+                        chain=number,
                     )
                 )  # fmt: skip
             continue
         x, d = chain.x_px[start:stop], chain.d_px[start:stop]
-        slope, offset, rms = fit_line(x, d, sigma[start:stop])
+        slope, offset = fit_line(x, d, sigma[start:stop])
         built.append(
             Piece(
                 x0_px=float(x[0]),
@@ -137,40 +132,11 @@ def _pieces_of_chain(chain: Chain, number: int, f_px: float, baseline_m: float, 
                 slope=slope,
                 offset_px=offset,
                 circle=None,
-                rms_px=rms,
                 chain=number,
             )
         )
-    straight = _straightened(built, chain, options, f_px)
-    wide = [piece for piece in straight if piece.x1_px - piece.x0_px >= SMEAR_PX]
+    wide = [piece for piece in built if piece.x1_px - piece.x0_px >= SMEAR_PX]
     return _joined(wide, f_px, options)
-
-
-def _straightened(built: list[Piece], chain: Chain, options: GrowOptions, f_px: float) -> list[Piece]:
-    """Make one piece of flat neighbours that touch and hardly differ in direction, the longer one leading."""
-    done: list[Piece] = []
-    for piece in built:
-        if done and _nearly_one(done[-1], piece, options, f_px):
-            one = done.pop()
-            inside = (chain.x_px >= one.x0_px) & (chain.x_px <= piece.x1_px)
-            x, d = chain.x_px[inside], chain.d_px[inside]
-            slope, offset, rms = fit_line(x, d, options.mode_sigma_px)
-            piece = replace(one, x1_px=piece.x1_px, slope=slope, offset_px=offset, rms_px=rms)
-        done.append(piece)
-    return done
-
-
-def _nearly_one(one: Piece, other: Piece, options: GrowOptions, f_px: float) -> bool:
-    if one.circle is not None or other.circle is not None:
-        return False
-    seam = 0.5 * (one.x1_px + other.x0_px)
-    gap = abs(float(one.at(np.array(seam)) - other.at(np.array(seam))))
-    short = one if one.x1_px - one.x0_px < other.x1_px - other.x0_px else other
-    long = other if short is one else one
-    ends = np.array([short.x0_px, short.x1_px])
-    if ends[1] - ends[0] < SHORT_PX and np.max(np.abs(short.at(ends) - long.at(ends))) < options.touch_px:
-        return True  # too short to know its own direction
-    return bool(gap < options.one_plane_px and abs(_turn_deg(one, other, f_px)) < options.straight_deg)
 
 
 def _turn_deg(one: Piece, other: Piece, f_px: float) -> float:

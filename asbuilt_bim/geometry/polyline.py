@@ -47,12 +47,12 @@ def _costs(x: FloatArray, y: FloatArray, sigma: FloatArray) -> FloatArray:
     return cost
 
 
-def fit_line(x: FloatArray, y: FloatArray, sigma: FloatArray | float) -> tuple[float, float, float]:
-    """Fit y = slope x + offset robustly; returns slope, offset and the residuals' rms."""
+def fit_line(x: FloatArray, y: FloatArray, sigma: FloatArray | float) -> tuple[float, float]:
+    """Fit y = slope x + offset robustly; returns slope and offset."""
     middle = float(x.mean())
     fit = reweighted_linear(np.stack([x - middle, np.ones_like(x)], axis=-1), y, sigma)
     slope, level = fit.parameters.tolist()
-    return slope, level - slope * middle, float(np.sqrt(np.average(np.square(fit.residuals), weights=fit.weights)))
+    return slope, level - slope * middle
 
 
 def fit_circle(x: FloatArray, z: FloatArray, weight: FloatArray) -> tuple[float, float, float]:

@@ -30,12 +30,11 @@ class Circle:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Arc:
-    """Points [start, stop) of a chain that a circle explains, with the rms of their disparities."""
+    """Points [start, stop) of a chain that a circle explains."""
 
     start: int
     stop: int
     circle: Circle
-    rms_px: float
 
 
 def disparity_of_circle(circle: Circle, x_px: FloatArray) -> FloatArray:
@@ -85,20 +84,20 @@ def fit_round(
             found = _circle(x_px[start:stop], d_px[start:stop], sigma_px[start:stop], f_px, baseline_m)
             if found is None:
                 continue
-            circle, cost, rms = found
+            circle, cost = found
             if straight - cost > best_gain:
-                best_gain, best = straight - cost, Arc(start=start, stop=stop, circle=circle, rms_px=rms)
+                best_gain, best = straight - cost, Arc(start=start, stop=stop, circle=circle)
     return best
 
 
 def _line_cost(x: FloatArray, d: FloatArray, sigma: FloatArray) -> float:
-    slope, offset, _ = fit_line(x, d, sigma)
+    slope, offset = fit_line(x, d, sigma)
     return float(np.sum(np.minimum(np.square((d - slope * x - offset) / sigma), 9.0)))
 
 
 def _circle(
     x: FloatArray, d: FloatArray, sigma: FloatArray, f_px: float, baseline_m: float
-) -> tuple[Circle, float, float] | None:
+) -> tuple[Circle, float] | None:
     depth = f_px * baseline_m / d
     weight = np.square(d**2 / sigma)  # sigma of depth goes with 1 / d^2
     weight = weight / weight.max()
@@ -116,7 +115,7 @@ def _circle(
     if width < 1.1 * radius:  # under a third of the half circle doesn't fix a radius
         return None
     cost = float(np.sum(np.minimum(np.square(residual / smeared), 9.0)))
-    return circle, cost, float(np.sqrt(np.mean(np.minimum(residual**2, 9.0 * sigma**2))))
+    return circle, cost
 
 
 def _smeared_sigma(circle: Circle, x: FloatArray, sigma: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
-from asbuilt_bim.measure.outline.border import border_sides, plane_reference
+from asbuilt_bim.measure.outline.border import border_sides, flat_surface
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.ends import Ends, judge_ends
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
@@ -49,7 +49,7 @@ def finish_face(
     low, high = clean[0].min(axis=0), clean[0].max(axis=0)
     centroid = frame.from_uv(clean[0].mean(axis=0))
     sides = border_sides(settled.outline)
-    ends = judge_ends(bench, sides, plane_reference(pixel_plane(settled.q_px, camera)))
+    ends = judge_ends(bench, sides, flat_surface(pixel_plane(settled.q_px, camera), settled.hypothesis.piece))
     return MeasuredFace(
         face_id=face_id,
         label=instance.label,

@@ -14,7 +14,7 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.finish import Settled, finish_face
 from asbuilt_bim.measure.outline.edges import pixel_plane
-from asbuilt_bim.measure.planes.adjust import Adjusted, EdgeSight, Touch, adjust_planes
+from asbuilt_bim.measure.planes.adjust import Adjusted, Touch, adjust_planes
 from asbuilt_bim.measure.planes.face_hypotheses import (
     FaceHypothesis,
     contradiction,
@@ -114,11 +114,10 @@ def _add_round(
 ) -> None:
     for number, instance in enumerate(instances):
         for piece in pieces_of(bench.scene, instance):
-            circle = bench.scene.pieces[piece].circle
-            if circle is None:
+            if bench.scene.pieces[piece].circle is None:
                 continue
             mask = bench.scene.mask(piece) & instance.mask
-            fit = fit_round_column(bench, circle, mask)
+            fit = fit_round_column(bench, piece, mask)
             if fit is not None:
                 name = f"{bench.pair.name}/{len(faces) + 1}"
                 _judge(round_face(bench, fit, name, instance, number, mask, rig), faces, rejections, options)
@@ -174,30 +173,10 @@ def adjust_hypotheses(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) ->
     sigma = vertical.sigma_rad if vertical is not None else np.radians(10.0)
     return adjust_planes(
         [hypothesis.sight for hypothesis in hypotheses],
-        _edge_sights(bench, hypotheses),
         _touches(bench, hypotheses),
         scene.level.view.down,
         max(sigma, 1e-3),
-        [True] * len(hypotheses),
     )
-
-
-def _edge_sights(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list[EdgeSight]:
-    """Return the disparities that upright edges show by themselves, at both ends' thirds."""
-    camera = bench.pair.camera
-    sights: list[EdgeSight] = []
-    for i, hypothesis in enumerate(hypotheses):
-        for edge in hypothesis.outline.edges if hypothesis.outline is not None else ():
-            fit = edge.fit
-            if fit is None or edge.course != "upright" or not np.isfinite(fit.disparity_miss_px):
-                continue
-            if fit.strength < 0.5 or abs(fit.disparity_miss_px) > 2.0 or fit.line.length_px < 40.0:
-                continue
-            middle = 0.5 * (fit.line.start + fit.line.stop)
-            ray = np.array([(middle[0] - camera.cx_px) / camera.f_px, (middle[1] - camera.cy_px) / camera.f_px, 1.0])
-            disparity = float(ray @ hypothesis.sight.q_px) + fit.disparity_miss_px
-            sights.append(EdgeSight(plane=i, ray=ray, disparity_px=disparity, sigma_px=fit.miss_sigma_px))
-    return sights
 
 
 def _touches(bench: Workbench, hypotheses: Sequence[FaceHypothesis]) -> list[Touch]:

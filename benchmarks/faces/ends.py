@@ -10,6 +10,7 @@ lower bound where it is over what is seen by more than 3 sigma.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from benchmarks.faces.border_truth import crowded_twin, judged, true_depth_m, true_faces
-from benchmarks.faces.twins import measured, read_twin
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.measure.faces import MeasuredFace
+from benchmarks.faces.border_truth import TrueFace, crowded_twin, judged, true_depth_m, true_faces
+from benchmarks.faces.twins import TwinPair, measured, read_twin
 from benchmarks.table import Line, line, options, quantiles, report, told, unjudged
 
 SEEDS = (*range(2001, 2017), *range(2051, 2059))
@@ -29,9 +32,16 @@ Row = dict[str, Any]
 def rows_of(seed: int) -> list[Row]:
     """Measure a scene and hold every face of it against the truth."""
     twin = crowded_twin(seed)
-    truth, depth_m = true_faces(twin), true_depth_m(twin, seed)
+    faces = measured(read_twin(twin), true_masks=False).faces
+    return judged_rows(twin, true_faces(twin), true_depth_m(twin, seed), seed, faces)
+
+
+def judged_rows(
+    twin: TwinPair, truth: dict[int, TrueFace], depth_m: FloatArray, seed: int, faces: Sequence[MeasuredFace]
+) -> list[Row]:
+    """Hold measured faces against the truth; what lies behind the scene isn't judged."""
     rows: list[Row] = []
-    for face in measured(read_twin(twin), true_masks=False).faces:
+    for face in faces:
         one = judged(twin, truth, face, depth_m)
         if not one.is_background:
             rows.append({

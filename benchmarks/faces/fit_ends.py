@@ -28,15 +28,15 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.outline.border import (
     FEATURES,
     BorderSide,
-    Reference,
+    Surface,
     border_sides,
-    plane_reference,
+    flat_surface,
     shown_by,
 )
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.ends import DATA, face_probability, odds_of_all, side_probabilities
 from asbuilt_bim.measure.planes.face_hypotheses import filled, pieces_of
-from asbuilt_bim.measure.round.column import fit_round_column, lateral_reference, outline_of_column, sides_of_column
+from asbuilt_bim.measure.round.column import fit_round_column, lateral_surface, outline_of_column, sides_of_column
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import Workbench, workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
@@ -67,32 +67,29 @@ def faces_of(twin: TwinPair, scene: str) -> list[Face]:
     read = read_twin(twin)
     bench = workbench(twin.pair, read.scene, read.marks, read.sky)
     truth = true_faces(twin)
-    found = [
-        _face(bench, read, scene, truth, rings, sides, reference) for rings, sides, reference in _outlines(bench, read)
-    ]
+    found = [_face(bench, read, scene, truth, rings, sides, own) for rings, sides, own in _outlines(bench, read)]
     return [face for face in found if face is not None]
 
 
-def _outlines(bench: Workbench, read: Read) -> list[tuple[Sequence[FloatArray], Sequence[BorderSide], Reference]]:
-    """Return the outline, the sides and the own disparity of every face that the program finds."""
+def _outlines(bench: Workbench, read: Read) -> list[tuple[Sequence[FloatArray], Sequence[BorderSide], Surface]]:
+    """Return the outline, the sides and the surface of every face that the program finds."""
     instances = segment_scene(read.twin.pair, read.scene)
-    found: list[tuple[Sequence[FloatArray], Sequence[BorderSide], Reference]] = []
+    found: list[tuple[Sequence[FloatArray], Sequence[BorderSide], Surface]] = []
     for settled in settled_faces(bench, instances)[0]:
-        plane = plane_reference(pixel_plane(settled.q_px, bench.pair.camera))
+        plane = flat_surface(pixel_plane(settled.q_px, bench.pair.camera), settled.hypothesis.piece)
         found.append((settled.outline.rings, border_sides(settled.outline), plane))
     for instance in instances:
         for piece in pieces_of(read.scene, instance):
-            circle = read.scene.pieces[piece].circle
-            fit = fit_round_column(bench, circle, read.scene.mask(piece) & instance.mask) if circle else None
+            fit = fit_round_column(bench, piece, read.scene.mask(piece) & instance.mask)
             if fit is not None:
                 ring = outline_of_column(bench, fit)
-                found.append(([ring], sides_of_column(ring, fit), lateral_reference(bench, fit.circle)))
+                found.append(([ring], sides_of_column(ring, fit), lateral_surface(bench, fit)))
     return found
 
 
 def _face(
     bench: Workbench, read: Read, scene: str, truth: dict[int, TrueFace], rings: Sequence[FloatArray],
-    sides: Sequence[BorderSide], reference: Reference,
+    sides: Sequence[BorderSide], own: Surface,
 ) -> Face | None:  # fmt: skip
     """Return a face's sides with their truth; None where half of its outline is no one body's face."""
     inside = filled(rings, read.twin.labels.shape)
@@ -106,7 +103,7 @@ def _face(
     ends = [
         float(side.steps_px @ true.at_end(side.points, side.sigma_px)) >= END_SHARE * side.length_px for side in kept
     ]
-    features = np.array([shown_by(bench, side, reference).features for side in kept])
+    features = np.array([shown_by(bench, side, own).features for side in kept])
     return Face(scene=scene, features=features, ends=np.array(ends))
 
 

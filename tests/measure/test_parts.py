@@ -21,7 +21,7 @@ from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
 from asbuilt_bim.measure.outline.fit import FaceEdge
 from asbuilt_bim.measure.outline.steps import straight_region
-from asbuilt_bim.measure.planes.adjust import EdgeSight, PlaneSight, Touch, adjust_planes
+from asbuilt_bim.measure.planes.adjust import PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.planes.face_hypotheses import contradiction
 from asbuilt_bim.measure.sigma.area import (
     area_per_pixel_m2,
@@ -244,8 +244,7 @@ def corner(weak_error: float) -> tuple[list[PlaneSight], list[Touch], np.ndarray
 
 def test_a_weak_side_face_takes_its_direction_from_its_neighbour() -> None:
     sights, touches, weak = corner(weak_error=40.0)
-    found = adjust_planes(sights, [], touches, DOWN, 1e-3, [True, True])
-    assert found.dropped == ()
+    found = adjust_planes(sights, touches, DOWN, 1e-3)
     before = np.degrees(np.arccos(sights[1].q_px @ weak / np.linalg.norm(sights[1].q_px) / np.linalg.norm(weak)))
     after = np.degrees(np.arccos(min(1.0, found.q_px[1] @ weak / np.linalg.norm(found.q_px[1]) / np.linalg.norm(weak))))
     assert before > 3.0
@@ -257,24 +256,14 @@ def test_a_right_angle_that_the_photos_contradict_is_dropped() -> None:
     sights, touches, weak = corner(weak_error=0.0)
     skew = weak + np.array([30.0, 0.0, 40.0])  # some 20 degrees off, and surely so
     sure = [sights[0], PlaneSight(q_px=skew, covariance=1e-4 * np.eye(3))]
-    found = adjust_planes(sure, [], touches, DOWN, 1e-3, [True, True])
-    assert "square 0" in found.dropped
+    found = adjust_planes(sure, touches, DOWN, 1e-3)
     assert found.q_px[1] == pytest.approx(skew, abs=0.1)
 
 
 def test_a_battered_wall_stays_battered() -> None:
     leaning = upright_q(0.2, 40.0) + np.array([0.0, 2.0, 0.0])  # 2.9 degrees
-    found = adjust_planes([PlaneSight(q_px=leaning, covariance=1e-4 * np.eye(3))], [], [], DOWN, 1e-3, [True])
-    assert found.dropped == ("plumb 0",)
+    found = adjust_planes([PlaneSight(q_px=leaning, covariance=1e-4 * np.eye(3))], [], DOWN, 1e-3)
     assert found.q_px[0] == pytest.approx(leaning, abs=1e-3)
-
-
-def test_an_edge_disparity_pulls_a_plane_by_its_weight() -> None:
-    sight = PlaneSight(q_px=facing(5.0), covariance=np.diag([1e-6, 1e-6, 0.2**2]))
-    edge = EdgeSight(plane=0, ray=np.array([0.0, 0.0, 1.0]), disparity_px=float(facing(5.0)[2]) + 0.3, sigma_px=0.06)
-    found = adjust_planes([sight], [edge], [], DOWN, 1e-3, [False])
-    expected = 0.3 * 0.2**2 / (0.2**2 + 0.06**2 + 0.08**2)
-    assert found.q_px[0][2] - sight.q_px[2] == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_straight_region_takes_the_rags_off_a_mask() -> None:
@@ -311,7 +300,7 @@ def step_pictures(edge_x: float, disparity: float) -> tuple[np.ndarray, np.ndarr
     return pictures[0], pictures[1]
 
 
-def test_an_edge_is_found_to_hundredths_and_shows_its_own_disparity() -> None:
+def test_an_edge_is_found_to_hundredths() -> None:
     left, right = step_pictures(100.37, 20.25)
     both = gradients(left, right, np.ones(left.shape, dtype=bool))
     line = Line(start=np.array([103.0, 20.0]), stop=np.array([103.0, 130.0]))
@@ -319,7 +308,6 @@ def test_an_edge_is_found_to_hundredths_and_shows_its_own_disparity() -> None:
     fit = find_edge(both, line, np.array([0.0, 0.0, 20.0]), 2.0, 0.0)
     assert fit is not None
     assert 0.5 * (fit.line.start[0] + fit.line.stop[0]) == pytest.approx(100.37, abs=0.03)
-    assert fit.disparity_miss_px == pytest.approx(0.25, abs=0.04)
     assert fit.strength > 0.8
 
 

@@ -14,9 +14,6 @@ from asbuilt_bim.measure.outline.profile import at_places, owners, walk
 from asbuilt_bim.measure.workbench import Workbench
 from asbuilt_bim.vision.stereo.warp import sample
 
-Reference = Callable[[FloatArray], FloatArray]
-"""Gives the face's own disparity (...,) at places (..., 2) of the left photo, past its border too."""
-
 FEATURES = (
     "behind",  # shares of the side past which lies: what is further away than the face
     "before",  # what is nearer, and doesn't rise from its edge
@@ -41,6 +38,14 @@ UNKNOWN_SIGMA_PX = 4.0
 LEAST_STOREY_M = 2.0
 """People stand upright between a slab and what is under it."""
 BEHIND, BEFORE, MEETS, GOES_ON = range(1, 5)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Surface:
+    """The face's own surface: its disparity (...,) at places (..., 2) of the left photo, and which piece it is."""
+
+    disparity_px: Callable[[FloatArray], FloatArray]  # past the face's border, too
+    piece: int  # of the scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,21 +105,25 @@ def round_sides(ring: FloatArray, proven: bool, sigma_px: float) -> list[BorderS
     ]  # fmt: skip
 
 
-def plane_reference(p: FloatArray) -> Reference:
-    """Return the reference of a plane, d = p0 x + p1 y + p2 in pixels."""
+def flat_surface(p: FloatArray, piece: int) -> Surface:
+    """Return the surface of a plane, d = p0 x + p1 y + p2 in pixels."""
+    return Surface(disparity_px=_by_plane(p), piece=piece)
+
+
+def _by_plane(p: FloatArray) -> Callable[[FloatArray], FloatArray]:
     return lambda at: np.asarray(at[..., 0] * p[0] + at[..., 1] * p[1] + p[2])
 
 
-def shown_by(bench: Workbench, side: BorderSide, reference: Reference) -> Shown:
-    """Return what a side shows; `reference` is the face's own disparity."""
+def shown_by(bench: Workbench, side: BorderSide, own: Surface) -> Shown:
+    """Return what a side shows; `own` is the face's surface."""
     weight = side.steps_px / side.steps_px.sum()
-    profile = _profile(bench, side, reference)
+    profile = _profile(bench, side, own)
     kind, open_px = _beyond(profile)
     behind, before, meets, goes_on = (float(weight @ (kind == k)) for k in (BEHIND, BEFORE, MEETS, GOES_ON))
     framed = at_places(bench.frame, side.points)
     past = float(weight @ (framed | ~profile.paired))
     edge = (1.0 - float(weight @ framed)) * (1.0 - before) * side.strength  # what stands before has edges of its own
-    features = np.array([behind, before, meets, goes_on, past, edge, _stands(bench, side, reference, profile, weight)])
+    features = np.array([behind, before, meets, goes_on, past, edge, _stands(bench, side, own, profile, weight)])
     return Shown(features=features, open_px=float(weight @ open_px))
 
 
@@ -127,12 +136,13 @@ class _Profile:
     step_px: FloatArray  # (N, K) disparity before it
     limit_px: FloatArray  # (N, K) a step of less may be noise
     measured: BoolArray  # (N, K)
+    same: BoolArray  # (N, K) it is the face's own piece of the scene
     paired: BoolArray  # (N,) the right photo shows what lies just past the side
 
 
-def _profile(bench: Workbench, side: BorderSide, reference: Reference) -> _Profile:
+def _profile(bench: Workbench, side: BorderSide, surface: Surface) -> _Profile:
     at = side.points[:, None] + OUTWARD_PX[None, :, None] * side.normals[:, None]
-    own, level = reference(at), bench.scene.level
+    own, level = surface.disparity_px(at), bench.scene.level
     height, width = level.measured.shape
     x, y = np.round(at[..., 0]).astype(np.intp), np.round(at[..., 1]).astype(np.intp)
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
@@ -144,7 +154,8 @@ def _profile(bench: Workbench, side: BorderSide, reference: Reference) -> _Profi
     in_right = (there > 0.0) & (sample(bench.slopes.valid_right, there, row) > 0.9)
     return _Profile(
         at=at, own_px=own, step_px=disparity - own, measured=inside & (level.measured[y, x] | sky),
-        limit_px=np.where(sky, OFF_PX, np.maximum(OFF_PX, OFF_SIGMAS * sigma)), paired=in_right[:, 0],
+        limit_px=np.where(sky, OFF_PX, np.maximum(OFF_PX, OFF_SIGMAS * sigma)),
+        same=inside & (bench.scene.labels[y, x] == surface.piece), paired=in_right[:, 0],
     )  # fmt: skip
 
 
@@ -155,6 +166,8 @@ def _beyond(profile: _Profile) -> tuple[FloatArray, FloatArray]:
     first = np.where(ends, off.argmax(axis=1), len(OUTWARD_PX))
     rows, at = np.arange(len(off)), np.minimum(first, len(OUTWARD_PX) - 1)
     own = profile.measured & ~off & (OUTWARD_PX > FATTENED_PX) & (np.arange(len(OUTWARD_PX)) < first[:, None])
+    # what scatters for a few pixels is no end where the same piece shows again behind it
+    own |= profile.same & (OUTWARD_PX > FATTENED_PX) & (OUTWARD_PX < 2.0 * FATTENED_PX)
     step, rise = profile.step_px[rows, at], profile.limit_px[rows, at] + RISE_PER_PX * OUTWARD_PX[at]
     kind = np.where(step < 0.0, BEHIND, np.where(step > rise, BEFORE, MEETS)) * ends
     kind[own.any(axis=1)] = GOES_ON
@@ -170,16 +183,16 @@ def stood_on(floors: Sequence[Floor]) -> list[Floor]:
     return [one for k, one in enumerate(floors) if k == 0 or not any(a < one.below_m < b for a, b in above)]
 
 
-def _stands(bench: Workbench, side: BorderSide, reference: Reference, profile: _Profile, weight: FloatArray) -> float:
+def _stands(bench: Workbench, side: BorderSide, surface: Surface, profile: _Profile, weight: FloatArray) -> float:
     """Return the share of a side past which one of the scene's floors lies and meets the face.
 
     A heap of rubble begins at a face's foot as a floor does, but it isn't one: it hides the foot.
     """
     near = OUTWARD_PX < 2.0 * FATTENED_PX
-    known, own = profile.measured[:, near], reference(side.points)
+    known, own = profile.measured[:, near], surface.disparity_px(side.points)
     best = 0.0
     for floor in stood_on(bench.scene.floors):
-        plane = plane_reference(pixel_plane(floor.q_px, bench.pair.camera))
+        plane = _by_plane(pixel_plane(floor.q_px, bench.pair.camera))
         miss = np.abs((profile.step_px + profile.own_px - plane(profile.at))[:, near])
         lies = 2 * np.count_nonzero(known & (miss < profile.limit_px[:, near]), axis=1) > known.sum(axis=1)
         best = max(best, float(weight @ (lies & (np.abs(plane(side.points) - own) < OFF_PX))))

@@ -95,17 +95,12 @@ class EdgeFit:
     """The edge as the photo shows it; `strength` 0..1 is the share of its length that votes for it.
 
     `sigma_px` is across the line; `ambiguity_px` is its part that comes of what other line it might be.
-    `disparity_miss_px` is how far the right photo's edge lies from where the plane puts
-    it: positive where it is nearer than the plane, NaN for edges along the rows. `miss_sigma_px` goes with it.
     """
 
     line: Line
     sigma_px: float
     ambiguity_px: float
     strength: float
-    contrast: float
-    disparity_miss_px: float
-    miss_sigma_px: float
 
 
 def gradients(
@@ -218,23 +213,12 @@ def find_edge(
     fit_left = _subpixel(read, read.left, best.offset_px)
     if fit_left is None:
         return None
-    shift, slope, sigma, contrast = fit_left
-    miss, miss_sigma = np.nan, np.inf
-    nx = float(line.normal[0])
-    shows_depth = abs(nx) > 0.5 and np.mean(read.paired) > 0.9  # an edge along the rows looks the same at any disparity
-    fit_right = _subpixel(read, read.right, best.offset_px) if shows_depth else None
-    if fit_right is not None:
-        # the right photo's edge sits nearer by e where its profile peaks e further along -x
-        miss = -(fit_right[0] - shift) / nx
-        miss_sigma = float(np.hypot(sigma, fit_right[2])) / abs(nx)
+    shift, slope, sigma = fit_left
     return EdgeFit(
         line=line.moved(shift - 0.5 * slope * read.length_px, shift + 0.5 * slope * read.length_px),
         sigma_px=float(np.hypot(sigma, best.ambiguity_px)),
         ambiguity_px=best.ambiguity_px,
         strength=best.strength,
-        contrast=contrast,
-        disparity_miss_px=miss,
-        miss_sigma_px=miss_sigma,
     )
 
 
@@ -332,8 +316,8 @@ def _divergence(share: FloatArray, chance: float) -> FloatArray:
     return apart
 
 
-def _subpixel(read: Profiles, profile: FloatArray, centre_px: float) -> tuple[float, float, float, float] | None:
-    """Fit a line to each profile's own peak near `centre_px`: offset at the middle, slope, sigma, median contrast."""
+def _subpixel(read: Profiles, profile: FloatArray, centre_px: float) -> tuple[float, float, float] | None:
+    """Fit a line to each profile's own peak near `centre_px`: offset at the middle, slope, sigma."""
     across, rows = read.across, np.arange(len(read.along))[:, None]
     place_near = np.flatnonzero(np.abs(across - centre_px) <= CREST_PX)
     peak = np.clip(place_near[np.argmax(np.abs(profile[:, place_near]), axis=1)], 1, len(across) - 2)
@@ -352,4 +336,4 @@ def _subpixel(read: Profiles, profile: FloatArray, centre_px: float) -> tuple[fl
     total = float(fit.weights.sum())
     independent = max(total**2 / float(fit.weights @ fit.weights) / SHARED_PX, 2.0)
     sigma = float(np.hypot(np.sqrt(fit.cost / total / independent), side_sigmas().edge))
-    return centre_px + shift, float(slope / read.length_px), sigma, median(top[inner])
+    return centre_px + shift, float(slope / read.length_px), sigma

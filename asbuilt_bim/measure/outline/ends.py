@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.measure.outline.border import FEATURES, OUTWARD_PX, BorderSide, Reference, shown_by
+from asbuilt_bim.measure.outline.border import FEATURES, OUTWARD_PX, BorderSide, Surface, shown_by
 from asbuilt_bim.measure.workbench import Workbench
 
 DATA = Path(__file__).with_suffix(".json")
@@ -63,10 +63,10 @@ def model() -> Model:
     )  # fmt: skip
 
 
-def judge_ends(bench: Workbench, sides: Sequence[BorderSide], reference: Reference) -> Ends:
+def judge_ends(bench: Workbench, sides: Sequence[BorderSide], own: Surface) -> Ends:
     """Say how likely the face within these sides was seen whole."""
     fitted = model()
-    seen = [shown_by(bench, side, reference) for side in sides]
+    seen = [shown_by(bench, side, own) for side in sides]
     shown = np.array([one.features for one in seen])
     each = side_probabilities(shown, fitted.weights)
     lengths = np.array([side.length_px for side in sides])

@@ -98,7 +98,7 @@ def straight_sides(
         _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -OFF_PX), raster, ends)
     clear = raster.lay(around.marks.view(np.uint8), nearest=True) == 0
     across, along = across * clear, along * clear
-    region = _without_tabs(straight_region(cost, across, along, own), LOW_M / raster.step_m[1])
+    region = straight_region(cost, across, along, own)
     region &= ~_openings(region, off, across, along)
     against = ((labels >= 0) & (labels != label)) | (np.nan_to_num(np.abs(off), nan=0.0) > OFF_PX)
     if not _explains(region, own, against):
@@ -106,18 +106,6 @@ def straight_sides(
     rings = [_sides_of(ring, raster) for ring in contours(region)]
     kept = [ring for ring in rings if len(ring) >= 4]
     return kept if kept and len(rings[0]) >= 4 else None
-
-
-def _without_tabs(region: BoolArray, low_px: float) -> BoolArray:
-    """Cut off what hangs under `low_px` below the foot on both sides of it: a floor that was matched to the face."""
-    columns = np.flatnonzero(region.any(axis=0))
-    height = len(region)
-    foot = height - np.argmax(region[::-1, columns], axis=0)
-    stands = np.maximum(np.minimum.accumulate(foot), np.minimum.accumulate(foot[::-1])[::-1])
-    foot = np.where(foot - stands < low_px, stands, foot)
-    cut = region.copy()
-    cut[:, columns] &= np.arange(height)[:, None] < foot
-    return cut
 
 
 def _limit(cost: Float32Array, own: BoolArray, against: BoolArray, raster: FaceRaster, ends: FloatArray) -> None:

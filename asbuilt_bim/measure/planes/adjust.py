@@ -1,7 +1,7 @@
 """All planes of a station solved together: what the photos say of each, and what building practice says of all.
 
 Soft constraints, each tested: one vertical for the station; right angles where two faces of an instance touch; touching
-faces agree along their edge; an upright edge has one disparity. A constraint that fails at 3 sigma is dropped, and the
+faces agree along their edge. A constraint that fails at 3 sigma is dropped, and the
 worst one first, so a battered wall stays battered.
 """
 
@@ -18,8 +18,6 @@ SQUARE_SIGMA_RAD = np.radians(0.5)
 """10 mm over a side of 0.5 m is 1.1 degrees at the worst: half of it is the usual formwork."""
 TOUCH_SIGMA_PX = 0.1
 """Two faces that share an edge share its disparity; chamfers of 15 mm at 5 m make 0.15 px."""
-EDGE_SIGMA_PX = 0.08
-"""Least sigma of an edge's own disparity: what the two cameras' different backgrounds behind it can pull."""
 MOST_MISS_SIGMA = 3.0
 STEPS = 3
 """The constraints are nearly linear in q: the third step moves nothing."""
@@ -34,16 +32,6 @@ class PlaneSight:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class EdgeSight:
-    """The disparity of an upright edge of plane `plane`, at a rectified ray (3,), measured by the edge itself."""
-
-    plane: int
-    ray: FloatArray
-    disparity_px: float
-    sigma_px: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Touch:
     """Planes `one` and `other` meet in a visible edge that runs through these rectified rays (K, 3).
 
@@ -53,13 +41,12 @@ class Touch:
     one: int
     other: int
     rays: FloatArray
-    square: bool = True
     off_px: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Adjusted:
-    """The planes after adjustment: q (n, 3), covariances (n, 3, 3), plumb (3,) downwards, dropped constraints.
+    """The planes after adjustment: q (n, 3), covariances (n, 3, 3), plumb (3,) downwards.
 
     `joint` (3n, 3n) is the covariance of all q together: planes that were held against each other err together.
     """
@@ -68,7 +55,6 @@ class Adjusted:
     covariance: FloatArray
     joint: FloatArray
     down: FloatArray
-    dropped: tuple[str, ...]
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -84,11 +70,9 @@ class _Row:
 
 def adjust_planes(
     sights: Sequence[PlaneSight],
-    edges: Sequence[EdgeSight],
     touches: Sequence[Touch],
     down: FloatArray,
     down_sigma_rad: float,
-    upright: Sequence[bool],
 ) -> Adjusted:
     """Solve all planes and the vertical together by Gauss-Newton, dropping constraints that the photos contradict."""
     count = len(sights)
@@ -105,9 +89,7 @@ def adjust_planes(
         for _ in range(STEPS):
             plumb = start + tilt @ axes
             plumb = plumb / np.linalg.norm(plumb)
-            rows = _rows(
-                sights, whiteners, edges, touches, q, plumb, axes, tilt / down_sigma_rad, down_sigma_rad, upright
-            )
+            rows = _rows(sights, whiteners, touches, q, plumb, axes, tilt / down_sigma_rad, down_sigma_rad)
             rows = [row for row in rows if row.name not in dropped]
             matrix = np.zeros((len(rows), 3 * count + 2))
             for i, row in enumerate(rows):
@@ -125,7 +107,7 @@ def adjust_planes(
         plumb = np.array(down, dtype=np.float64)
     joint = np.asarray(np.linalg.inv(normal)[: 3 * count, : 3 * count], dtype=np.float64)
     blocks = np.array([joint[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(count)]).reshape(count, 3, 3)
-    return Adjusted(q_px=q, covariance=blocks, joint=joint, down=plumb, dropped=tuple(sorted(dropped)))
+    return Adjusted(q_px=q, covariance=blocks, joint=joint, down=plumb)
 
 
 def _axes(plumb: FloatArray) -> FloatArray:
@@ -138,20 +120,18 @@ def _axes(plumb: FloatArray) -> FloatArray:
 def _rows(
     sights: Sequence[PlaneSight],
     whiteners: Sequence[FloatArray],
-    edges: Sequence[EdgeSight],
     touches: Sequence[Touch],
     q: FloatArray,
     plumb: FloatArray,
     axes: FloatArray,
     tilt_sigmas: FloatArray,
     down_sigma_rad: float,
-    upright: Sequence[bool],
 ) -> list[_Row]:
     count = len(sights)
     tilts = [3 * count, 3 * count + 1]
     rows: list[_Row] = []
     for i, sight in enumerate(sights):
-        rows += _plane_rows(i, sight, whiteners[i], q[i], plumb, axes, tilts, upright[i])
+        rows += _plane_rows(i, sight, whiteners[i], q[i], plumb, axes, tilts)
     for k in range(2):
         rows.append(
             _Row(
@@ -159,19 +139,6 @@ def _rows(
                 derivatives=np.array([1.0 / down_sigma_rad]), tested=False,
             )
         )  # fmt: skip
-    for k, edge in enumerate(edges):
-        i = edge.plane
-        sigma = float(np.hypot(edge.sigma_px, EDGE_SIGMA_PX))
-        miss = float(q[i] @ edge.ray) - edge.disparity_px
-        rows.append(
-            _Row(
-                name=f"edge {k}",
-                residual=miss / sigma,
-                columns=[3 * i, 3 * i + 1, 3 * i + 2],
-                derivatives=edge.ray / sigma,
-                tested=True,
-            )
-        )
     for k, touch in enumerate(touches):
         rows += _touch_rows(k, touch, q)
     return rows
@@ -185,9 +152,8 @@ def _plane_rows(
     plumb: FloatArray,
     axes: FloatArray,
     tilts: list[int],
-    upright: bool,
 ) -> list[_Row]:
-    """Return what the photos say of plane i and, where it should stand upright, that it does."""
+    """Return what the photos say of plane i, and that it stands upright."""
     columns = [3 * i, 3 * i + 1, 3 * i + 2]
     whitened = whitener @ (q - sight.q_px)
     rows = [
@@ -196,14 +162,13 @@ def _plane_rows(
         )
         for k in range(3)
     ]
-    if upright:
-        value, slope = _cosine(q, plumb)
-        by_tilt = axes @ q / np.linalg.norm(q)
-        derivatives = np.concatenate([slope, by_tilt]) / PLUMB_SIGMA_RAD
-        residual = value / PLUMB_SIGMA_RAD
-        rows.append(
-            _Row(name=f"plumb {i}", residual=residual, columns=columns + tilts, derivatives=derivatives, tested=True)
-        )
+    value, slope = _cosine(q, plumb)
+    by_tilt = axes @ q / np.linalg.norm(q)
+    derivatives = np.concatenate([slope, by_tilt]) / PLUMB_SIGMA_RAD
+    residual = value / PLUMB_SIGMA_RAD
+    rows.append(
+        _Row(name=f"plumb {i}", residual=residual, columns=columns + tilts, derivatives=derivatives, tested=True)
+    )
     return rows
 
 
@@ -218,15 +183,14 @@ def _touch_rows(number: int, touch: Touch, q: FloatArray) -> list[_Row]:
         )
         for ray in touch.rays
     ]  # fmt: skip
-    if touch.square:
-        value, by_i = _cosine(q[i], q[j] / np.linalg.norm(q[j]))
-        _, by_j = _cosine(q[j], q[i] / np.linalg.norm(q[i]))
-        rows.append(
-            _Row(
-                name=f"square {number}", residual=value / SQUARE_SIGMA_RAD, columns=columns,
-                derivatives=np.concatenate([by_i, by_j]) / SQUARE_SIGMA_RAD, tested=True,
-            )
-        )  # fmt: skip
+    value, by_i = _cosine(q[i], q[j] / np.linalg.norm(q[j]))
+    _, by_j = _cosine(q[j], q[i] / np.linalg.norm(q[i]))
+    rows.append(
+        _Row(
+            name=f"square {number}", residual=value / SQUARE_SIGMA_RAD, columns=columns,
+            derivatives=np.concatenate([by_i, by_j]) / SQUARE_SIGMA_RAD, tested=True,
+        )
+    )  # fmt: skip
     return rows
 
 

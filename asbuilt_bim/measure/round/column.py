@@ -11,7 +11,7 @@ from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.round_piece import Circle, disparity_of_circle
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.finish import outline_on_plane, plane_covariance
-from asbuilt_bim.measure.outline.border import BorderSide, Reference, round_sides
+from asbuilt_bim.measure.outline.border import BorderSide, Surface, round_sides
 from asbuilt_bim.measure.outline.ends import judge_ends
 from asbuilt_bim.measure.round.circle import fit_circle
 from asbuilt_bim.measure.round.ends import find_ends
@@ -35,11 +35,13 @@ class RoundFit:
     foot_m: float
     height_sigma_m: float
     proven: bool  # the lateral surface is seen to end on all four sides
+    piece: int  # of the scene
 
 
-def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundFit | None:
-    """Fit the circle on silhouettes and disparities; None where the mask shows no round column."""
-    if np.count_nonzero(mask) < 150:
+def fit_round_column(bench: Workbench, piece: int, mask: BoolArray) -> RoundFit | None:
+    """Fit a piece's circle on silhouettes and disparities; None where it has none or the mask shows no round column."""
+    circle = bench.scene.pieces[piece].circle
+    if circle is None or np.count_nonzero(mask) < 150:
         return None
     found = fit_circle(bench, circle, mask)
     ends = find_ends(bench, found.circle, mask)
@@ -48,6 +50,7 @@ def fit_round_column(bench: Workbench, circle: Circle, mask: BoolArray) -> Round
     return RoundFit(
         circle=found.circle, radius_sigma_m=found.radius_sigma_m, distance_sigma_m=found.distance_sigma_m,
         top_m=ends.top_m, foot_m=ends.foot_m, height_sigma_m=ends.height_sigma_m, proven=found.proven and ends.proven,
+        piece=piece,
     )  # fmt: skip
 
 
@@ -63,7 +66,7 @@ def round_face(
         np.hypot(area * fit.radius_sigma_m / fit.circle.radius_m, area * fit.height_sigma_m / max(height, 1e-6))
     )
     middle = frame.from_uv(np.array([0.0, 0.5 * height]))
-    ends = judge_ends(bench, sides_of_column(ring_px, fit), lateral_reference(bench, fit.circle))
+    ends = judge_ends(bench, sides_of_column(ring_px, fit), lateral_surface(bench, fit))
     calibration_m2, place = _by_rig(bench, fit, float(area), rig)
     return MeasuredFace(
         face_id=face_id, label=instance.label, score=instance.score, source=instance.source,
@@ -103,10 +106,10 @@ def sides_of_column(ring_px: FloatArray, fit: RoundFit) -> list[BorderSide]:
     return round_sides(ring_px[::-1] if ring_area(ring_px) < 0.0 else ring_px, fit.proven, sigma_px)
 
 
-def lateral_reference(bench: Workbench, circle: Circle) -> Reference:
-    """Return the lateral surface's own disparity, as the sides of its outline are held against it."""
-    chord = chord_plane(bench, circle)
-    return lambda at: surface_disparity(bench, circle, chord, at)
+def lateral_surface(bench: Workbench, fit: RoundFit) -> Surface:
+    """Return the lateral surface, as the sides of its outline are held against it."""
+    chord = chord_plane(bench, fit.circle)
+    return Surface(disparity_px=lambda at: surface_disparity(bench, fit.circle, chord, at), piece=fit.piece)
 
 
 def _by_rig(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> tuple[float, FloatArray]:

@@ -18,10 +18,6 @@ CORE = 0.6
 SPAN = 0.75
 """Share of it on which the ends' edges are looked for: their place is known there, they only get fainter."""
 BAND_PX = 4.0
-SOLID_SHARE = 0.5
-SOLID_BANDS = 3
-USUAL_PERCENT = 75.0
-"""Concrete fills its width: bands of this height that a mask fills to less, or fewer in a row, are starter bars."""
 REACH_PX, WITHIN_PX, OUTSIDE_PX = 10.0, 20.0, 8.0
 RAGGED_PX = 5.0
 """How far a mask ends off its column, most often: the matcher's window smears it, a floor meets it."""
@@ -56,8 +52,7 @@ def find_ends(bench: Workbench, circle: Circle, mask: BoolArray) -> RoundEnds | 
         return None
     below = level.y_px[rows, columns][core] * level.baseline_m / d[core]
     pixel_m = circle.z_m / circle.f_px
-    solid = solid_heights(below / pixel_m, 2.0 * CORE * half)
-    rough = _mask_ends(below[solid], columns[core][solid])
+    rough = _mask_ends(below, columns[core])
     top, foot = (_end_near(bench, circle, start, way) for start, way in zip(rough, (-1.0, 1.0), strict=True))
     return RoundEnds(
         top_m=rough[0] - top.offset_px * pixel_m,
@@ -137,24 +132,6 @@ def _unrolled(bench: Workbench, circle: Circle, x_px: FloatArray, below_m: Float
     rectified = rays @ level.view.level_from_rectified
     at: FloatArray = rectified[..., :2] / rectified[..., 2:] * camera.f_px + [camera.cx_px, camera.cy_px]
     return at, d / rectified[..., 2]
-
-
-def solid_heights(below_px: FloatArray, width_px: float) -> BoolArray:
-    """Say which pixels, by their heights (N,) in pixels, lie where a mask is solid over a width, or just beside.
-
-    Starter bars and their hoops stand over a column's pour line at the column's own depth, and its mask runs up into
-    them; but they leave gaps. A column that something hides in part is held to what most of its heights show.
-    """
-    band = np.floor((below_px - below_px.min()) / BAND_PX).astype(np.intp)
-    count = np.bincount(band)
-    if len(count) < SOLID_BANDS:
-        return np.ones(len(band), dtype=bool)
-    usual = min(width_px * BAND_PX, float(np.percentile(count, USUAL_PERCENT)))
-    runs = np.convolve(count >= SOLID_SHARE * usual, np.ones(SOLID_BANDS), "valid") == SOLID_BANDS
-    # a run's own bands, and one beside each end: an end may lie anywhere in its band
-    solid = np.convolve(runs, np.ones(SOLID_BANDS + 2), "full")[1 : len(count) + 1] > 0
-    inside: BoolArray = solid[band]
-    return inside if inside.any() else np.ones(len(band), dtype=bool)
 
 
 def _mask_ends(below: FloatArray, columns: NDArray[np.intp]) -> tuple[float, float]:

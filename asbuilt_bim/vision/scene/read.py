@@ -231,8 +231,8 @@ def flat_if_flatter(piece: Piece, level: LevelledMap, pair: RectifiedPair) -> Pi
     if rows.size < 100:
         return piece
     x, d = level.x_px[rows, columns], level.d_px[rows, columns]
-    slope, offset, rms = fit_line(x, d, 0.1)
-    flat = replace(piece, circle=None, slope=slope, offset_px=offset, rms_px=rms)
+    slope, offset = fit_line(x, d, 0.1)
+    flat = replace(piece, circle=None, slope=slope, offset_px=offset)
     left, right = grey(pair.left), grey(pair.right)
     seen = left[rows, columns].astype(np.float64)
     forward = level.forward[rows, columns]

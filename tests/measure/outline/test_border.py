@@ -13,7 +13,7 @@ from asbuilt_bim.measure.outline.border import (
     FEATURES,
     Shown,
     border_sides,
-    plane_reference,
+    flat_surface,
     round_sides,
     shown_by,
     stood_on,
@@ -24,7 +24,7 @@ from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 SIZE, LOW, HIGH = 240, 80, 160
 FACE_PX, BEHIND_PX = 30.0, 8.0
 PLANE = np.array([0.0, 0.0, FACE_PX])
-BARS = 9
+BARS, PIECE = 9, 3
 _, RIGHT, FOOT, LEFT = range(4)
 
 
@@ -57,9 +57,6 @@ def outline(strength: float = 0.0) -> Outline:
             sigma_px=0.2,
             ambiguity_px=0.0,
             strength=strength,
-            contrast=5.0,
-            disparity_miss_px=0.0,
-            miss_sigma_px=0.2,
         )
         mine = number == RIGHT and strength > 0.0
         edges.append(
@@ -74,7 +71,7 @@ def outline(strength: float = 0.0) -> Outline:
 def shown(on: SimpleNamespace, number: int = RIGHT, strength: float = 0.0) -> Shown:
     """Return what one side of the face shows."""
     (side,) = [one for one in border_sides(outline(strength)) if one.number == number]
-    return shown_by(on, side, plane_reference(PLANE))  # type: ignore[arg-type]
+    return shown_by(on, side, flat_surface(PLANE, PIECE))  # type: ignore[arg-type]
 
 
 def feature(name: str, on: SimpleNamespace, number: int = RIGHT, strength: float = 0.0) -> float:
@@ -130,6 +127,16 @@ def test_a_strip_at_the_frame_that_is_a_piece_of_its_own_is_still_the_face_going
     on.scene.labels[:, HIGH:] = label
     assert feature("goes on", on) == 1.0
     assert shown(on).open_px == pytest.approx(39.0)
+
+
+def test_a_face_that_shows_again_past_pixels_that_scatter_goes_on() -> None:
+    """A column's foot ended 60 px too high, at a row that dense depth had lost: it was called whole."""
+    on = bench()
+    put(on, slice(HIGH, HIGH + 8), FACE_PX - 2.5)
+    put(on, slice(HIGH + 8, SIZE), FACE_PX)
+    assert feature("goes on", on) == 0.0  # another wall behind may cross its plane
+    on.scene.labels[:, HIGH + 8 :] = PIECE
+    assert feature("goes on", on) == 1.0
 
 
 def test_the_matchers_window_past_an_end_is_not_the_face_going_on() -> None:

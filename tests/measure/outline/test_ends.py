@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.measure.outline import ends as ends_module
-from asbuilt_bim.measure.outline.border import FEATURES, border_sides, plane_reference
+from asbuilt_bim.measure.outline.border import FEATURES, border_sides, flat_surface
 from asbuilt_bim.measure.outline.ends import DATA, Ends, face_probability, judge_ends, model, side_probabilities
-from tests.measure.outline.test_border import FACE_PX, HIGH, PLANE, SIZE, bench, outline, put
+from tests.measure.outline.test_border import FACE_PX, HIGH, PIECE, PLANE, SIZE, bench, outline, put
 
 
 def judged(on: SimpleNamespace, strength: float = 0.7) -> Ends:
     """Judge the square face of a workbench."""
-    return judge_ends(on, border_sides(outline(strength)), plane_reference(PLANE))  # type: ignore[arg-type]
+    return judge_ends(on, border_sides(outline(strength)), flat_surface(PLANE, PIECE))  # type: ignore[arg-type]
 
 
 def test_a_face_before_a_background_was_seen_whole() -> None:

@@ -53,9 +53,6 @@ def test_a_shared_edge_lies_between_what_the_photos_show_and_where_planes_meet_b
         sigma_px=photos_px,
         ambiguity_px=0.0,
         strength=0.25,
-        contrast=4.0,
-        disparity_miss_px=0.0,
-        miss_sigma_px=0.2,
     )
     monkeypatch.setattr(outline, "_crossing", lambda *_: Crossing(line=crossing, sigma_px=0.37))
     monkeypatch.setattr(outline, "_neighbour", lambda *_: 2)

@@ -114,7 +114,6 @@ def test_an_edge_that_one_photo_cannot_show_is_found_in_the_left_one_alone() -> 
     alone = find_edge(both, LINE, AT_TEN, 1.5, 0.0, alone=True)
     assert alone is not None and alone.strength > 0.4
     assert find_edge(both, LINE, AT_TEN, 1.5, alone.strength + 0.01, alone=True) is None
-    assert not np.isfinite(alone.disparity_miss_px)  # the right photo says nothing of it
 
 
 def test_where_an_edge_is_looked_for_in_the_left_photo_alone_the_right_one_is_not_read(
@@ -224,7 +223,7 @@ def two_pieces(source: InstanceSource) -> tuple[Scene, Instance]:
     mask[:, 5:34] = True
     scene = object.__new__(Scene)
     object.__setattr__(scene, "labels", labels)
-    wall = Piece(x0_px=0.0, x1_px=60.0, slope=0.0, offset_px=20.0, circle=None, rms_px=0.1, chain=0)
+    wall = Piece(x0_px=0.0, x1_px=60.0, slope=0.0, offset_px=20.0, circle=None, chain=0)
     object.__setattr__(scene, "pieces", (wall, wall))
     object.__setattr__(
         scene,

@@ -65,7 +65,7 @@ def scene_of(face: BoolArray) -> Scene:
     sigma = np.full((HEIGHT, WIDTH), 0.2)
     level = levelled_map(disparity, sigma, level_view([0.0, -1.0, 0.0], F_PX), rays, BASELINE_M)
     pieces = tuple(
-        Piece(x0_px=x0, x1_px=x1, slope=0.0, offset_px=d, circle=None, rms_px=0.1, chain=chain)
+        Piece(x0_px=x0, x1_px=x1, slope=0.0, offset_px=d, circle=None, chain=chain)
         for chain, (x0, x1, d) in enumerate(((LEFT - 120.0, RIGHT - 120.0, FACE_PX), (-120.0, 120.0, BEHIND_PX)))
     )
     labels = np.where(face, 0, 1).astype(np.int16)

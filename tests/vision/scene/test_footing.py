@@ -27,7 +27,7 @@ def scene(carried_rows: int) -> tuple[NDArray[np.int16], LevelledMap, list[Piece
     labels = np.full((H, W), -1, dtype=np.int16)
     labels[round(FOOT_ROW) :, :] = 1
     labels[20 : round(FOOT_ROW) + carried_rows, 100:200] = 0
-    wall = Piece(x0_px=-50.0, x1_px=50.0, slope=0.0, offset_px=F * B / AWAY_M, circle=None, rms_px=0.1, chain=0)
+    wall = Piece(x0_px=-50.0, x1_px=50.0, slope=0.0, offset_px=F * B / AWAY_M, circle=None, chain=0)
     floor = np.array([0.0, 1.0, 0.0]) * (F * B / BELOW_M)
     return labels, level_of(np.full((H, W), 40.0)), [wall], [Floor(q_px=floor, below_m=BELOW_M)]
 

@@ -43,7 +43,7 @@ def bent(circle: Circle) -> Piece:
     """Return a piece that the matcher bent into this circle, between the column's silhouettes."""
     return Piece(
         x0_px=MIDDLE - HALF_PX - WIDTH / 2, x1_px=MIDDLE + HALF_PX - WIDTH / 2, slope=0.0, offset_px=38.3,
-        circle=circle, rms_px=0.1, chain=0,
+        circle=circle, chain=0,
     )  # fmt: skip
 
 
