@@ -23,15 +23,17 @@ from tests.camera.rig_formats.written import zed_conf
 from tests.camera.virtual import rig
 from tests.project_folder import plain, write_project
 
-BOARD = "chessboard,9x6,0.06"
+BOARD = "charuco,9x7,0.08,0.06,DICT_5X5_100"
+LARGER = "charuco,9x7,0.083,0.062,DICT_5X5_100"
+SAMPLE = Path(__file__).parents[1] / "sample_models/site/calibration"
 
 
 @pytest.fixture(scope="module")
 def photos(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("Brett Süd")
-    for pair in pairs(CHESS, 8):
-        for photo in pair:
-            (folder / photo.name).write_bytes(photo.data)
+    for number in range(1, 9):
+        for side in ("left", "right"):
+            shutil.copy(SAMPLE / f"{side}_{number:02d}.jpg", folder)
     return folder
 
 
@@ -48,7 +50,7 @@ def test_boards_in_a_folder_give_a_rig_a_page_and_a_known_length(photos: Path, t
     second += ["--check-right", tmp_path / "check_right.jpg"]
     result = invoke(photos, "--out", out, "--report", page, *second)
     assert result.exit_code == 0, result.output
-    assert read_rig(out).baseline_m == pytest.approx(0.2, rel=0.003)
+    assert read_rig(out).baseline_m == pytest.approx(0.25, rel=0.003)
     assert "no known length was checked" not in result.output
     assert "Known length: the check board" in result.output and "an area at 5 m" in result.output
     assert str(photos) not in page.read_text(encoding="utf-8").split("Known lengths")[0]
@@ -58,7 +60,7 @@ def test_boards_in_a_folder_give_a_rig_a_page_and_a_known_length(photos: Path, t
 def test_a_rig_whose_scale_is_off_is_refused_and_not_written(photos: Path, tmp_path: Path) -> None:
     out = tmp_path / "rig.yaml"
     second = ["--check-board", BOARD, "--check-left", photos / "left_01.jpg", "--check-right", photos / "right_01.jpg"]
-    result = invoke(photos, "--out", out, *second, board="chessboard,9x6,0.062")
+    result = invoke(photos, "--out", out, *second, board=LARGER)
     assert result.exit_code == 1 and "the rig's scale is off" in result.stderr.replace("\n", " ")
     assert not out.exists()
 
@@ -73,6 +75,23 @@ def test_a_pair_and_squares_of_the_calibrations_own_prove_no_scale_and_are_refus
     assert not out.exists()
 
 
+def test_a_rig_that_is_not_to_measure_with_leaves_the_one_that_was_there_and_says_what_is_missing_last(
+    tmp_path: Path,
+) -> None:
+    for pair in pairs(CHESS, 8):  # near the middle of the frame alone
+        for photo in pair:
+            (tmp_path / photo.name).write_bytes(photo.data)
+    out, page = tmp_path / "rig.yaml", tmp_path / "page.html"
+    out.write_text("the rig of last month", encoding="utf-8")
+    result = invoke(tmp_path, "--out", out, "--report", page, "--replace", board="chessboard,9x6,0.06")
+    assert result.exit_code == 1 and out.read_text(encoding="utf-8") == "the rig of last month"
+    assert "Don't measure with this rig" in page.read_text(encoding="utf-8").replace("&#39;", "'")
+    last = " ".join(result.stderr.split())
+    assert "no rig is written. Don't measure with this rig." in last and "at its worst place (limit 3 %)" in last
+    assert "Take more pairs: the board " in last and "stand 200 mm apart, measure the board's squares again" in last
+    assert "name it in the project file" not in result.output
+
+
 def test_a_rig_that_is_there_is_only_written_over_when_asked_to(photos: Path, tmp_path: Path) -> None:
     out = tmp_path / "rig.yaml"
     out.write_text("the rig of last month", encoding="utf-8")
@@ -80,7 +99,7 @@ def test_a_rig_that_is_there_is_only_written_over_when_asked_to(photos: Path, tm
     assert refused.exit_code == 1 and "a rig is there already" in refused.stderr.replace("\n", " ")
     assert out.read_text(encoding="utf-8") == "the rig of last month"
     assert invoke(photos, "--out", out, "--replace").exit_code == 0
-    assert read_rig(out).baseline_m == pytest.approx(0.2, rel=0.003)
+    assert read_rig(out).baseline_m == pytest.approx(0.25, rel=0.003)
 
 
 def test_a_rig_for_ros_is_two_files_and_they_are_named(photos: Path, tmp_path: Path) -> None:
@@ -88,7 +107,7 @@ def test_a_rig_for_ros_is_two_files_and_they_are_named(photos: Path, tmp_path: P
     assert result.exit_code == 0, result.output
     assert "no known length was checked" in result.output  # whoever asks for no page hears of it, too
     found = read_rig(tmp_path / "rig_left.yaml", tmp_path / "rig_right.yaml")
-    assert found.baseline_m == pytest.approx(0.2, rel=0.003) and "file_right: rig_right.yaml" in result.output
+    assert found.baseline_m == pytest.approx(0.25, rel=0.003) and "file_right: rig_right.yaml" in result.output
 
 
 @pytest.mark.parametrize(
@@ -124,7 +143,7 @@ def test_what_cannot_be_read_from_the_command_line_is_named(photos: Path, tmp_pa
 
 
 def points_file(folder: Path) -> Path:
-    points = control(24, 0.3)
+    points = control(40, 0.2)
     file = folder / "points.csv"
     rows = [
         ",".join([name, *(f"{value:.6f}" for value in row)])
@@ -140,7 +159,7 @@ def test_control_points_give_a_rig_to_a_camera_that_sees_no_board(tmp_path: Path
     result = CliRunner().invoke(app, ["calibrate", *map(str, given)])
     assert result.exit_code == 0, result.output
     assert read_rig(out).baseline_m == pytest.approx(rig().baseline_m, rel=0.02)
-    assert "of 24 and 24 points" in page.read_text(encoding="utf-8") and "24 and 24 control points" in result.output
+    assert "of 40 and 40 points" in page.read_text(encoding="utf-8") and "40 and 40 control points" in result.output
     for size in ("1280", "0x960", "wide"):
         again = CliRunner().invoke(app, ["calibrate", *map(str, given[:3]), size, "--out", str(out)])
         assert again.exit_code == 2 and "no size in pixels" in again.stderr
@@ -204,7 +223,7 @@ def test_boards_that_hold_both_eyes_in_one_photo_give_the_same_rig(photos: Path,
         eyes = [cv2.imread(str(left.with_name(left.name.replace("left", side)))) for side in ("left", "right")]
         cv2.imwrite(str(tmp_path / "both" / f"{left.stem}.png"), np.concatenate(eyes, axis=1))
     arguments = ["calibrate", "--both", tmp_path / "both/*.png", "--board", BOARD, "--out", tmp_path / "both.yaml"]
-    check = ["--check-board", "chessboard,9x6,0.07", "--check-both", tmp_path / "both/left_01.png"]
+    check = ["--check-board", LARGER, "--check-both", tmp_path / "both/left_01.png"]
     done = CliRunner().invoke(app, [*map(str, arguments)])
     assert apart.exit_code == 0 and done.exit_code == 0, done.output
     assert read_rig(tmp_path / "both.yaml").baseline_m == read_rig(tmp_path / "apart.yaml").baseline_m

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.camera.calibration.boards import Board, board_of
 from asbuilt_bim.camera.calibration.calibrate import Calibration
 from asbuilt_bim.camera.calibration.check_length import LengthCheck, check_board, check_points, refuse_wrong_scale
@@ -20,7 +21,7 @@ from asbuilt_bim.flow.rig_source import calibrate, calibrate_pairs, project_boar
 from asbuilt_bim.flow.tag_source import Tags, calibrate_tags
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.report.page.calibration import calibration_page
+from asbuilt_bim.report.page.calibration import calibration_page, more_to_take, verdict
 from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.storage.atomic_write import place_problem, replace_all
 from asbuilt_bim.storage.structure import Problems
@@ -68,7 +69,8 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     """Calibrate, hold the rig against the known lengths, and write it with its page.
 
     Raises:
-        AsBuiltError: the boards give no rig, its scale is off (nothing is written then), or a file can't be written.
+        AsBuiltError: the boards give no rig, its scale is off (nothing is written then), it isn't fit to measure with
+            (the page alone is), or a file can't be written.
     """
     _check_places(request)
     with screen.steps() as progress:
@@ -81,18 +83,22 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
     sources += [path for path in second if path is not None]
     if taken := {path.resolve() for path in _outputs(request)} & {source.resolve() for source in sources}:
         raise OutputError(f"{min(taken)}: is read for this calibration; write to another place")
-    written = _write(request, made, checks)
+    judged = verdict(made, area_effect(made.rig, made.by_source), checks)
+    fit = judged.grade != "doubtful"
+    written = _write(request, made, checks, fit=fit)
     for line in calibration_lines(made, checks):
         screen.say(line)
     for check in checks:
         screen.say(
             f"Known length: {check.what}: {check.measured_m:.4f} m, {100 * check.off:+.2f} % off {check.known_m:.4f} m"
         )
+    if request.report is not None:
+        screen.say(f"What to make of it: {request.report}")
+    if not fit:
+        raise CalibrationError(f"{request.out}: no rig is written. {judged.sentence} {more_to_take(made)}")
     names = " and ".join(str(file) for file in written)
     key = ", file_right: ".join(file.name for file in written)
     screen.say(f"The rig is in {names}; name it in the project file: rig: {{file: {key}}}")
-    if request.report is not None:
-        screen.say(f"What to make of it: {request.report}")
     return 0
 
 
@@ -115,9 +121,11 @@ def _check_places(request: CalibrateRequest) -> None:
             raise OutputError(f"{path}: {what} is there already{stake}; name another, or --replace")
 
 
-def _write(request: CalibrateRequest, made: Calibration, checks: tuple[LengthCheck, ...]) -> tuple[Path, ...]:
-    """Write the rig's files and the page, all or none, and return the rig's."""
-    rigs = rig_contents(made.rig, request.out, request.form)
+def _write(
+    request: CalibrateRequest, made: Calibration, checks: tuple[LengthCheck, ...], *, fit: bool
+) -> tuple[Path, ...]:
+    """Write the files of a rig that is fit to measure with and the page, all or none, and return the rig's."""
+    rigs = rig_contents(made.rig, request.out, request.form) if fit else {}
     pages = {} if request.report is None else {request.report: calibration_page(made, checks)}
     try:
         replace_all({path.resolve(): data for path, data in (rigs | pages).items()})  # a link stays one

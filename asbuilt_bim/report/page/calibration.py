@@ -49,7 +49,7 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
     sigma = effect.worst if effect is not None else 1.0
     adds = "What calibration adds to an area isn't known" if effect is None else area_words(effect)
     if sigma > USABLE_AREA:
-        sentence = f"Don't measure with this rig. {adds}."
+        sentence = f"Don't measure with this rig. {adds} (limit {100 * USABLE_AREA:g} %)."
         return Verdict(grade="doubtful", sentence=sentence, reasons=tuple(reasons))
     if calibration.checks.warnings or unsure or sigma > GOOD_AREA:
         return Verdict(grade="usable", sentence=f"Usable with care. {adds}.", reasons=tuple(reasons))
@@ -63,6 +63,15 @@ def area_words(effect: AreaEffect) -> str:
         f"Calibration adds ±{_share(effect.sigma)} to an area at 5 m in the middle of the frame, "
         f"±{_share(effect.worst)} at its worst place"
     )
+
+
+def more_to_take(calibration: Calibration) -> str:
+    """Say which photos or points would make a rig fit to measure with, and what else may be wrong with it."""
+    if calibration.from_control_points:
+        return "Measure more points, in every part of both photos and at several depths"
+    wanted = "; ".join(advice_words(one) for one in calibration.advice) or "the board tilted every way, in every part"
+    baseline = f"{1000 * calibration.rig.baseline_m:.0f} mm"
+    return f"Take more pairs: {wanted}. If the cameras don't stand {baseline} apart, measure the board's squares again"
 
 
 def _unsure(check: LengthCheck) -> str:
