@@ -188,6 +188,7 @@ class Reason(StrEnum):
     # Calibration.
     BOARD_NOT_FOUND = "board not found"
     BOARD_PAIR_TWICE = "board pair twice"
+    BOARD_PAIR_OF_ONE_PHOTO = "board pair of one photo"  # as left and as right
     BOARD_PAIR_OF_OTHER_CAMERA = "board pair of another camera"
     BOARD_PAIR_MISFIT = "board pair misfit"
     BOARD_PAIR_MOVED = "board pair moved"  # between left and right

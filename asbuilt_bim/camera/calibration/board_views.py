@@ -42,19 +42,26 @@ def read_pairs(
 ) -> tuple[list[Seen], tuple[int, int], list[Rejection]]:
     """Look at all pairs of one rig; returns what is seen, the photos' size, and the pairs left out with the reason.
 
-    A pair twice, and one of another camera, is left out unseen.
+    A pair twice, one of a photo with itself, and one of another camera, is left out unseen.
 
-    Raises: CalibrationError where the photos differ in size.
+    Raises: CalibrationError where the photos differ in size, or all left photos are the right ones.
     """
     seen: list[Seen] = []
     left_out: list[Rejection] = []
     size = _one_size([photo for pair in pairs for photo in pair])
     usual = [Counter(_camera(pair[side]) for pair in pairs).most_common(1)[0][0] for side in (0, 1)] if pairs else []
+    if pairs and all(left.digest == right.digest for left, right in pairs):
+        raise CalibrationError(
+            f"calibration: left and right are the same photos ({len(pairs)} of {len(pairs)} pairs, first "
+            f"{_name(*pairs[0])}); name the photos that the right camera took under right"
+        )
     first: dict[tuple[str, str], int] = {}  # by index: photos of several folders may share a name
     for index, (left, right) in enumerate(pairs):
         earlier = first.setdefault((left.digest, right.digest), index)
         found: Seen | Rejection
-        if earlier != index:
+        if left.digest == right.digest:
+            found = rejected(Reason.BOARD_PAIR_OF_ONE_PHOTO, pair_subject(left, right))
+        elif earlier != index:
             found = _copy(pairs[index], pairs[earlier])
         elif _is_other(_camera(left), usual[0]) or _is_other(_camera(right), usual[1]):
             found = _odd_camera(pair_subject(left, right), [_camera(left), _camera(right)], usual)

@@ -53,6 +53,13 @@ def refuse_impossible(right_from_left: FloatArray, scale: str, remedy: str) -> N
     """
     x, y, z = -right_from_left[:3, :3].T @ right_from_left[:3, 3]
     baseline = float(np.linalg.norm([x, y, z]))
+    low, high = BASELINE_M
+    if not low <= baseline <= high:
+        one = ". Or left and right are photos of one camera: name the other's" if baseline < low else ""
+        raise CalibrationError(
+            f"calibration: the baseline comes out at {baseline:.4g} m (limit {low:g} to {high:g} m) with {scale}; "
+            f"{remedy}{one}"
+        )
     if x < 0.0 and abs(x) > abs(y):
         raise CalibrationError(
             f"calibration: left and right are swapped: the right camera stands {-x:.3f} m to the LEFT of the left one. "
@@ -62,12 +69,6 @@ def refuse_impossible(right_from_left: FloatArray, scale: str, remedy: str) -> N
         raise CalibrationError(
             f"calibration: the right camera stands at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the left one, not beside "
             "it. Use photos as the cameras stored them, of a rig held level"
-        )
-    low, high = BASELINE_M
-    if not low <= baseline <= high:
-        raise CalibrationError(
-            f"calibration: the baseline comes out at {baseline:.4g} m (limit {low:g} to {high:g} m) with {scale}; "
-            f"{remedy}"
         )
 
 

@@ -43,6 +43,10 @@ CALIBRATION: Table = {
         reason="these are the photos of {other} again, which prove nothing twice",
         remedy="take another pair, the board elsewhere and tilted otherwise",
     ),
+    Reason.BOARD_PAIR_OF_ONE_PHOTO: Words(
+        reason="left and right are the same photo",
+        remedy="name the photo that the other camera took at the same moment",
+    ),
     Reason.BOARD_PAIR_OF_OTHER_CAMERA: _other_camera,
     Reason.BOARD_PAIR_MISFIT: Words(
         reason="its corners don't fit the other pairs",

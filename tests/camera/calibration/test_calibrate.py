@@ -67,6 +67,21 @@ def test_a_pair_that_is_there_again_under_another_name_counts_once_and_is_named(
     assert {one.code for one in refused.value.rejections} == {Reason.BOARD_PAIR_TWICE}
 
 
+def test_the_left_photos_given_as_the_right_ones_too_are_told_so_and_no_square_is_blamed() -> None:
+    taken = list(pairs(CHESS, 8))
+    with pytest.raises(CalibrationError, match=r"left and right are the same photos \(8 of 8 pairs") as refused:
+        calibrate_stereo([(left, left) for left, _ in taken], CHESS)
+    assert "square" not in str(refused.value)
+    taken[2] = (taken[2][0], taken[2][0])
+    (left_out,) = calibrate_stereo(taken, CHESS).left_out
+    assert (left_out.code, left_out.subject.name) == (Reason.BOARD_PAIR_OF_ONE_PHOTO, "left_03.jpg + left_03.jpg")
+    saved_again = [
+        (left, photo_from_bytes("again.jpg", cv2.imencode(".jpg", decode(left))[1].tobytes())) for left, _ in taken
+    ]
+    with pytest.raises(CalibrationError, match=r"baseline comes out at .* m .* photos of one camera: name the other's"):
+        calibrate_stereo(saved_again, CHESS)
+
+
 def test_a_board_that_is_not_found_is_asked_for_its_dictionary() -> None:
     other = replace(CHARUCO, dictionary="DICT_4X4_50")
     with pytest.raises(CalibrationError, match="0 good pairs") as refused:
@@ -85,12 +100,15 @@ def test_a_board_photo_taken_at_another_zoom_is_left_out_by_its_exif() -> None:
 
 
 def test_a_pair_without_a_board_is_left_out_and_too_few_pairs_are_refused_with_reasons() -> None:
-    grey = as_photo("blank.jpg", np.full((480, 640, 3), 90, np.uint8), "")
-    taken = [*pairs(CHESS, 8)[:5], (grey, grey)]
+    blank = [
+        as_photo(f"blank_{side}.jpg", np.full((480, 640, 3), grey, np.uint8), "")
+        for side, grey in (("l", 90), ("r", 91))
+    ]
+    taken = [*pairs(CHESS, 8)[:5], (blank[0], blank[1])]
     with pytest.raises(CalibrationError, match=r"5 good pairs .*at least 6") as refused:
         calibrate_stereo(taken, CHESS)
     (missing,) = refused.value.rejections
-    assert missing.code is Reason.BOARD_NOT_FOUND and "blank.jpg" in missing.subject.name
+    assert missing.code is Reason.BOARD_NOT_FOUND and "blank_l.jpg" in missing.subject.name
 
 
 def test_board_photos_of_different_sizes_are_refused_by_name() -> None:
