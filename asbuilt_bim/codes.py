@@ -192,6 +192,8 @@ class Reason(StrEnum):
     BOARD_PAIR_OF_OTHER_CAMERA = "board pair of another camera"
     BOARD_PAIR_MISFIT = "board pair misfit"
     BOARD_PAIR_MOVED = "board pair moved"  # between left and right
+    BOARD_PAIR_MIXED = "board pair mixed"  # each photo is another pair's
+    BOARD_PAIR_EXCHANGED = "board pair exchanged"  # left and right
     CONTROL_POINT_MISFIT = "control point misfit"
     TAG_MISFIT = "tag misfit"  # of a tag that a rig is made from
     TAGS_NOT_FOUND = "no tag found in both photos"

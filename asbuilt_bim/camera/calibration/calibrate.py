@@ -12,13 +12,13 @@ from asbuilt_bim.camera.calibration.boards import Board
 from asbuilt_bim.camera.calibration.checks import Checks, check_calibration, corner_fits, refuse_impossible
 from asbuilt_bim.camera.calibration.corner_errors import CornerErrors
 from asbuilt_bim.camera.calibration.lens_check import CornerFit
+from asbuilt_bim.camera.calibration.pairing import median_relative
 from asbuilt_bim.camera.calibration.parameters import BoardView, camera_of, pack, right_from_left_of
 from asbuilt_bim.camera.calibration.photo_advice import PhotoAdvice, photo_advice
 from asbuilt_bim.camera.calibration.zhang import (
     bad_view_limit_px,
     bad_views,
     first_estimate,
-    median_relative,
     misfit,
     pose_vectors,
 )

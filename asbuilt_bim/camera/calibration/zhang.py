@@ -3,6 +3,7 @@
 import numpy as np
 
 from asbuilt_bim.camera.calibration.board_views import require_enough
+from asbuilt_bim.camera.calibration.pairing import Poses, moved, refuse_mixed, why_moved
 from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.calibration.start import start_camera
 from asbuilt_bim.camera.intrinsics import Intrinsics
@@ -10,14 +11,10 @@ from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.geometry.transform import inverse, rigid, vector_from_rotation
+from asbuilt_bim.geometry.transform import vector_from_rotation
 
 _BAD_VIEW = 3.0  # times the median view: corners of one detector don't vary by more
 _BAD_VIEW_FLOOR_PX = 0.5  # however good the others are, half a pixel is no misfit to throw a view away for
-_MOVED_M, _MOVED_RAD = 0.05, 0.05  # the rig is stiff: a pair that says otherwise was not taken at one moment
-
-Poses = list[tuple[FloatArray, FloatArray]]
-"""left_from_board and right_from_board (4, 4) of each view."""
 
 
 def first_estimate(
@@ -27,7 +24,7 @@ def first_estimate(
 
     Returns the views kept, the cameras, and the boards' poses; what is left out is added to `left_out`.
 
-    Raises: CalibrationError where too few pairs remain, or they give no camera.
+    Raises: CalibrationError where too few pairs remain, they give no camera, or most don't belong together.
     """
     while True:
         left, left_poses, left_rms = start_camera([(v.left_points_m, v.left_px) for v in views], size, lens)
@@ -40,12 +37,9 @@ def first_estimate(
             misfit(view.name, float(one), limit_px) for view, one, is_bad in zip(views, rms, bad, strict=True) if is_bad
         ]
         if not bad.any():
-            bad = _moved(poses)
-            left_out += [
-                rejected(Reason.BOARD_PAIR_MOVED, about(SubjectKind.BOARD_PAIR, view.name))
-                for view, is_bad in zip(views, bad, strict=True)
-                if is_bad
-            ]
+            refuse_mixed(views, poses)
+            bad = moved(poses)
+            left_out += why_moved(views, poses, bad)
         if not bad.any():
             return views, left, right, poses
         views = [v for v, is_bad in zip(views, bad, strict=True) if not is_bad]
@@ -66,26 +60,6 @@ def bad_views(rms: FloatArray) -> BoolArray:
     """Say which views (V,) fit far worse than the median one."""
     bad: BoolArray = rms > bad_view_limit_px(rms)
     return bad
-
-
-def _moved(poses: Poses) -> BoolArray:
-    """Say which views' relative pose of the cameras lies far off the median one."""
-    relative = [right @ inverse(left) for left, right in poses]
-    middle = median_relative(poses)
-    distance_m = np.array([np.linalg.norm(one[:3, 3] - middle[:3, 3]) for one in relative])
-    turn_rad = np.array([np.linalg.norm(vector_from_rotation(one[:3, :3] @ middle[:3, :3].T)) for one in relative])
-    far = (distance_m > max(_MOVED_M, 4.0 * float(np.median(distance_m)))) | (
-        turn_rad > max(_MOVED_RAD, 4.0 * float(np.median(turn_rad)))
-    )
-    return far
-
-
-def median_relative(poses: Poses) -> FloatArray:
-    """Return the median right_from_left (4, 4) of all views."""
-    relative = [right @ inverse(left) for left, right in poses]
-    turns = np.stack([vector_from_rotation(one[:3, :3]) for one in relative])
-    shifts = np.stack([one[:3, 3] for one in relative])
-    return rigid(np.median(turns, axis=0), np.median(shifts, axis=0))
 
 
 def pose_vectors(poses: Poses) -> FloatArray:

@@ -57,6 +57,11 @@ CALIBRATION: Table = {
     Reason.BOARD_PAIR_MOVED: Words(
         reason="left and right were not taken at one moment: the rig moved between them", remedy=_AGAIN
     ),
+    Reason.BOARD_PAIR_MIXED: Words(
+        reason="left and right were not taken at one moment: by the board {left} goes with {right}",
+        remedy="name the photos of one moment alike",
+    ),
+    Reason.BOARD_PAIR_EXCHANGED: Words(reason="left and right are exchanged", remedy="exchange the two photos"),
     Reason.CONTROL_POINT_MISFIT: Words(
         reason="it doesn't fit the others",
         value="{miss_px:.1f} px",

@@ -6,9 +6,10 @@ import pytest
 
 from asbuilt_bim.camera.calibration.adjust import adjust
 from asbuilt_bim.camera.calibration.board_sigma import rig_covariance
+from asbuilt_bim.camera.calibration.pairing import median_relative
 from asbuilt_bim.camera.calibration.parameters import layout_of, pack
 from asbuilt_bim.camera.calibration.start import start_camera
-from asbuilt_bim.camera.calibration.zhang import first_estimate, median_relative, pose_vectors
+from asbuilt_bim.camera.calibration.zhang import first_estimate, pose_vectors
 from asbuilt_bim.camera.lens import LENS_MODELS, LensModel
 from tests.camera.virtual import SIZE, parameters, rig, views
 
