@@ -271,6 +271,8 @@ class VisitsFile(PatternsFile):
     """`visits` by patterns: a visit for each day that the photos' EXIF tells."""
 
     dates: Literal["exif"]
+    near: NearFile | None = None  # as of a visit, of every day
+    near_stations: dict[str, NearFile] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,8 +1,7 @@
 """Reads a project file: every mistake is named at once, and every path made real."""
 
-import difflib
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -31,7 +30,7 @@ from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, file_alike, safe_name
 from asbuilt_bim.project.rules import check_dates, check_photos, check_places
-from asbuilt_bim.project.stations import listed_stations, listed_visits
+from asbuilt_bim.project.stations import check_names, listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.strict_yaml import read_yaml
 from asbuilt_bim.storage.structure import Problems, structure
@@ -204,20 +203,11 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         seen.setdefault(key, at)
         near = station.near or visit.near_stations.get(station.name) or visit.near
         stations.append(replace(_station(station, at, checker), near=near))
-    for name in visit.near_stations.keys() - {station.name for station in listed}:
-        checker.problems.add(f"{where}.near_stations.{name}", _no_station(name, listed))
+    check_names(visit.near_stations, listed, where, checker)
     video = _video(visit.video, f"{where}.video", checker) if visit.video is not None else None
     return Visit(
         date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong, video=video
     )  # fmt: skip
-
-
-def _no_station(name: str, listed: Sequence[StationFile]) -> str:
-    """Say that no station has a name, and which are meant most likely, or which there are."""
-    names = [station.name for station in listed]
-    alike = difflib.get_close_matches(name, names, n=1)
-    there = f"did you mean {alike[0]}?" if alike else f"its stations are {', '.join(names[:5])}"
-    return f"names no station of this visit; {there}" + (" and more" if not alike and len(names) > 5 else "")
 
 
 def _video(written: VideoFile, at: str, checker: PathChecker) -> Video:

@@ -4,9 +4,9 @@ from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.project.file import (
-    PatternsFile,
     ProjectFile,
     VisitFile,
+    VisitsFile,
 )
 from asbuilt_bim.project.model import Visit
 from asbuilt_bim.storage.structure import Problems
@@ -29,8 +29,8 @@ def check_places(written: ProjectFile, problems: Problems) -> None:
 
 def _any_near(written: ProjectFile) -> bool:
     """Say whether any station has a rough place."""
-    for visit in () if isinstance(written.visits, PatternsFile) else written.visits:
-        stations = () if isinstance(visit.stations, PatternsFile) else visit.stations
+    for visit in (written.visits,) if isinstance(written.visits, VisitsFile) else written.visits:
+        stations = visit.stations if isinstance(visit, VisitFile) and isinstance(visit.stations, tuple) else ()
         if visit.near is not None or visit.near_stations or any(station.near is not None for station in stations):
             return True
     return False

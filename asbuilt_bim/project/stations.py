@@ -1,13 +1,14 @@
 """Stations and visits by patterns of file names: nobody types two hundred photos into a file."""
 
+import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path, PurePosixPath
 
 from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.errors import PhotoError
-from asbuilt_bim.project.file import PatternsFile, StationFile, VisitFile, VisitsFile
+from asbuilt_bim.project.file import NearFile, PatternsFile, StationFile, VisitFile, VisitsFile
 from asbuilt_bim.project.paths import PathChecker, stars_of
 
 MAX_STATIONS = 10_000
@@ -17,8 +18,22 @@ _NUMBERS = re.compile(r"(\d+)")
 def listed_visits(written: tuple[VisitFile, ...] | VisitsFile, checker: PathChecker) -> tuple[VisitFile, ...]:
     """Return the visits in a list: as they were written, or one for each day that the photos tell."""
     if isinstance(written, VisitsFile):
-        return _by_day(listed_stations(written, "visits", checker), checker)
+        stations = listed_stations(written, "visits", checker)
+        check_names(written.near_stations, stations, "visits", checker)
+        return _by_day(stations, written, checker)
     return written
+
+
+def check_names(
+    near: Mapping[str, NearFile], stations: Sequence[StationFile], where: str, checker: PathChecker
+) -> None:
+    """Name each rough place that no station has, with the station that is meant most likely, or those there are."""
+    names = [station.name for station in stations]
+    for name in near.keys() - set(names):
+        alike = difflib.get_close_matches(name, names, n=1)
+        there = f"did you mean {alike[0]}?" if alike else f"its stations are {', '.join(names[:5])}"
+        more = " and more" if not alike and len(names) > 5 else ""
+        checker.problems.add(f"{where}.near_stations.{name}", f"names no station of this visit; {there}{more}")
 
 
 def listed_stations(
@@ -80,7 +95,7 @@ def counted(name: str) -> list[tuple[int, str]]:
     return [(int(part), "") if part.isdecimal() else (-1, part.casefold()) for part in _NUMBERS.split(name)]
 
 
-def _by_day(stations: Sequence[StationFile], checker: PathChecker) -> tuple[VisitFile, ...]:
+def _by_day(stations: Sequence[StationFile], written: VisitsFile, checker: PathChecker) -> tuple[VisitFile, ...]:
     """Return a visit for each day that photos say they were taken on."""
     days: dict[date, list[StationFile]] = {}
     silent: list[str] = []
@@ -96,7 +111,15 @@ def _by_day(stations: Sequence[StationFile], checker: PathChecker) -> tuple[Visi
             "visits.dates",
             f"no photo of {names} says in its EXIF when it was taken; list the visits, each with its date",
         )
-    return tuple(VisitFile(date=day, stations=tuple(days[day])) for day in sorted(days))
+    return tuple(
+        VisitFile(
+            date=day,
+            stations=tuple(days[day]),
+            near=written.near,
+            near_stations={one.name: near for one in days[day] if (near := written.near_stations.get(one.name))},
+        )
+        for day in sorted(days)
+    )
 
 
 def _taken(station: StationFile, checker: PathChecker) -> date | None:

@@ -116,6 +116,22 @@ def test_photos_that_tell_no_day_are_named_where_days_make_visits(tmp_path: Path
         read_project(write_project(tmp_path, {**plain(), "visits": {**BY_NAME, "dates": "exif"}}))
 
 
+def test_where_days_make_the_visits_rough_places_stand_beside_them_and_nothing_else_need_place_a_station(
+    tmp_path: Path,
+) -> None:
+    for name, day in (("A1", "2026:03:16 09:00:00"), ("A2", "2026:03:02 23:59:00")):
+        for side in ("left", "right"):
+            picture(tmp_path / f"v/{name}_{side}.jpg", day)
+    near = {"near": {"storey": "Ground floor"}, "near_stations": {"A2": {"storey": "First floor"}}}
+    unsurveyed = {**plain(), "markers": {"size_m": 0.28}}
+    found = read_project(write_project(tmp_path, {**unsurveyed, "visits": {**BY_NAME, "dates": "exif", **near}}))
+    places = [station.near for visit in found.visits for station in visit.stations]
+    assert [place and place.storey for place in places] == ["First floor", "Ground floor"]
+    near["near_stations"] = {"A22": {"storey": "First floor"}}
+    with pytest.raises(ProjectError, match=r"visits\.near_stations\.A22: names no station .* did you mean A2\?"):
+        read_project(write_project(tmp_path, {**unsurveyed, "visits": {**BY_NAME, "dates": "exif", **near}}))
+
+
 def test_stations_by_patterns_have_rough_places_by_their_names(tmp_path: Path) -> None:
     photos = [f"{name}_{side}.jpg" for name in ("G1", "U3") for side in ("left", "right")]
     near = {"near": {"storey": "Ground floor"}, "near_stations": {"U3": {"storey": "First floor", "looking": "north"}}}

@@ -63,7 +63,8 @@ def _contradict(values: Values) -> Words:
     return Words(
         reason=f"it and the visit of {days} contradict each other: the earlier saw {count} elements built that look "
         f"open at the later: {named}. Concrete doesn't vanish, so their photos may be exchanged",
-        remedy="correct the dates, or copy the photos again: until then neither decides anything",
+        remedy="correct the dates (where dates: exif tells them, list the visits, each with its date), or copy the "
+        "photos again: until then neither decides anything",
     )
 
 
