@@ -80,7 +80,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
     rig = _rig_source(written.rig, visits, checker)
     check_dates(listed, checker.problems, visited=visited)
     check_photos(visits, checker.problems)
-    check_places(written, checker.problems)
+    check_places(written, checker.problems, visited=visited)
     return Project(
         path=path,
         name=written.name,

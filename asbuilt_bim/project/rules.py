@@ -14,10 +14,13 @@ from asbuilt_bim.storage.structure import Problems
 YEARS = 1990, 2200  # of digital photographs; later ones than 9999 break every calendar
 
 
-def check_places(written: ProjectFile, problems: Problems) -> None:
-    """Something must say where stations stand: a survey, poses, points, or the markers of an earlier result."""
+def check_places(written: ProjectFile, problems: Problems, *, visited: bool) -> None:
+    """Something must say where stations stand: a survey, poses, points, or the markers of an earlier result.
+
+    A project that needn't be `visited`, and has no station yet, needs none of them either.
+    """
     known = written.markers.survey, written.poses, written.control_points, *written.history
-    if not any(known) and not _any_near(written):
+    if (visited or written.visits) and not any(known) and not _any_near(written):
         problems.add(
             "markers",
             "is missing: stations are placed by markers.survey, by poses, by control_points, or by the design from a "

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from asbuilt_bim.errors import OptionError, PhotoError
+from asbuilt_bim.errors import OptionError, PhotoError, ProjectError
 from asbuilt_bim.project.model import Project, Station, Visit
 from asbuilt_bim.project.photos import left_over, stations_of
 from asbuilt_bim.project.read import read_project
@@ -76,6 +76,13 @@ def test_where_the_project_has_both_eyes_in_one_file_so_have_todays_photos(proje
 def test_a_project_may_have_no_visit_yet_where_none_is_asked_for(tmp_path: Path) -> None:
     path = write_project(tmp_path / "site", {**plain(), "visits": []})
     assert read_project(path, visited=False).visits == ()
+
+
+def test_a_project_without_a_visit_needs_nothing_yet_that_places_stations(tmp_path: Path) -> None:
+    path = write_project(tmp_path / "site", {**plain(), "markers": {}, "visits": []})
+    assert read_project(path, visited=False).survey is None
+    with pytest.raises(ProjectError, match="markers: is missing: stations are placed by"):
+        read_project(path)
 
 
 @pytest.mark.parametrize(("there", "missing"), [("G1_left.jpg", "G1_right.jpg"), ("G1_right.jpg", "G1_left.jpg")])
