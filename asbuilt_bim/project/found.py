@@ -2,8 +2,8 @@
 
 import contextlib
 import re
-from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
@@ -21,6 +21,7 @@ PICTURES = (*_PHOTOS, ".heic", ".heif", ".webp", ".bmp", ".gif", ".dng", ".cr2",
 _SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("links", "rechts"), ("cam0", "cam1"), ("L", "R"))
 """How people tell the two cameras' photos apart, in the order in which it is looked for."""
 _BOARDS = re.compile(r"[ck]al(ib|\b|_)|board|chess|schach|charuco", re.IGNORECASE)
+_DAYS_OF = 50  # of a folder's photos: a camera's clock goes on, so they show each day that many are of
 _LOOKED_AT, _AGREE = 3, 2  # photos of a folder: a wall of tiles is found to be a board now and then
 _DAY = re.compile(r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
 _OURS = re.compile(r"^format:\s*[\"']?asbuilt-bim/rig", re.MULTILINE)
@@ -30,13 +31,18 @@ _HEAD = 4096  # bytes that tell what a text file is
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundPhotos:
-    """A folder of photo pairs: patterns of the left and the right ones, how many pairs, and of which day."""
+    """A folder of photo pairs: patterns of the left and the right ones, how many pairs, and of which days."""
 
     left: str
     right: str
     pairs: int
-    day: date | None  # of the folder's name, else of a photo's EXIF
+    days: tuple[date, ...]  # that of the folder's name, else those of the photos' EXIF
     board: SeenBoard | None = None  # that its photos show, where they are of one
+
+    @property
+    def day(self) -> date | None:
+        """Return the day where there is one alone."""
+        return self.days[0] if len(self.days) == 1 else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +64,8 @@ class FoundFiles:
     visits: tuple[FoundPhotos, ...]
     surveys: tuple[str, ...]
     videos: tuple[FoundVideo, ...]
-    photos_alone: int  # photos of which nobody can tell which camera took them
+    photos_alone: tuple[str, ...]  # photos of which nobody can tell which camera took them
+    unreadable: tuple[str, ...]  # pictures of a kind that isn't read here, such as HEIC
 
 
 def find_files(folder: Path) -> FoundFiles:
@@ -72,9 +79,8 @@ def find_files(folder: Path) -> FoundFiles:
     for file in files:
         if file.suffix.lower() in _PHOTOS:
             photos[file.parent].append(file)
-    paired = [(place, found) for place in sorted(photos) if (found := _pairs(folder, place, photos[place]))]
+    paired, alone = _all_pairs(folder, photos)
     boards = {place for place, _ in paired if _of_boards(place.relative_to(folder).as_posix(), photos[place])}
-    in_pairs = sum(2 * found.pairs for _, found in paired)
     return FoundFiles(
         designs=_named(folder, (f for f in files if f.suffix.lower() in _DESIGNS and ".asbuilt" not in f.name)),
         rigs=_named(folder, (f for f in files if _is_rig(f))),
@@ -82,7 +88,10 @@ def find_files(folder: Path) -> FoundFiles:
         visits=tuple(found for place, found in paired if place not in boards),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
         videos=tuple(_videos(folder, [f for f in files if f.suffix.lower() in _VIDEOS])),
-        photos_alone=sum(map(len, photos.values())) - in_pairs,
+        photos_alone=_named(folder, alone),
+        unreadable=_named(
+            folder, (f for f in files if f.suffix.lower() in PICTURES and f.suffix.lower() not in _PHOTOS)
+        ),
     )
 
 
@@ -190,23 +199,62 @@ def _named(folder: Path, files: Iterable[Path]) -> tuple[str, ...]:
     return tuple(file.relative_to(folder).as_posix() for file in files)
 
 
-def _pairs(folder: Path, place: Path, files: Sequence[Path]) -> FoundPhotos | None:
-    """Return the patterns that most photos of one folder fit in pairs; None where none do."""
+def _all_pairs(
+    folder: Path, photos: Mapping[Path, Sequence[Path]]
+) -> tuple[list[tuple[Path, FoundPhotos]], list[Path]]:
+    """Return the pairs by the folder of the left photos, and the photos that are in none."""
+    paired: list[tuple[Path, FoundPhotos]] = []
+    alone: dict[Path, list[Path]] = {}
+    for place in sorted(photos):
+        found, used = _pairs(folder, place, photos[place])
+        paired += [(place, found)] if found else []
+        alone[place] = [file for file in photos[place] if file.name not in used]
+    for place in sorted(alone):
+        sides = partner_of(place)
+        if sides is None or sides[0] != place or sides[1] not in alone:
+            continue
+        found, used = _folder_pairs(folder, place, sides[1], alone)
+        paired += [(place, found)] if found else []
+        for side in sides:
+            alone[side] = [file for file in alone[side] if file.name not in used]
+    return sorted(paired, key=lambda one: one[0]), [file for files in alone.values() for file in files]
+
+
+def _folder_pairs(
+    folder: Path, left: Path, right: Path, alone: Mapping[Path, Sequence[Path]]
+) -> tuple[FoundPhotos | None, set[str]]:
+    """Return the pairs of two folders, one a camera, where a photo and its partner have one name; and those names."""
+    both = {file.name for file in alone[left]} & {file.name for file in alone[right]}
+    suffix, count = Counter(Path(name).suffix for name in both).most_common(1)[0] if both else ("", 0)
+    if not count:
+        return None, set()
+    used = {name for name in both if name.endswith(suffix)}
+    base = [f"{side.relative_to(folder).as_posix()}/*{suffix}" for side in (left, right)]
+    days = _days(left.parent, [left / name for name in sorted(used)])
+    return FoundPhotos(left=base[0], right=base[1], pairs=count, days=days), used
+
+
+def _pairs(folder: Path, place: Path, files: Sequence[Path]) -> tuple[FoundPhotos | None, set[str]]:
+    """Return the patterns that most photos of one folder fit in pairs, and these photos' names; None where none do."""
     names = {file.name for file in files}
     best: tuple[int, str, str] | None = None
     for left, right in _SIDES:
         word = _word(left)
         for name in sorted(names):
             for before, after in _patterns(name, word):
-                count = _count(names, (before, left, after), right)
+                patterns = f"{before}{left}{after}", f"{before}{right}{after}"
+                count = len(_stars(names, patterns[0]) & _stars(names, patterns[1]))
                 if count and (best is None or count > best[0]):
-                    best = count, f"{before}{left}{after}", f"{before}{right}{after}"
+                    best = count, *patterns
         if best is not None:
             break
     if best is None:
-        return None
+        return None, set()
     base = "" if place == folder else f"{place.relative_to(folder).as_posix()}/"
-    return FoundPhotos(left=base + best[1], right=base + best[2], pairs=best[0], day=_day(place, best[1], files))
+    stars = _stars(names, best[1]) & _stars(names, best[2])
+    lefts, rights = ([pattern.replace("*", star, 1) for star in sorted(stars)] for pattern in best[1:])
+    days = _days(place, [place / name for name in lefts])
+    return FoundPhotos(left=base + best[1], right=base + best[2], pairs=best[0], days=days), {*lefts, *rights}
 
 
 def _patterns(name: str, word: re.Pattern[str]) -> Iterable[tuple[str, str]]:
@@ -221,27 +269,22 @@ def _patterns(name: str, word: re.Pattern[str]) -> Iterable[tuple[str, str]]:
             yield before, (joint.group() if joint else "") + "*" + suffix
 
 
-def _count(names: set[str], left: tuple[str, str, str], right: str) -> int:
-    before, word, after = left
-    fitting = re.compile("(.+)".join(re.escape(part) for part in f"{before}{word}{after}".split("*")))
-    stars = [found.group(1) for name in names if (found := fitting.fullmatch(name))]
-    partner = f"{before}{right}{after}"
-    return sum(partner.replace("*", star, 1) in names for star in stars)
+def _stars(names: set[str], pattern: str) -> set[str]:
+    """Return what stands for the `*` in the names that fit a pattern."""
+    fitting = re.compile("(.+)".join(re.escape(part) for part in pattern.split("*")))
+    return {found.group(1) for name in names if (found := fitting.fullmatch(name))}
 
 
-def _day(place: Path, pattern: str, files: Sequence[Path]) -> date | None:
+def _days(place: Path, lefts: Sequence[Path]) -> tuple[date, ...]:
+    """Return the day that a folder's name tells, else the days that the EXIF of its left photos does."""
     if found := _DAY.search(place.name):
-        try:
-            return date(*(int(part) for part in found.groups()))
-        except ValueError:
-            pass
-    before, after = pattern.split("*")
-    for file in files[:1] if not before and not after else [f for f in files if f.name.startswith(before)][:1]:
-        try:
-            return read_photo(file).exif.taken
-        except PhotoError:
-            return None
-    return None
+        with contextlib.suppress(ValueError):
+            return (date(*(int(part) for part in found.groups())),)
+    days = set()
+    for file in lefts[:: max(1, len(lefts) // _DAYS_OF)]:
+        with contextlib.suppress(PhotoError):
+            days.add(read_photo(file).exif.taken)
+    return tuple(sorted(day for day in days if day is not None))
 
 
 def _is_rig(file: Path) -> bool:

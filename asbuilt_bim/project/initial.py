@@ -13,6 +13,7 @@ FIRST = "# yaml-language-server: $schema=project-1.schema.json"
 
 
 _EXAMPLE = "# EXAMPLE, replace"
+_NAMED = 3  # of photos that are left out
 _BOARD_EXAMPLE = SeenBoard(kind="charuco", columns=7, rows=9, dictionary="DICT_5X5_100")
 
 
@@ -56,17 +57,33 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
             "or give each visit its storey, under near"
         )
     lacks.append("the markers: measure a black square's side, and give size_m under markers")
-    if not found.visits and not found.videos:
+    if not found.visits and not found.videos and not found.unreadable:
         lacks.append("no photo pairs of a visit: names need 'left' and 'right', such as A1_left.jpg, A1_right.jpg")
     lacks += [f"the day of {photos.left}: no name and no EXIF tells it" for photos in found.visits if not photos.day]
     lacks += [f"the day of {video.left}: neither its folder nor its name tells it" for video in found.videos
               if not video.day]  # fmt: skip
     if any(not video.right for video in found.videos):
         lacks.append("whether a video holds both eyes side by side (video: {both: ...}), or which is the right eye's")
-    if found.photos_alone:
-        why = "their names don't say 'left' and 'right' alike, or end otherwise"
-        lacks.append(f"{found.photos_alone} photos are in no pair: {why}")
-    return tuple(lacks)
+    return (*lacks, *_left_out(found))
+
+
+def _left_out(found: FoundFiles) -> list[str]:
+    """Return which pictures the draft doesn't name, each with what to do."""
+    lacks = []
+    if alone := found.photos_alone:
+        lacks.append(
+            f"{len(alone)} photos are in no pair ({_some(alone)}): their names don't say 'left' and 'right' alike, or "
+            "end otherwise. Name them so; or write patterns whose * stands for the same text in both, such as "
+            'left: "one/*.jpg", right: "other/*.jpg"'
+        )
+    if others := found.unreadable:
+        what = f"{len(others)} pictures can't be read ({_some(others)})"
+        lacks.append(f"{what}: convert them to JPEG, in full size, with their EXIF")
+    return lacks
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (" ..." if len(names) > _NAMED else "")
 
 
 def _design(designs: Sequence[str]) -> list[str]:

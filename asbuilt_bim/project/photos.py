@@ -71,7 +71,10 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
     except OSError as problem:
         raise PhotoError(f"{folder}: can't be read: {problem.strerror or problem}") from problem
     if not photos:
-        raise PhotoError(f"{folder}: holds no photos (jpg, png, tif); name the folder with today's pairs")
+        others = left_over([folder], ())
+        said = f", but {len(others)} pictures such as {others[0]}: convert them to JPEG, in full size" if others else ""
+        remedy = "" if others else "; name the folder with today's pairs"
+        raise PhotoError(f"{folder}: holds no photos that can be read (jpg, png){said}{remedy}")
     if side_by_side:
         return tuple(Station(name=path.stem, left=path, right=path) for path in photos)
     pairs = dict.fromkeys(pair for photo in photos if (pair := partner_of(photo)) is not None)

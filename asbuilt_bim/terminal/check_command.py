@@ -79,7 +79,8 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
         some = ", ".join(alone[:MOST_NAMED]) + (
             f" and {len(alone) - MOST_NAMED} more" if len(alone) > MOST_NAMED else ""
         )
-        screen.warn(f"not checked, since their names say no side or nothing here reads them: {some}")
+        why = "their names say no side, or nothing here reads them (convert HEIC and RAW to JPEG)"
+        screen.warn(f"not checked, since {why}: {some}")
     cache = Cache(folder=default_folder())
     shown = Visit(date=day_of(stations, today), stations=stations)
     today_too = replace(project, visits=(*project.visits, shown))  # its photos say their size, tables name its stations

@@ -85,8 +85,35 @@ def test_pairs_are_known_by_how_people_name_two_cameras(
 
 def test_photos_whose_camera_nobody_can_tell_are_counted_and_named(tmp_path: Path) -> None:
     found = find_files(made(tmp_path, "v/IMG_1.jpg", "v/IMG_2.jpg"))
-    assert found.visits == () and found.photos_alone == 2
-    assert any("2 photos are in no pair" in what for what in missing(found))
+    assert found.visits == () and found.photos_alone == ("v/IMG_1.jpg", "v/IMG_2.jpg")
+    (told,) = [what for what in missing(found) if "2 photos are in no pair (v/IMG_1.jpg, v/IMG_2.jpg)" in what]
+    assert 'left: "one/*.jpg", right: "other/*.jpg"' in told
+
+
+@pytest.mark.parametrize("sides", [("cam0", "cam1"), ("links", "rechts"), ("photos left", "photos right")])
+def test_two_folders_one_a_camera_are_pairs_where_a_photo_and_its_partner_have_one_name(
+    tmp_path: Path, sides: tuple[str, str]
+) -> None:
+    made(tmp_path, *(f"2026-03-02/{side}/{name}.jpg" for side in sides for name in ("1", "2")))
+    made(tmp_path, f"2026-03-02/{sides[0]}/3.jpg", "calibration/left/1.jpg", "calibration/right/1.jpg")
+    found = find_files(tmp_path)
+    ((photos,), (boards,)) = found.visits, found.boards
+    assert (photos.left, photos.right) == tuple(f"2026-03-02/{side}/*.jpg" for side in sides)
+    assert (photos.pairs, photos.day) == (2, date(2026, 3, 2)) and boards.right == "calibration/right/*.jpg"
+    assert found.photos_alone == (f"2026-03-02/{sides[0]}/3.jpg",)
+    made(tmp_path, "design.ifc")
+    (tmp_path / "project.yaml").write_text(initial_text("Site", found).replace("#markers", "markers"))
+    listed = yaml.safe_load((tmp_path / "project.yaml").read_text())["visits"]
+    assert listed[0]["stations"] == {"left": photos.left, "right": photos.right}
+
+
+def test_pictures_that_nothing_here_reads_are_named_with_what_to_do_and_not_blamed_for_their_names(
+    tmp_path: Path,
+) -> None:
+    found = find_files(made(tmp_path, *(f"photos/IMG_{n}_{side}.HEIC" for n in (1, 2) for side in ("left", "right"))))
+    told = "\n".join(missing(found))
+    assert "4 pictures can't be read (photos/IMG_1_left.HEIC, " in told and "convert them to JPEG" in told
+    assert "no photo pairs" not in told
 
 
 def test_boards_are_no_visit_and_results_are_no_photos(tmp_path: Path) -> None:

@@ -66,6 +66,12 @@ def test_what_is_no_pair_is_refused(project: Project, tmp_path: Path) -> None:
         stations_of([folder], project)
 
 
+def test_a_folder_of_pictures_that_nothing_here_reads_is_told_to_be_converted(project: Project, tmp_path: Path) -> None:
+    folder = touched(tmp_path / "phone", "A1_left.HEIC", "A1_right.HEIC")
+    with pytest.raises(PhotoError, match=r"but 2 pictures such as A1_left\.HEIC: convert them to JPEG, in full size"):
+        stations_of([folder], project)
+
+
 def test_where_the_project_has_both_eyes_in_one_file_so_have_todays_photos(project: Project, tmp_path: Path) -> None:
     both = Station(name="A", left=tmp_path / "a.jpg", right=tmp_path / "a.jpg")
     wide = replace(project, visits=(Visit(date=date(2026, 3, 2), stations=(both,)),))
