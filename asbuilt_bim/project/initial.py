@@ -59,7 +59,13 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
     lacks.append("the markers: measure a black square's side, and give size_m under markers")
     if not found.visits and not found.videos and not found.unreadable:
         lacks.append("no photo pairs of a visit: names need 'left' and 'right', such as A1_left.jpg, A1_right.jpg")
-    lacks += [f"the day of {photos.left}: no name and no EXIF tells it" for photos in found.visits if not photos.day]
+    lacks += [f"the day of {photos.left}: no name and no EXIF tells it" for photos in found.visits if not photos.days]
+    if not days_of_exif(found.visits, found.videos):
+        lacks += [
+            f"the visits of {photos.left}: photos of {_shown(photos.days)} by EXIF; move each day's into a folder"
+            for photos in found.visits
+            if len(photos.days) > 1
+        ]
     lacks += [f"the day of {video.left}: neither its folder nor its name tells it" for video in found.videos
               if not video.day]  # fmt: skip
     if any(not video.right for video in found.videos):
@@ -156,14 +162,42 @@ def _visits(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo], *, surv
             '#   - {date: 2026-03-02, stations: {left: "visits/2026-03-02/*_left.jpg", '
             'right: "visits/2026-03-02/*_right.jpg"}}',
         ]
+    if told := days_of_exif(visits, videos):
+        return _by_day(visits[0], told, surveyed=surveyed)
     lines = ["visits:"]
     for photos in sorted(visits, key=lambda one: (one.day is None, str(one.day), one.left)):
         mark = "" if photos.day else "#"
         day = photos.day.isoformat() if photos.day else "YEAR-MONTH-DAY"
-        lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}")
+        of_days = f" of {_shown(photos.days)}: move each day's into a folder" if len(photos.days) > 1 else ""
+        lines.append(f"{mark}  - date: {day}  # {photos.pairs} pair{'' if photos.pairs == 1 else 's'}{of_days}")
         lines += [] if surveyed else [f"#    near: {{storey: Ground floor}}  {_EXAMPLE}: the storey"]
         lines.append(f"{mark}    stations: {{left: {_quoted(photos.left)}, right: {_quoted(photos.right)}}}")
     return lines + _videos(videos, {photos.day for photos in visits})
+
+
+def days_of_exif(visits: Sequence[FoundPhotos], videos: Sequence[FoundVideo]) -> str:
+    """Say of which days the photos are, where the one folder that holds any has several; else "".
+
+    Only then do the days make the visits: beside others, each visit stands in the list with its date.
+    """
+    if len(visits) != 1 or videos or len(visits[0].days) < 2:
+        return ""
+    return f"By their EXIF the photos are of {_shown(visits[0].days)}: each day is a visit (dates: exif)."
+
+
+def _by_day(photos: FoundPhotos, told: str, *, surveyed: bool) -> list[str]:
+    return [
+        f"# {told} {photos.pairs} pairs.",
+        "visits:",
+        f"  left: {_quoted(photos.left)}",
+        f"  right: {_quoted(photos.right)}",
+        "  dates: exif",
+        *([] if surveyed else [f"#  near: {{storey: Ground floor}}  {_EXAMPLE}: the storey"]),
+    ]
+
+
+def _shown(days: Sequence[date]) -> str:
+    return ", ".join(day.isoformat() for day in days)
 
 
 def _videos(videos: Sequence[FoundVideo], days: Collection[date | None]) -> list[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.project.found import find_files
-from asbuilt_bim.project.initial import initial_text, missing
+from asbuilt_bim.project.initial import days_of_exif, initial_text, missing
 from asbuilt_bim.storage.atomic_write import place_problem, replace_all
 from asbuilt_bim.storage.schemas import schema_bytes
 from asbuilt_bim.terminal.screen import Screen
@@ -33,9 +33,15 @@ def init_command(folder: Path, screen: Screen) -> int:
     except OSError as fault:
         raise output_error(folder, fault, stands="nothing was written") from fault
     pairs = sum(photos.pairs for photos in found.visits)
-    counts = _count(len(found.designs), "IFC file"), _count(len(found.visits), "visit"), _count(pairs, "photo pair")
+    counts = (
+        _count(len(found.designs), "IFC file"),
+        _count(sum(max(1, len(one.days)) for one in found.visits), "visit"),
+        _count(pairs, "photo pair"),
+    )
     walks = f", {_count(len(found.videos), 'video')}" if found.videos else ""
     screen.say("{}: {}, {} with {}{}.".format(target, *counts, walks))
+    if told := days_of_exif(found.visits, found.videos):
+        screen.say(told)
     screen.say("Still missing:")
     for number, what in enumerate(missing(found), start=1):
         screen.say(f"  {number}. {what}")

@@ -21,6 +21,7 @@ from asbuilt_bim.project.initial import initial_text, missing
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.storage.schemas import schema
 from tests.camera.board_pictures import CHARUCO, CHESS, pairs
+from tests.project.test_stations import picture
 
 SAMPLE = Path(__file__).parents[2] / "sample_models" / "site"
 
@@ -88,6 +89,30 @@ def test_photos_whose_camera_nobody_can_tell_are_counted_and_named(tmp_path: Pat
     assert found.visits == () and found.photos_alone == ("v/IMG_1.jpg", "v/IMG_2.jpg")
     (told,) = [what for what in missing(found) if "2 photos are in no pair (v/IMG_1.jpg, v/IMG_2.jpg)" in what]
     assert 'left: "one/*.jpg", right: "other/*.jpg"' in told
+
+
+def test_a_folder_of_photos_of_two_days_is_drafted_as_a_visit_for_each(tmp_path: Path) -> None:
+    for name, day in (("A1", "2026:03:02 09:00:00"), ("A2", "2026:03:16 08:00:00"), ("A3", "2026:03:16 08:05:00")):
+        for side in ("left", "right"):
+            picture(tmp_path / f"photos/{name}_{side}.jpg", day)
+    done = CliRunner().invoke(app, ["init", str(made(tmp_path, "design.ifc"))])
+    text, told = (tmp_path / "project.yaml").read_text(), "By their EXIF the photos are of 2026-03-02, 2026-03-16"
+    assert "2 visits with 3 photo pairs" in done.output and told in " ".join(done.output.split()) and told in text
+    for key in ("rig", "target", "markers"):
+        text = text.replace(f"#{key}:", f"{key}:")
+    text = text.replace("#  near", "  near").replace('survey: "markers.csv", ', "").replace("survey: markers.csv, ", "")
+    (tmp_path / "project.yaml").write_text(text)
+    project = read_project(tmp_path / "project.yaml")
+    assert [(visit.date.day, [one.name for one in visit.stations]) for visit in project.visits] == [
+        (2, ["A1"]),
+        (16, ["A2", "A3"]),
+    ]
+    for side in ("left", "right"):
+        picture(tmp_path / f"2026-03-20/B1_{side}.jpg", "")
+    found = find_files(tmp_path)
+    assert any("photos of 2026-03-02, 2026-03-16 by EXIF; move each day's" in what for what in missing(found))
+    drafted = yaml.safe_load(initial_text("Site", found))["visits"]
+    assert [str(visit["date"]) for visit in drafted] == ["2026-03-20"]
 
 
 @pytest.mark.parametrize("sides", [("cam0", "cam1"), ("links", "rechts"), ("photos left", "photos right")])
