@@ -121,6 +121,15 @@ def _only(fits: Callable[[Any], object], expected: str, read: Hook | None = None
     return hook
 
 
+def _text(value: object, _: Any) -> str:
+    """Return text that isn't blank; a file that is named as other keys name theirs is told how to write it."""
+    if isinstance(value, dict) and isinstance(file := value.get("file"), str):
+        raise ValueError(f"expected a file's name alone; write {file} without {{file: }}")
+    if not isinstance(value, str) or not value.strip():
+        raise ValueError(f"expected text (a number or a date in quotes), got {_shown(value)}")
+    return value
+
+
 def _number(value: Any, *sorts: type) -> bool:
     return isinstance(value, sorts) and not isinstance(value, bool) and -MOST < value < MOST  # type: ignore[operator]
 
@@ -134,7 +143,7 @@ for _kind, _hook in (
     (bool, _only(lambda value: isinstance(value, bool), "true or false")),
     (int, _only(lambda value: _number(value, int), "a whole number")),
     (float, _only(lambda value: _number(value, int, float), "a number", lambda value, _: float(value))),
-    (str, _only(lambda value: isinstance(value, str) and value.strip(), "text (a number or a date in quotes)")),
+    (str, _text),
     (date, _only(lambda value: type(value) is date, "a date such as 2026-03-02")),
 ):
     _CONVERTER.register_structure_hook(_kind, _hook)

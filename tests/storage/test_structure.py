@@ -68,6 +68,7 @@ def test_every_mistake_is_found_in_one_go() -> None:
         ({"name": 12}, "name: expected text (a number or a date in quotes), got 12"),
         ({"name": " "}, "name: expected text (a number or a date in quotes), got ' '"),
         ({"name": None}, "name: expected text (a number or a date in quotes), got nothing"),
+        ({"name": {"file": "cp.csv"}}, "name: expected a file's name alone; write cp.csv without {file: }"),
         ({"name": "x", "count": True}, "count: expected a whole number, got true"),
         ({"name": "x", "count": "3"}, "count: expected a whole number, got '3'"),
         ({"name": "x", "weights": {"a": True}}, "weights.a: expected a number, got true"),
