@@ -76,7 +76,7 @@ def structure(value: object, kind: Any, problems: Problems) -> Any:
 def _collect(error: BaseException, path: str, problems: Problems) -> None:
     """Note each mistake in cattrs' tree of errors, with the path that its notes give."""
     if isinstance(error, ForbiddenExtraKeysError):
-        known = [field.name for field in dataclasses.fields(error.cl) if field.init]
+        known = _keys(error.cl)
         for key in sorted(error.extra_fields, key=str):
             near = _nearest(key, known)
             hint = f"; did you mean {near}?" if near else f"; known here: {', '.join(sorted(known))}"
@@ -176,10 +176,23 @@ def _tuple(kind: Any) -> Hook:
     return _only(lambda value: isinstance(value, list) and len(value) == size, f"a list of {size} values", each)
 
 
+def _keys(kind: Any) -> list[str]:
+    return [field.name for field in dataclasses.fields(kind) if field.init]
+
+
 @_CONVERTER.register_structure_hook_factory(lambda kind: _of(Union, UnionType)(kind) and NoneType not in get_args(kind))
 def _tuple_or(kind: Any) -> Hook:
     several, one = get_args(kind)
-    return lambda value, _: _CONVERTER.structure(value, several if isinstance(value, list) else one)
+    item = get_args(several)[0]
+    line = f"'- {_keys(item)[0]}: ...'" if dataclasses.is_dataclass(item) else "'- '"
+    other = f"keys such as {', '.join(_keys(one)[:2])}" if dataclasses.is_dataclass(one) else "text"
+
+    def read(value: object, _: Any) -> object:
+        if value is None:
+            raise ValueError(f"expected a list (lines that start with {line}), or {other}; nothing stands there")
+        return _CONVERTER.structure(value, several if isinstance(value, list) else one)
+
+    return read
 
 
 @_CONVERTER.register_structure_hook_factory(_of(dict))
@@ -196,4 +209,4 @@ def _record(kind: Any) -> Hook:
 
     each = {name: field_of(hint) for name, hint in get_type_hints(kind, include_extras=True).items()}
     read = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=True, **each)
-    return _only(lambda value: isinstance(value, dict), "keys with values", read)
+    return _only(lambda value: isinstance(value, dict), f"keys with values, such as {', '.join(_keys(kind)[:2])}", read)

@@ -133,7 +133,7 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
         ({"visits__1__stations__1__name": "con"}, "a name that Windows keeps for itself"),
         ({"visits__0__stations__0__right": "v/B1_left.jpg"}, "is the same file as left"),
         ({"visits__0__stations__0__left": 7}, "visits[0].stations[0].left: expected text (a number"),
-        ({"visits__0": "2026-03-02"}, "visits[0]: expected keys with values"),
+        ({"visits__0": "2026-03-02"}, "visits[0]: expected keys with values, such as date, stations, got '2026"),
         ({"options": {"register": {"max_residual": 2}}}, "did you mean max_residual_px?"),
         ({"options": {"register": {"max_residual_px": "two"}}}, "options.register.max_residual_px: expected a number"),
     ],
@@ -142,6 +142,12 @@ def test_each_mistake_says_where_and_what_was_expected(tmp_path: Path, changes: 
     text = refusal(write_project(tmp_path, changed(**changes)))
     assert says in text, text
     assert "project.yaml" in text
+
+
+def test_keys_that_were_left_empty_are_told_what_may_stand_there(tmp_path: Path) -> None:
+    path = write_project(tmp_path, {**plain(), "visits": None, "rig": None})
+    assert "rig: expected keys with values, such as file, file_right, got nothing" in (said := refusal(path))
+    assert "visits: expected a list (lines that start with '- date: ...'), or keys such as left, right; no" in said
 
 
 @pytest.mark.parametrize(

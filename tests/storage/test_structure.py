@@ -73,7 +73,10 @@ def test_every_mistake_is_found_in_one_go() -> None:
         ({"name": "x", "count": "3"}, "count: expected a whole number, got '3'"),
         ({"name": "x", "weights": {"a": True}}, "weights.a: expected a number, got true"),
         ({"name": "x", "parts": [{"size_m": "1"}]}, "parts[0].size_m: expected a number, got '1'"),
-        ({"name": "x", "several": None}, "several: expected text"),
+        (
+            {"name": "x", "several": None},
+            "several: expected a list (lines that start with '- '), or text; nothing stands there",
+        ),
         ({"name": "x", "several": ["a", 1]}, "several[1]: expected text"),
         ({"name": "x", "computed": 3}, "computed: expected nothing in a file, got 3"),
         ({"name": "x", "pair": [1, float("nan")]}, "pair[1]: expected a number, got nan"),
@@ -83,7 +86,7 @@ def test_every_mistake_is_found_in_one_go() -> None:
         ({"name": "x", "parts": [{"size_m": 1, "kind": "square"}]}, "parts[0]: a square part needs a day"),
         ({"name": "x", "parts": [{"size_m": 1, "day": "soon"}]}, "parts[0].day: expected a date such as 2026-03-02"),
         ({"name": "x", "parts": [{"size_m": 1, "day": datetime(2026, 3, 2)}]}, "parts[0].day: expected a date such as"),
-        ([1], ": expected keys with values, got [1]"),
+        ([1], ": expected keys with values, such as name, count, got [1]"),
     ],
 )
 def test_each_wrong_value_is_named_with_what_was_expected(value: Any, says: str) -> None:
