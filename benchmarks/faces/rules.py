@@ -23,11 +23,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.geometry import grow
 from asbuilt_bim.measure import station_faces
 from asbuilt_bim.measure.outline import straight
 from asbuilt_bim.measure.planes import face_hypotheses
-from asbuilt_bim.measure.round import ends as round_ends
 from asbuilt_bim.vision.scene import read as scene_read
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
