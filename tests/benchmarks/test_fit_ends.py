@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("asbuilt_synthetic")
 
 from asbuilt_bim.measure.outline.border import FEATURES
-from benchmarks.faces.fit_ends import MOST_FALSE, Face, fitted, kept, left_out, limit_of, read_back, regression
+from benchmarks.faces.fit_ends import FALSE_COSTS, Face, fitted, kept, left_out, read_back, regression
 
 TRUE = np.array([3.0, -2.0, 0.0, -1.0])
 
@@ -49,20 +49,8 @@ def test_no_scene_has_a_part_in_the_weights_that_judge_it() -> None:
         assert np.array_equal(was, now) == (face.scene == "twin 0")
 
 
-def test_above_the_limit_hardly_a_face_is_false() -> None:
-    chances = np.linspace(0.99, 0.51, 97)
-    whole = np.ones(97, dtype=bool)
-    whole[20:] = False
-    assert limit_of(chances, whole) == pytest.approx(chances[20])  # the first false one is no proof
-    whole[20:] = True
-    whole[30] = False  # one in 97 says nothing against one in a hundred
-    assert limit_of(chances, whole) == pytest.approx(0.51)
-    whole[[31, 32, 33]] = False
-    assert limit_of(chances, whole) == pytest.approx(chances[30])
-    chances = np.array([0.99, 0.95, 0.9, 0.8, 0.7, 0.6, 0.4])
-    assert limit_of(chances, np.ones(7, dtype=bool)) == pytest.approx(0.6)  # likelier whole than not
-    assert limit_of(chances, np.zeros(7, dtype=bool)) == 1.0
-    assert MOST_FALSE == 0.01
+def test_the_limit_is_where_a_false_whole_costs_as_much_as_those_that_are_lost() -> None:
+    assert fitted(faces())["limit"] == pytest.approx(FALSE_COSTS / (FALSE_COSTS + 1.0), abs=1e-4)
 
 
 def test_what_was_kept_is_read_back_and_gives_the_same_model(tmp_path: object) -> None:
