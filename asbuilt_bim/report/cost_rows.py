@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asbuilt_bim.progress.money import cents, certified_quantity, total
-from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import BillLine, bills
 from asbuilt_bim.report.wording.values import plain
@@ -60,22 +59,25 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
     return tuple(groups)
 
 
-def possible_share(element: ElementProgress, *, pieces: bool, takes_off: bool) -> float:
-    """Return the share (0..1) of an element that may stand at most; of what is taken off, at least."""
+def possible_share(element: ElementProgress, complete_from: float, *, pieces: bool, takes_off: bool) -> float:
+    """Return the share (0..1) of an element that may stand at most; of what is taken off, at least.
+
+    A piece may be whole where as much of it as the project asks for (`complete_from`) may stand.
+    """
     done = element.completion
     if not pieces:
         return done.lower if takes_off else done.upper
     whole = element.state == "complete"
     if takes_off:
         return 1.0 if whole else 0.0
-    return 1.0 if whole or done.upper >= ProgressOptions().complete_from else 0.0
+    return 1.0 if whole or done.upper >= complete_from else 0.0
 
 
-def possible_of(line: BillLine) -> float:
+def possible_of(line: BillLine, complete_from: float) -> float:
     """Return what may be earned of a line at most by photos alone, in cents; what isn't measured may all stand."""
     off, pieces = line.line.takes_off, line.line.measure == "count"
     shares = (
-        possible_share(row.element, pieces=pieces, takes_off=off) if row.element else float(not off)
+        possible_share(row.element, complete_from, pieces=pieces, takes_off=off) if row.element else float(not off)
         for row in line.rows
     )
     most = math.fsum(row.quantity * share for row, share in zip(line.rows, shares, strict=True))

@@ -168,6 +168,7 @@ class Bill:
     period: Sums
     cumulative: Sums
     best: float | None  # None where less than half of a line was seen: a sum without it is no estimate of all
+    complete_from: float  # of the project: from this share on a piece may be whole
 
     @property
     def contract(self) -> float:
@@ -391,4 +392,5 @@ def _bill(
         period=cumulative.minus(previous),
         cumulative=cumulative,
         best=total(best) if best and len(best) == sum(not line.gone for line in lines) else None,
+        complete_from=report.complete_from,
     )

@@ -88,5 +88,5 @@ def _earned_at(visit: ProgressReport, group: CostGroup, plan: PlannedElements, p
             certain, possible = certain + min(amount, 0.0), possible + max(amount, 0.0)
             continue
         certain += amount * certain_share(element, pieces=pieces, takes_off=line.takes_off)
-        possible += amount * possible_share(element, pieces=pieces, takes_off=line.takes_off)
+        possible += amount * possible_share(element, visit.complete_from, pieces=pieces, takes_off=line.takes_off)
     return EarnedAt(day=visit.visit_date, certain=certain, possible=possible, planned=planned)

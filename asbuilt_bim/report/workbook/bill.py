@@ -90,7 +90,7 @@ def _line(sheet: Worksheet, row: int, bill: Bill, line: BillLine, parts_rows: in
         "Best amount": best,
         "Check": Formula(_falls(c, line), "falls" if line.falls else ""),
         "Best quantity": line.best,
-        "Possible amount": possible_of(line),
+        "Possible amount": possible_of(line, bill.complete_from),
         "Rate: why, by whom": line.rate_change.why if line.rate_change else "",
         "Contract rate": given.rate,
         "Sum of elements": Formula(_sum_of_elements(c, parts_rows), sum(one.certified for one in line.rows)),
@@ -155,7 +155,7 @@ def _total(sheet: Worksheet, row: int, first: int, last: int, bill: Bill, styles
         "This period amount": bill.period.work,
         "Certified amount": bill.cumulative.work,
         "Remaining amount": round(bill.contract - bill.cumulative.work, 2) + 0.0,
-        "Possible amount": total(possible_of(line) for line in bill.lines),
+        "Possible amount": total(possible_of(line, bill.complete_from) for line in bill.lines),
     }
     name = f"Total of bill {bill.number}, {plain(bill.currency) or NO_CURRENCY}"
     cells: dict[str, Cell] = {"No.": "", "Text": name, "Bill": bill.number, "Currency": bill.currency or NO_CURRENCY}

@@ -11,12 +11,12 @@ from datetime import date, timedelta
 import openpyxl
 import pytest
 
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import Completion, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import Observation, Override, RateChange, Terms, ValuationInputs, Variation
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.report.by_persons import by_persons
-from asbuilt_bim.report.cost_rows import possible_of
+from asbuilt_bim.report.cost_rows import possible_of, possible_share
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.tables import still_in_doubt
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
@@ -319,6 +319,16 @@ def test_what_persons_changed_adds_up_to_the_certified_work() -> None:
 def test_the_bill_says_what_may_be_earned_at_most() -> None:
     report = valued()
     made = rows(book(report, values=True), "Bill")
-    for line, row in zip((line for bill in bills(report) for line in bill.lines), made, strict=True):
-        assert row["Possible amount"] == possible_of(line) and line.amount <= possible_of(line) <= line.contract
-    assert any(line.amount < possible_of(line) < line.contract for bill in bills(report) for line in bill.lines)
+    every = [(line, bill.complete_from) for bill in bills(report) for line in bill.lines]
+    for (line, whole_from), row in zip(every, made, strict=True):
+        most = possible_of(line, whole_from)
+        assert row["Possible amount"] == most and line.amount <= most <= line.contract
+    assert any(line.amount < possible_of(line, whole_from) < line.contract for line, whole_from in every)
+
+
+def test_a_piece_may_be_whole_from_the_share_that_the_project_says() -> None:
+    half = Completion(best=0.5, lower=0.4, upper=0.93, coverage=1.0)
+    element = replace(sample_report().elements[0], state="part", completion=half)
+    assert possible_share(element, 0.9, pieces=True, takes_off=False) == 1.0
+    assert possible_share(element, 0.98, pieces=True, takes_off=False) == 0.0
+    assert {bill.complete_from for bill in bills(replace(valued(), complete_from=0.9))} == {0.9}
