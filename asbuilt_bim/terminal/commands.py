@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.text import Text
 
 from asbuilt_bim.api import until_visit
+from asbuilt_bim.camera.calibration.area_effect import area_effect
 from asbuilt_bim.errors import DesignError, OutputError, ResultError
 from asbuilt_bim.flow.measure_visit import Workplace
 from asbuilt_bim.flow.output.carried_on import last_workbook
@@ -30,6 +31,7 @@ from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.page.calibration import unfit_words
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.wording.changes import changes
@@ -128,6 +130,9 @@ def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
     if result.calibration is not None:
         for line in calibration_lines(result.calibration):
             screen.say(line)
+        effect = area_effect(result.calibration.rig, result.calibration.by_source)
+        if unfit := unfit_words(result.calibration, effect):
+            screen.warn(unfit)
     files = DesignFiles(
         ifc=", ".join(path.name for path in project.ifc),
         costs=project.costs.name if project.costs else "",

@@ -46,8 +46,7 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
         )
     unsure = [check for check in checks if abs(check.off) > SCALE_LIMIT]
     reasons += [_unsure(check) for check in unsure]
-    sigma = effect.worst if effect is not None else 1.0
-    adds = "What calibration adds to an area isn't known" if effect is None else area_words(effect)
+    sigma, adds = _added(effect)
     if sigma > USABLE_AREA:
         sentence = f"Don't measure with this rig. {adds} (limit {100 * USABLE_AREA:g} %)."
         return Verdict(grade="doubtful", sentence=sentence, reasons=tuple(reasons))
@@ -55,6 +54,22 @@ def verdict(calibration: Calibration, effect: AreaEffect | None, checks: tuple[L
         return Verdict(grade="usable", sentence=f"Usable with care. {adds}.", reasons=tuple(reasons))
     scale = ". A known length came out right" if checks else ""
     return Verdict(grade="good", sentence=f"Good. {adds}{scale}.", reasons=tuple(reasons))
+
+
+def unfit_words(calibration: Calibration, effect: AreaEffect | None) -> str:
+    """Say that a run measures with a rig that isn't fit for it, and what to do; "" where it is fit."""
+    sigma, adds = _added(effect)
+    if sigma <= USABLE_AREA:
+        return ""
+    limit = f"(limit {100 * USABLE_AREA:g} %)"
+    return f"the rig isn't fit to measure with: every area carries this. {adds} {limit}. {more_to_take(calibration)}"
+
+
+def _added(effect: AreaEffect | None) -> tuple[float, str]:
+    """Return the share that calibration adds to an area where it is worst, and the words for it."""
+    if effect is None:
+        return 1.0, "What calibration adds to an area isn't known"
+    return effect.worst, area_words(effect)
 
 
 def area_words(effect: AreaEffect) -> str:

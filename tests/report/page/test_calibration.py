@@ -14,7 +14,7 @@ from asbuilt_bim.camera.calibration.checks import warning
 from asbuilt_bim.camera.calibration.control_rig import rig_from_control_points
 from asbuilt_bim.camera.calibration.photo_advice import PhotoAdvice
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.report.page.calibration import calibration_html, verdict
+from asbuilt_bim.report.page.calibration import calibration_html, unfit_words, verdict
 from asbuilt_bim.report.wording.of_page.calibration_sources import SOURCE_WORDS, advice_words, place_words
 from tests.camera.board_pictures import CHESS, pairs
 from tests.camera.calibration.test_control_rig import control
@@ -70,6 +70,15 @@ def test_names_are_escaped_and_tags_close(made: Calibration) -> None:
 
     Reader().feed(html)
     assert not open_tags
+
+
+def test_a_run_with_a_rig_that_is_not_to_measure_with_is_told_so(made: Calibration) -> None:
+    """Boards that the project names gave it to the run without that word."""
+    assert unfit_words(made, effect(0.02)) == ""
+    said = unfit_words(made, effect(0.05))
+    assert said.startswith("the rig isn't fit to measure with: every area carries this.")
+    assert "5.0 % at its worst place (limit 3 %)" in said.replace("±", "") and "Take more pairs" in said
+    assert "isn't known" in unfit_words(made, None)
 
 
 def test_the_verdict_follows_the_area_the_warnings_and_the_known_length(made: Calibration) -> None:
