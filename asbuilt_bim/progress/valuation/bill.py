@@ -383,14 +383,8 @@ def _bill(
     cumulative = Sums(work=work, variations=more, retention=retention, tax=tax)
     best = [line.best_amount for line in lines if line.best_amount is not None]
     return Bill(
-        number=place,
-        schedule=schedule,
-        currency=currency,
-        lines=tuple(lines),
-        variations=variations,
-        previous=previous,
-        period=cumulative.minus(previous),
-        cumulative=cumulative,
+        number=place, schedule=schedule, currency=currency, lines=tuple(lines), variations=variations,
+        previous=previous, period=cumulative.minus(previous), cumulative=cumulative,
         best=total(best) if best and len(best) == sum(not line.gone for line in lines) else None,
         complete_from=report.complete_from,
-    )
+    )  # fmt: skip
