@@ -44,13 +44,15 @@ def veil_faults(pair: RectifiedPair, matches: PairMatches) -> Iterator[Rejection
 
 def _contrast(photo: ByteImage, at_px: FloatArray) -> FloatArray:
     """Return how far the grey levels about each place (N, 2) scatter, over their mean: exposure doesn't change that."""
-    grey = cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY).astype(np.float32)
-    window = (PATCH_PX, PATCH_PX)
-    mean = cv2.blur(grey, window)
-    scatter = np.sqrt(np.maximum(cv2.blur(grey * grey, window) - mean * mean, 1.0))  # no less than a grey level
+    grey = cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY)
+    about = np.arange(PATCH_PX) - PATCH_PX // 2
     column, row = np.rint(at_px).astype(np.intp).T
-    row, column = np.clip(row, 0, grey.shape[0] - 1), np.clip(column, 0, grey.shape[1] - 1)
-    return np.asarray(scatter[row, column] / np.maximum(mean[row, column], 1.0), dtype=np.float64)
+    rows = np.clip(row[:, None] + about, 0, grey.shape[0] - 1)
+    columns = np.clip(column[:, None] + about, 0, grey.shape[1] - 1)
+    patches = grey[rows[:, :, None], columns[:, None, :]].astype(np.float64)
+    scatter = np.maximum(patches.std(axis=(1, 2)), 1.0)  # no less than a grey level
+    contrast: FloatArray = scatter / np.maximum(patches.mean(axis=(1, 2)), 1.0)
+    return contrast
 
 
 def _in_parts(at_px: FloatArray, values: FloatArray, width_px: int) -> FloatArray:
