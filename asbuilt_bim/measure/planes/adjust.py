@@ -1,8 +1,8 @@
 """All planes of a station solved together: what the photos say of each, and what building practice says of all.
 
 Soft constraints, each tested: one vertical for the station; right angles where two faces of an instance touch; touching
-faces agree along their edge. A constraint that fails at 3 sigma is dropped, and the
-worst one first, so a battered wall stays battered.
+faces agree along their edge. A constraint that fails at 3 sigma is dropped, and the worst one first, so a battered wall
+stays battered.
 """
 
 from collections.abc import Sequence

@@ -95,11 +95,6 @@ class PlaneFit:
     compared: Compared
     doubt: float = 1.0
 
-    @property
-    def pixels(self) -> int:
-        """Return how many pixels were used."""
-        return len(self.compared.rows)
-
 
 def pictures(left_grey: Float32Array, right_grey: Float32Array, valid_right: BoolArray) -> Pictures:
     """Prepare both photos: smoothing by 2 px widens the basin."""
