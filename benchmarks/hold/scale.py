@@ -316,7 +316,7 @@ def main() -> int:
     parser.add_argument("--copies", type=int, nargs="*", default=COPIES, help="of the building, to be read")
     args = parser.parse_args()
     child = partial(noted, args.done)
-    read = [child("reading", n, 3 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else args.copies)]
+    read = [child("reading", n, 7 if n < COPIES[1] else 1) for n in (QUICK_COPIES if args.quick else args.copies)]
     seen = QUICK_STATIONS[-1] if args.quick else 0
     child("judging", 1, seen)  # measures them, so that no other process has to
     unseen = [child("judging", n, seen) for n in (QUICK_UNSEEN if args.quick else UNSEEN)]

@@ -33,12 +33,10 @@ from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.states import cell_states, decide, evidence, features, outlines, votes
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.scale.cache import Cache
-from benchmarks.site.site import EXPECTED_UNKNOWN, VISIBLE
+from benchmarks.site.site import EXPECTED_UNKNOWN, ROUNDED, VISIBLE
 from benchmarks.sites import SAMPLE, benchmark_folder, generated_site
 from benchmarks.table import Line, options, report, told
 
-ROUNDED = 0.0005
-"""What the truth's shares are rounded by."""
 SEEN = 0.8
 """Of coverage, from which the best estimate is held against the truth."""
 

@@ -22,6 +22,10 @@ from benchmarks.table import LEAST_N, Line, line, options, quantiles, report, to
 
 VISIBLE = 0.5
 EXPECTED_UNKNOWN = 0.1
+ROUNDED = 0.0005
+"""What the truth's shares are rounded by."""
+MOST_OFF = {"over 80 %": (0.8, 1.0, 0.005), "25 to 80 %": (0.25, 0.8, 0.05)}
+"""How far the best estimate may be off on average, by how much of an element was seen: from, to, limit."""
 
 
 def visits(runs: list[SiteRun]) -> Iterator[tuple[SiteRun, dict[str, Any], dict[str, Any]]]:
@@ -187,6 +191,31 @@ def element_lines(runs: list[SiteRun]) -> list[Line]:
     return lines + [told(f"  {what}", str(count), n) for what, count in confusion.most_common() if count]
 
 
+def bounds_lines(runs: list[SiteRun]) -> list[Line]:
+    """Judge what is said of ALL elements: certain states, bounds, and the best estimate by what was seen."""
+    pairs = [
+        (element, next(one for one in result["elements"] if one["global_id"] == element["global_id"]))
+        for _, truth, result in visits(runs)
+        for element in truth["elements"]
+    ]
+    wrong = sum(b["state"] not in ("unknown", a["state"]) for a, b in pairs)
+    said = [(a["completion"], b["completion"]) for a, b in pairs]
+    inside = float(np.mean([b["lower"] - ROUNDED <= a <= b["upper"] + ROUNDED for a, b in said]))
+    width = float(np.mean([b["upper"] - b["lower"] for _, b in said]))
+    n = len(pairs)
+    lines = [
+        line("all elements, in a wrong state", f"{wrong}", "<= 0.7 %", n, wrong <= 0.007 * n),
+        line("all elements, truth within the bounds", f"{inside:.1%}", ">= 97 %", n, inside >= 0.97),
+        told("  mean width of the bounds", f"{100 * width:.1f} points", n),
+    ]
+    for what, (least, most, limit) in MOST_OFF.items():
+        off = [abs(b["best"] - a) for a, b in said if b["best"] is not None and least < b["coverage"] <= most]
+        mean = float(np.mean(off)) if off else 1.0
+        name = f"best estimate, mean error where {what} was seen"
+        lines.append(line(name, f"{100 * mean:.2f} points", f"<= {100 * limit:g}", len(off), mean <= limit))
+    return lines
+
+
 def storey_lines(runs: list[SiteRun]) -> list[Line]:
     """Ask whether each storey's true completion lies within the bounds that the program gives."""
     inside, n, outside = 0, 0, []
@@ -221,7 +250,7 @@ def main() -> int:
         print(f"seed {seed} ...", file=sys.stderr)
         runs.append(run_site(generated_site(seed), f"seed {seed}", args.workers))
     areas, rows = area_lines(runs)
-    lines = [*target_lines(runs), *areas, *element_lines(runs), *storey_lines(runs)]
+    lines = [*target_lines(runs), *areas, *element_lines(runs), *bounds_lines(runs), *storey_lines(runs)]
     lines += [told(f"seconds, {run.name}", f"{run.seconds:.0f}", 1) for run in runs if run.seconds]
     if args.quick:  # one site has too few cases to judge by: its figures are shown, only the wrong ones count
         lines = unjudged(lines, LEAST_N)
