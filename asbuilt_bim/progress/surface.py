@@ -37,7 +37,7 @@ class SurfaceState:
     parts: tuple[str, ...] = ()  # measured faces (ids) that looked whole, while concrete goes on past their outlines
     doubts: tuple[Note, ...] = ()  # of the notes, what to look at before it is paid for
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
-    whole: bool = False  # its as-built area is that of stations which saw it whole, now or earlier
+    whole: bool = False  # its as-built area is of stations which saw it whole, now, or earlier with nothing of it open
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
     tilt_sigma_rad: float | None = None
     border_m: float = 0.0  # how far the borders of built and open may lie elsewhere, since lengths are doubtful

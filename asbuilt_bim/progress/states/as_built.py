@@ -32,7 +32,7 @@ class AsBuilt:
     tilt_rad: float | None
     tilt_sigma_rad: float | None = None
     notes: tuple[Note, ...] = ()
-    whole: bool = False  # the area is that of stations which saw it whole, now or earlier
+    whole: bool = False  # stations saw it whole, now, or earlier with nothing of it open
 
 
 def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design: DesignFace) -> AsBuilt:
@@ -87,7 +87,7 @@ def _area(
     if earlier is not None and before is not None:  # what was measured then keeps its sigma, what is more has its own
         was = earlier.as_built_sigma_image_m2
         more = _joint_sigma(matches, max(union - before, 0.0))
-        if earlier.whole and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
+        if _still_whole(earlier) and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
             calibration = earlier.as_built_sigma_calibration_m2
             return _Area(m2=before, sigma_calibration_m2=calibration, sigma_image_m2=was), notes, True
         image = float(np.hypot(was, more))
@@ -109,8 +109,13 @@ def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
         offset_sigma_m=earlier.offset_sigma_m,
         tilt_rad=earlier.tilt_rad,
         tilt_sigma_rad=earlier.tilt_sigma_rad,
-        whole=earlier.whole,
+        whole=_still_whole(earlier),
     )
+
+
+def _still_whole(earlier: SurfaceState) -> bool:
+    """Say whether a face was seen whole with nothing of it left to build: what was open has risen since, or may have."""
+    return earlier.whole and not earlier.open_uv_m
 
 
 def _union_area(outline: Region, matches: Sequence[FaceMatch]) -> float:

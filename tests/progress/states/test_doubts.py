@@ -11,9 +11,9 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ElementProgress
-from tests.match.small_site import box, measured, station
+from tests.match.small_site import box, looking, measured, station
 from tests.notes import codes, the
-from tests.progress.test_surface import BACKDROP, FRONT, GROUND, POSE, WALL, only, see, visit
+from tests.progress.test_surface import BACKDROP, DESIGN, FRONT, GROUND, POSE, WALL, only, see, visit
 
 LATER, LAST = date(2026, 3, 16), date(2026, 3, 30)
 STRIP = [box(-2, -2.0, 0, 4.3, 0.05, 4), box(2.9, -2.0, 0, 6, 0.05, 4)]  # hoardings with a gap of 60 cm between them
@@ -62,6 +62,19 @@ def test_a_complete_wall_that_was_measured_smaller_than_designed_is_named(less_m
         values = the(one.doubts, Reason.OTHER_SIZE).values
         assert values["design_m2"] == pytest.approx(8.4)
         assert values["area_m2"] == pytest.approx(width_m * height_m, rel=1e-3)
+
+
+def test_a_face_measured_half_built_is_no_size_of_the_wall_that_was_finished_since() -> None:
+    first, _ = visit(see([box(0, 0, 0, 3.0, 0.25, 1.4), BACKDROP], 1.4))
+    behind = looking([1.5, 5.0, 1.6], [1.5, 0.0, 1.5])
+    hall = box(-30, -12, 0, 60, 0.5, 12)
+    later, surfaces = visit(
+        station("B1", behind, [WALL, hall, GROUND], []), history=remember(EMPTY_HISTORY, first), day=LATER
+    )
+    one = only(later)
+    assert one.state == "complete" and not one.doubts
+    front = surfaces[DESIGN.elements[0].faces[0].face_id]
+    assert front.as_built_area_m2 == pytest.approx(4.2, rel=0.01) and not front.whole
 
 
 def test_a_face_seen_in_part_measures_no_more_than_its_design() -> None:
