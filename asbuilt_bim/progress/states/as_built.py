@@ -86,11 +86,11 @@ def _area(
     before = earlier.as_built_area_m2 if earlier is not None else None
     if earlier is not None and before is not None:  # what was measured then keeps its sigma, what is more has its own
         was = earlier.as_built_sigma_image_m2
-        more = _joint_sigma(matches, max(union - before, 0.0))
-        if _still_whole(earlier) and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
+        no_more = union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before
+        if no_more and earlier.whole and not earlier.open_uv_m:
             calibration = earlier.as_built_sigma_calibration_m2
             return _Area(m2=before, sigma_calibration_m2=calibration, sigma_image_m2=was), notes, True
-        image = float(np.hypot(was, more))
+        image = float(np.hypot(was, _joint_sigma(matches, max(union - before, 0.0))))
     return _Area(m2=union, sigma_calibration_m2=union * relative, sigma_image_m2=image), notes, False
 
 
@@ -109,13 +109,8 @@ def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
         offset_sigma_m=earlier.offset_sigma_m,
         tilt_rad=earlier.tilt_rad,
         tilt_sigma_rad=earlier.tilt_sigma_rad,
-        whole=_still_whole(earlier),
+        whole=earlier.whole and not earlier.open_uv_m,  # what was open may have risen since
     )
-
-
-def _still_whole(earlier: SurfaceState) -> bool:
-    """Say whether a face was seen whole with nothing of it left to build: what was open has risen since, or may have."""
-    return earlier.whole and not earlier.open_uv_m
 
 
 def _union_area(outline: Region, matches: Sequence[FaceMatch]) -> float:

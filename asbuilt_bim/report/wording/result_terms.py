@@ -236,7 +236,7 @@ TERMS = {
     "complete_on": "First visit since which it has been complete with at least 97 % certain; null before.",
     "unfinished_on": "Last visit that saw it unfinished; null where none did.",
     "gone_area_m2": "Surface that an earlier visit saw built and that looks open now, in m2.",
-    "SurfaceState.whole": "Its as-built area is that of stations which saw it whole, now, or earlier with nothing of it open.",
+    "SurfaceState.whole": "Its as-built area is of stations that saw it whole: now, or earlier and nothing was open.",
     "doubts": "Of the notes, what to look at before it is paid for.",
     "conflict_area_m2": "Surface seen built by one station and open by another, in m2.",
     "parts": "Ids of measured faces that looked whole at their station, while concrete goes on past their outlines.",
