@@ -1,8 +1,9 @@
 """The Python face of the whole flow: what `asbuilt-bim run` and `report` do, in a script or a notebook."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
+from functools import partial
 from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, OutputError, ProjectError
@@ -18,6 +19,7 @@ from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
 
@@ -28,7 +30,7 @@ class Run:
 
     reports: tuple[ProgressReport, ...]
     folder: Path  # the run's own folder; the output folder holds copies of what people open
-    warnings: tuple[str, ...]  # what could not be replaced or written beside it
+    warnings: tuple[str, ...]  # what puts every number of a visit in doubt, and what could not be written
 
     @property
     def result(self) -> ProgressReport:
@@ -50,7 +52,9 @@ def run(
 
     `workers` 0 is one process per processor; with more than one, a script needs `if __name__ == "__main__":`, because
     its processes are spawned. `until` gives the state as of that visit. Stations that were left out are in each
-    report's `rejections`. `progress(step, done, total, what)` is called as the work goes on.
+    report's `rejections`. `progress(step, done, total, what)` is called as the work goes on, with the name of the step,
+    how many of how many things are done, and the last one's name. Look at `warnings`: a visit of which not one station
+    could be used still gives a result, as the visits before left it.
 
     Raises:
         AsBuiltError: there is no result; its text says why and what to do. An earlier result stands.
@@ -63,16 +67,17 @@ def run(
     writers = load_writers(checked.writers)
     store = Cache(folder=default_folder() if cache else None)
     place = Workplace(workers=workers, cache=store)
+    tell = _silent if progress is None else partial(_told, progress)
     with open_output(Path(out), checked.sources) as output:
         before = previous_result(output)
         last = last_workbook(output, before, checked.last_workbook)
-        with with_video_stations(checked, store, progress or _silent) as visited:
+        with with_video_stations(checked, store, tell) as visited:
             when = datetime.now(UTC)
-            found = run_project(visited, place, progress or _silent, before)
+            found = run_project(visited, place, tell, before)
             found = with_what_is_known(found, visited, before, last, when.date())
             published = publish_run(output, found, visited, when, writers)
     store.prune()
-    return Run(reports=found.reports, folder=published.folder, warnings=published.warnings)
+    return Run(reports=found.reports, folder=published.folder, warnings=(*_doubts(found.reports), *published.warnings))
 
 
 def remake(folder: Path | str, ifc: Path | str | Sequence[Path | str] | None = None) -> Run:
@@ -90,7 +95,16 @@ def remake(folder: Path | str, ifc: Path | str | Sequence[Path | str] | None = N
         published = publish_again(output, [Path(path) for path in named], datetime.now(UTC))
     visits = sorted((published.folder / "visits").glob("*.json"))
     reports = [read_result(path) for path in visits] or [read_result(published.folder / "result.json")]
-    return Run(reports=tuple(reports), folder=published.folder, warnings=published.warnings)
+    return Run(reports=tuple(reports), folder=published.folder, warnings=(*_doubts(reports), *published.warnings))
+
+
+def _doubts(reports: Sequence[ProgressReport]) -> Iterator[str]:
+    """Say of each visit what is known to be wrong with all of it, and whether not one station of it counts."""
+    for report in reports:
+        day = report.visit_date.isoformat()
+        yield from (f"visit {day}: known to be wrong: {words_of(fault)}" for fault in report.faults)
+        if report.nothing_seen:
+            yield f"visit {day}: not one station could be used; nothing in its report was seen on that day"
 
 
 def until_visit(project: Project, last: date | None) -> Project:
@@ -106,6 +120,11 @@ def until_visit(project: Project, last: date | None) -> Project:
         there = ", ".join(visit.date.isoformat() for visit in project.visits)
         raise ProjectError(f"{project.path}: has no visit of {last.isoformat()}; it has {there}")
     return replace(project, visits=visits)
+
+
+def _told(progress: Progress, step: str, done: int, total: int, what: str = "") -> None:
+    """Tell a host, who is promised all four, also where there is nothing to name."""
+    progress(step, done, total, what)
 
 
 def _silent(step: str, done: int, total: int, what: str = "") -> None:
